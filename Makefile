@@ -1,12 +1,15 @@
-# `make demo` and `make test` set everything up in .venv; they need python3 (3.11+) with venv, its
-# header files, and a C++ compiler.
+# `make demo` and `make test` set up what they need in .venv; they need python3 (3.11+) with venv, its
+# header files, and a C++ compiler. With uv, packages are installed sooner.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
+UV := $(shell command -v uv 2>/dev/null)
+INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet)
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
-# Real films: SEQUENCES in OTB's layout, and others. See docs/results.md for their names in commands.
+# Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 
 # What `make bench` scales and follows, and files of trained networks: NANO=BACKBONE,HEAD VIT=NETWORK.
@@ -25,7 +28,8 @@ ONLY :=
 
 .PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
 
-demo: ready
+demo: $(DEMO_READY)
+	@$(MAKE) --no-print-directory $(KERNELS)
 	$(BIN)/motes demo --out demo --overwrite
 
 # While working: all but the slow tests.
@@ -64,12 +68,12 @@ gallery: ready
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes bench --against docs/performance.md --plot --out bench --overwrite \
+	$(BIN)/motes-lab bench --against lab/docs/performance.md --plot --out bench --overwrite \
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
 # The measured tables of docs/, the shortest first. What has been measured is in results/: a run that
-# was stopped goes on. All take more than ten hours; docs/results.md has the time of each.
+# was stopped goes on. All take more than ten hours; lab/docs/results.md has the time of each.
 results: ready
 	$(BIN)/python docs/generate/results.py $(ONLY)
 
@@ -79,13 +83,20 @@ fuzz: ready
 kills: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
 
-# TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
-$(READY): pyproject.toml setup.py
+# What the kernels are built with comes first, so that it is not installed once more to build them.
+$(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) 'setuptools>=77' 'numpy>=2'
+	$(INSTALL) --no-build-isolation --editable '.[report]'
+	touch $@ $(KERNELS)
+
+# The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests
+# compare with; of what they ask for, an OpenCV would overwrite ours.
+$(READY): $(DEMO_READY) lab/pyproject.toml
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable '.[all,dev,docs]'
-	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
+	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[faces,peers]'
+	$(INSTALL) --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@ $(KERNELS)
 
 # The installation has compiled the kernels; they are compiled again when their sources change. A make
@@ -98,4 +109,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build demo results bench fuzz site src/motes/kernels/*.so
+	rm -rf $(VENV) build lab/build demo results bench fuzz site src/motes/kernels/*.so

@@ -14,10 +14,10 @@ import time
 
 import numpy as np
 
-from motes.evaluation.speed.measure import MAIN, SIZE
-from motes.evaluation.synthetic.clips import still
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
+from motes.synthetic.clips import still
+from motes_lab.speed.measure import MAIN, SIZE
 
 ROUNDS, UPDATES = 40, 30
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motes import synthetic
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
@@ -26,13 +27,12 @@ from motes.core.types import Floats
 from motes.correction.correct import correct_stretch, smooth
 from motes.correction.join import Stretch, enclosing
 from motes.correction.passes import run_pass
-from motes.evaluation import synthetic
-from motes.evaluation.datasets.sot import load_dataset
-from motes.evaluation.metrics.sot import CHI_SQUARE_95
-from motes.evaluation.synthetic.clips import Clip
 from motes.sot.presets import preset
+from motes.synthetic.clips import Clip
 from motes.video.film import Film
 from motes.video.shared import FrameReader
+from motes_lab.datasets.sot import load_dataset
+from motes_lab.metrics.sot import CHI_SQUARE_95
 
 RENDERED = ("turning", "growing", "occluded", "rolling", "jumping")
 
@@ -115,7 +115,7 @@ def main() -> None:
     parser.add_argument("dataset", nargs="?", type=Path)
     parser.add_argument("--gap", type=int, default=40, help="frames between keyframes; 0: one")
     parser.add_argument("--longest", type=int, default=10**9, help="frames of a sequence at most")
-    parser.add_argument("--first-pixel", type=int, help="as for motes evaluate")
+    parser.add_argument("--first-pixel", type=int, help="as for motes-lab evaluate")
     parser.add_argument("--preset", default="default")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()

@@ -2,8 +2,8 @@
 
     python benchmarks/bounds.py RUN SEQUENCES [--first-pixel 'seg-*=0' ...]
 
-RUN is a folder of `motes evaluate` over SEQUENCES. The tracks are corrected, not tracked again, so
-this tells where the success lies that is missing, not what a better estimate would lead to.
+RUN is a folder of `motes-lab evaluate` over SEQUENCES. The tracks are corrected, not tracked again,
+so this tells where the success lies that is missing, not what a better estimate would lead to.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from urllib.parse import unquote
 import numpy as np
 
 from motes.core.types import Floats
-from motes.evaluation.datasets.sot import Sequence, load_dataset
-from motes.evaluation.metrics.sot import success_auc
-from motes.evaluation.protocols.trace import TrackerOutput, load_trace
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import Cell, Table, number
-from motes.evaluation.scores import MISS_IOU, fit
+from motes_lab.datasets.sot import Sequence, load_dataset
+from motes_lab.metrics.sot import success_auc
+from motes_lab.protocols.trace import TrackerOutput, load_trace
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Table, number
+from motes_lab.scores import MISS_IOU, fit
 
 Correction = Callable[[Floats, Floats], None]
 """Changes rows x, y, a, b, theta of a track, given those of the truth's boxes."""

@@ -28,10 +28,6 @@ from motes.core.frame import Frame
 from motes.cues.color import ColorModel
 from motes.cues.sampling import PROFILES
 from motes.cues.structure_tensor import OrientationModel, filters_of
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import NO_VALUE, Cell, Table, number
-from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
-from motes.evaluation.synthetic.clips import still
 from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
 from motes.sot.filtering import observation
@@ -40,6 +36,10 @@ from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import preset
+from motes.synthetic.clips import still
+from motes_lab.report import markdown
+from motes_lab.report.tables import NO_VALUE, Cell, Table, number
+from motes_lab.speed.measure import MAIN, SIZE, Film, timed
 
 PRESETS = ("nummiaro", "ng_delp", "maggio")
 FRAMES, ROUNDS = 31, 10
@@ -244,7 +244,7 @@ def break_down(name: str) -> Breakdown:
 
 
 def counted(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, int]:
-    """Return how much there is to do in an update, as docs/performance.md derives it."""
+    """Return how much there is to do in an update, as lab/docs/performance.md derives it."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
     assert isinstance(model, ColorModel)

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from motes import PRESETS, Frame, Tracker, open_source
 from motes.core.geometry import iou
-from motes.evaluation.datasets.sot import Sequence, load_dataset
-from motes.evaluation.metrics.sot import calibration_error
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.presets import preset
+from motes_lab.datasets.sot import Sequence, load_dataset
+from motes_lab.metrics.sot import calibration_error
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from motes.evaluation import synthetic
+from motes import synthetic
 from motes.video.writer import VideoWriter
 
 PROGRAM = [sys.executable, "-m", "motes", "batch"]

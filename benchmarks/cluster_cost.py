@@ -17,8 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from motes import synthetic
 from motes.cluster.resources import thread_limits
-from motes.evaluation import synthetic
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 

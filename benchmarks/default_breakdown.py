@@ -21,16 +21,16 @@ from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import Grid
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import Cell, Table, number
-from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
-from motes.evaluation.synthetic.clips import still
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
 from motes.sot.discriminative.report import Reporter
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
+from motes.synthetic.clips import still
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Table, number
+from motes_lab.speed.measure import MAIN, SIZE, Film, timed
 
 FRAMES, ROUNDS = 31, 10
 PARTS = {

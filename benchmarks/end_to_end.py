@@ -28,9 +28,9 @@ from typing import NamedTuple
 import av
 
 from motes.core.frame import as_rgb
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 SIZES = ["854x480", "1920x1080", "3840x2160"]
 PRESETS = ["nummiaro", "default"]

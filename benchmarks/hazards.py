@@ -41,7 +41,7 @@ PICTURES = 15
 
 def film(path: str, frames: str) -> None:
     """Write a long film in which nothing jumps, but what jumps in the demo."""
-    from motes.evaluation import synthetic
+    from motes import synthetic
     from motes.video.writer import VideoWriter
 
     pixels = [frame.pixels for frame, _ in synthetic.demo((320, 240), 300)]

@@ -22,12 +22,12 @@ from msgspec.structs import replace
 
 from motes import Tracker, kernels
 from motes.cli import main as command_line
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import Cell, Row, Table
-from motes.evaluation.synthetic.clips import still
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 SIZE, TARGET = (320, 240), (30, 50)
 PRESETS = ("nummiaro", "ng_delp", "maggio")

@@ -14,8 +14,8 @@ import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.types import Floats
-from motes.evaluation.synthetic import still
 from motes.sot.tracker import Tracker
+from motes.synthetic import still
 
 SIZES = (20.0, 30.0), (30.0, 40.0), (40.0, 60.0), (60.0, 100.0)
 NOISE = 4, 8, 16

@@ -3,8 +3,8 @@
     python benchmarks/same_tracks.py write tracks.npz        # on one machine
     python benchmarks/same_tracks.py compare tracks.npz      # on the other one
 
-The file holds the pictures too, so that both machines read the same ones. docs/performance.md has
-the commands for arm64 under qemu-user.
+The file holds the pictures too, so that both machines read the same ones.
+lab/docs/performance.md has the commands for arm64 under qemu-user.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from msgspec.structs import replace
 from motes import Tracker
 from motes.core.types import Bytes, Floats
 from motes.cues.sampling import Checkerboard, EveryPixel, Sampling
-from motes.evaluation.synthetic.clips import turning
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import NG_DELP, PRESETS, TrackerConfig
+from motes.synthetic.clips import turning
 
 SIZE, FRAMES = (160, 120), 12
 NAMES = ("nummiaro", "nummiaro:adaptive", "mean_shift", "maggio", "maggio:printed", "zhao_pei")

@@ -20,9 +20,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from motes import synthetic
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.evaluation import synthetic
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 

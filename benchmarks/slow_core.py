@@ -29,13 +29,13 @@ from msgspec.structs import replace
 
 from motes import Tracker
 from motes.cues.sampling import Checkerboard, EveryPixel, Sampling
-from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import Cell, Row, Table
-from motes.evaluation.synthetic.clips import still
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import NG_DELP
+from motes.synthetic.clips import still
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 FILMS = {
     "352x240, a target of 10x30": ((352, 240), (10, 30)),  # the film of figure 4

@@ -7,7 +7,7 @@
 All times are those of the page: until a picture is on the stage, or until all rows are results.
 `effort` opens each sequence, draws its truth in the first frame, and tracks. Then it asks for the
 next doubtful frame, draws the truth there, and waits for the smoothed rows, until 95 % of the
-frames have an IoU of 0.7: as `motes experiment effort`, but by pointer and keys.
+frames have an IoU of 0.7: as `motes-lab experiment effort`, but by pointer and keys.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.evaluation.datasets.sot import load_dataset
+from motes_lab.datasets.sot import load_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 

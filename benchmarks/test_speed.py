@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from motes import Tracker
-from motes.evaluation.adapters.opencv import PEERS, peer
-from motes.evaluation.speed.measure import MAIN, OURS, SIZE, TARGETS, Film
-from motes.evaluation.synthetic.clips import still
+from motes.synthetic.clips import still
+from motes_lab.adapters.opencv import PEERS, peer
+from motes_lab.speed.measure import MAIN, OURS, SIZE, TARGETS, Film
 
 FRAMES = 31
 

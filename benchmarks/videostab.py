@@ -3,8 +3,8 @@
     apt-get install g++ libopencv-videostab-dev
     python benchmarks/videostab.py MOT
 
-MOT is a folder of sequences from still cameras, as for `motes evaluate`. They are seen by the
-moving camera of `motes experiment moving-camera`, as pictures in a temporary folder. OpenCV's
+MOT is a folder of sequences from still cameras, as for `motes-lab evaluate`. They are seen by the
+moving camera of `motes-lab experiment moving-camera`, as pictures in a temporary folder. OpenCV's
 Python packages have no videostab, so a small program in C++ is compiled; CXXFLAGS and LDFLAGS may
 say where OpenCV is. Its default follows as many corners as ours, and as many as it takes by itself.
 """
@@ -25,9 +25,9 @@ from PIL import Image
 
 from motes.core.frame import Frame
 from motes.core.types import Floats
-from motes.evaluation.datasets.mot import load_mot_dataset
-from motes.evaluation.papers.moving_camera import View, motion_errors, view_frames
 from motes.mot.detection.global_motion import CORNERS, GlobalMotion
+from motes_lab.datasets.mot import load_mot_dataset
+from motes_lab.papers.moving_camera import View, motion_errors, view_frames
 
 OWN = 1000
 """Number of corners of videostab's own detector (`GFTTDetector`)."""

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from motes.cli import main
-from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Clip
+from motes import synthetic
+from motes.synthetic.clips import Clip
+from motes_lab.cli import main
 
 SIZE = (160, 120)
 FRAMES = 20
@@ -181,7 +181,7 @@ def at_home(folder: Path, module: str) -> Iterator[None]:
 
 
 def evaluating(capfd: pytest.CaptureFixture[str]) -> Go:
-    """Return what runs `motes evaluate`: exit code, standard output, standard error."""
+    """Return what runs `motes-lab evaluate`: exit code, standard output, standard error."""
 
     def run(line: str) -> tuple[int, str, str]:
         capfd.readouterr()

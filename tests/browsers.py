@@ -12,7 +12,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from motes.evaluation.synthetic.clips import still
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes.evaluation.metrics.mot import Tally
 from motes.formats.mot_files import UNKNOWN, Rows, rows_of
+from motes_lab.metrics.mot import Tally
 
 FIELDS: Mapping[str, tuple[str, str]] = {
     "hits": ("HOTA", "HOTA_TP"),

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from motes.cli import main
+from motes_lab.cli import main as lab
 
+PROGRAMS = {"motes": main, "motes-lab": lab}
 NUMBER = re.compile(r"\d*\.\d+|\d{2,}")
 """Measured numbers, whose last digits depend on the processor; counts below ten must agree."""
 OTHERS = ("make", "pip", "cd", "python", "docker")
@@ -40,12 +42,18 @@ def blocks(page: Path) -> list[Block]:
 
 
 def commands(block: Block) -> list[str]:
-    """Return the commands of motes in a block for the shell, without comments."""
+    """Return the commands of motes and of its lab in a block for the shell, without comments."""
     text = block.text.replace("\\\n", "")
     lines = [line.split("#")[0].strip() for line in text.splitlines()]
-    strange = [line for line in lines if line and line.split()[0] not in ("motes", *OTHERS)]
+    strange = [line for line in lines if line and line.split()[0] not in (*PROGRAMS, *OTHERS)]
     assert not strange, f"neither run nor known: {strange}"
-    return [line for line in lines if line.startswith("motes ")]
+    return [line for line in lines if line.startswith(("motes ", "motes-lab "))]
+
+
+def run(command: str) -> int:
+    """Run a command of motes or of its lab; return the exit code."""
+    program, *words = shlex.split(command)
+    return PROGRAMS[program](words)
 
 
 def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
@@ -63,7 +71,7 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
             Path(block.title).write_text(block.text, encoding="utf-8")
         elif block.language == "sh":
             for command in commands(block):
-                code = main(shlex.split(command)[1:])
+                code = run(command)
                 output += "".join(capfd.readouterr())
                 assert code == 0, (where, command, output)
                 ran += 1

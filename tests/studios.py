@@ -21,7 +21,6 @@ import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from motes.evaluation.synthetic.clips import still
 from motes.studio.protocol import (
     Item,
     Message,
@@ -35,6 +34,7 @@ from motes.studio.safety import Guard, Limits
 from motes.studio.serve import listening, settings
 from motes.studio.server import AGAIN, app
 from motes.studio.studio import Studio
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 FRAMES = 40

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import motes
-from motes.evaluation import synthetic
+from motes import synthetic
 from motes.video.writer import VideoWriter
 
 API = (Path(__file__).parent.parent / "docs" / "api.md").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from motes.evaluation.synthetic.clips import still
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 SCRIPTS = Path(__file__).parents[1] / "benchmarks"

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import pytest
 
-from motes.evaluation.synthetic.clips import still
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 ROOT = Path(__file__).parent.parent

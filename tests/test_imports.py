@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -12,34 +13,50 @@ import pytest
 from PIL import Image
 
 import motes
+import motes_lab
 from oracles import mosaic
 
 ROOT = Path(motes.__file__).parent
+LAB = Path(motes_lab.__file__).parent
 ORDER = [
     {"core", "kernels"},
     {"video"},
     {"cues"},
     {"sot"},
     {"mot", "testing"},
+    {"synthetic"},
     {"output"},
     {"correction"},
     {"formats"},
     {"cluster"},
-    {"evaluation", "services"},
+    {"services"},
     {"studio"},
     {"cli"},
-    {"filtering", "synthetic", "__main__"},
+    {"filtering", "__main__"},
 ]
 """The packages, and last the modules of public names and the program.
 
 A package may import from the groups before its own; core and kernels do not know each other."""
-MODULES = {
-    ".".join(("motes", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(
-        ".__init__"
-    ): path
-    for path in sorted(ROOT.rglob("*.py"))
-    if path != ROOT / "__init__.py"
-}
+LINES = {
+    "core": 2550, "kernels": 300, "video": 2450, "cues": 1800, "sot": 6600, "mot": 8350,
+    "testing": 260, "synthetic": 1850, "output": 3150, "correction": 2150, "formats": 3050,
+    "cluster": 3500, "services": 500, "studio": 6000, "cli": 8100, "filtering": 80, "lab": 14200,
+}  # fmt: skip
+"""Most lines of Python in each package; docs/architecture.md has what they should be."""
+
+
+def modules_in(root: Path) -> dict[str, Path]:
+    """Return the modules below the folder of a package, by their dotted names."""
+    return {
+        ".".join((root.name, *path.relative_to(root).with_suffix("").parts)).removesuffix(
+            ".__init__"
+        ): path
+        for path in sorted(root.rglob("*.py"))
+        if path != root / "__init__.py"
+    }
+
+
+MODULES = modules_in(ROOT)
 
 
 def imported(path: Path) -> set[str]:
@@ -101,6 +118,46 @@ def test_all_packages_have_their_place() -> None:
     assert {package(module) for module in MODULES} == set().union(*ORDER)
 
 
+def test_the_library_never_imports_the_lab() -> None:
+    for path in (*MODULES.values(), ROOT / "__init__.py"):
+        roots = {name.split(".")[0] for name in imported(path)}
+        assert "motes_lab" not in roots, path
+
+
+def test_the_lab_has_no_circle() -> None:
+    """Its imports are of itself, of motes, and of what the two distributions depend on."""
+    own = modules_in(LAB)
+
+    def module_in_lab(name: str) -> str | None:
+        parts = name.split(".")
+        known = (".".join(parts[:length]) for length in range(len(parts), 1, -1))
+        return next((module for module in known if module in own), None)
+
+    graph = {
+        module: {other for name in imported(path) if (other := module_in_lab(name))} - {module}
+        for module, path in own.items()
+    }
+    assert graph["motes_lab.cli.evaluate"] >= {"motes_lab.runner", "motes_lab.datasets.sot"}
+    assert set(graph) <= set(TopologicalSorter(graph).static_order())
+    for path in own.values():
+        for name in imported(path):
+            assert module_of(name) is None or module_of(name) in MODULES
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_a_package_keeps_its_budget_of_lines(name: str) -> None:
+    if name == "lab":
+        paths = [*LAB.rglob("*.py")]
+    else:
+        paths = [path for module, path in MODULES.items() if package(module) == name]
+    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in paths)
+    assert 0 < lines <= LINES[name], f"{name} has {lines} lines; its budget is {LINES[name]}"
+
+
+def test_all_packages_have_a_budget() -> None:
+    assert set(LINES) == set().union(*ORDER) - {"__main__"} | {"lab"}
+
+
 def test_the_walk_finds_imports() -> None:
     """The tests before this one would also pass if it found nothing."""
     found = modules(MODULES["motes.sot.tracker"])
@@ -113,6 +170,18 @@ def test_kernels_stand_alone() -> None:
     others = {name for name in names if not f"{name}.".startswith("motes.kernels.")}
     roots = {name.split(".")[0] for name in others}
     assert roots - sys.stdlib_module_names - {"__future__"} == {"numpy"}
+
+
+def test_both_distributions_have_one_version() -> None:
+    whole, lab = (
+        tomllib.loads((ROOT.parents[1] / path).read_text(encoding="utf-8"))["project"]
+        for path in ("pyproject.toml", "lab/pyproject.toml")
+    )
+    assert whole["version"] == lab["version"] == motes.__version__
+    assert f"motes=={motes.__version__}" in lab["dependencies"]
+    assert whole["optional-dependencies"]["lab"][0].endswith(f"=={motes.__version__}")
+    needed = " ".join(whole["dependencies"])
+    assert not [name for name in ("matplotlib", "opencv", "trackers", "lab") if name in needed]
 
 
 def test_public_names() -> None:
@@ -175,7 +244,7 @@ image = np.zeros((20, 20, 3), np.uint8)
 tracker.init(image, (5, 5, 6, 6))
 tracker.update(image)
 """
-    extra = {"cv2", "dlib", "matplotlib", "av", "PIL", "rich", "cyclopts"}
+    extra = {"cv2", "dlib", "matplotlib", "av", "PIL", "rich", "cyclopts", "motes_lab"}
     assert not loaded_after(code) & extra
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motes import synthetic
 from motes.cli import main
 from motes.core import registry
 from motes.core.config import from_dict, from_toml, to_dict, to_toml
@@ -25,7 +26,6 @@ from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
-from motes.evaluation import synthetic
 from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
 from motes.mot.scene_config import scene_config
 from motes.sot.filtering.motion import MOTIONS

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes import Status, open_source
-from motes.cli import main
-from motes.evaluation import synthetic
+from motes import Status, open_source, synthetic
 from motes.video.writer import VideoWriter
 from pages import blocks, commands
+from pages import run as run_command
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
@@ -93,7 +91,7 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
             (folder / block.title).write_text(block.text, encoding="utf-8")
         for command in commands(block) if block.language == "sh" else ():
             run += 1
-            assert main(shlex.split(command)[1:]) == 0, (command, capfd.readouterr().err)
+            assert run_command(command) == 0, (command, capfd.readouterr().err)
             output = re.search(r"^motes track .*-o (\S+\.csv)", command)
             if output and "--resume" not in command:
                 rows = (folder / output[1]).read_text().splitlines()

@@ -20,10 +20,14 @@ from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import configure, preset
+from motes_lab.cli.app import app as lab_app
 from pages import blocks
 
 ROOT = Path(__file__).parent.parent
 KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
+MAIN = ("track", "watch", "demo", "doctor")
+LAB = ("evaluate", "compare", "experiment", "bench", "faces")
+PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "lab/docs").rglob("*.md")]
 CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}
 """Methods, not keys."""
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
@@ -82,9 +86,10 @@ def test_reference_is_complete(site: Path) -> None:
     for name in [*motes.__all__, *names]:
         assert f'id="motes.{name}"' in api, name
     commands = (site / "reference/cli.html").read_text(encoding="utf-8")
-    for name in ("track", "watch", "evaluate", "compare", "experiment", "demo", "bench", "doctor"):
-        assert name in app
-        assert f'id="motes-{name}"' in commands, name
+    for program, known in ((app, MAIN), (lab_app, LAB)):
+        for name in known:
+            assert name in program
+            assert f'id="{program.name[0]}-{name}"' in commands, name
     text = (site / "reference/configuration.html").read_text(encoding="utf-8")
     for kind in KINDS:
         for key in all_keys(keys(kind)):
@@ -125,7 +130,7 @@ def test_named_configuration_keys_exist() -> None:
     tables = {path.rpartition(".")[0] for path in paths}
     roots = {path.partition(".")[0] for path in paths}
     found = 0
-    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+    for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for name in re.findall(r"`(?:--)?([a-z_]+(?:\.[a-z_-]+)+)(?: [^`]*)?`", text):
             key = name.replace("-", "_")
@@ -137,7 +142,7 @@ def test_named_configuration_keys_exist() -> None:
 
 def test_configurations_can_be_loaded() -> None:
     found = 0
-    for page in (ROOT / "docs").rglob("*.md"):
+    for page in PAGES:
         for block in blocks(page):
             if block.language == "toml" and block.text.startswith("preset"):
                 found += 1

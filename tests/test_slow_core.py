@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from motes.cues.sampling import Checkerboard, EveryPixel
-from motes.evaluation.synthetic.clips import still
 from motes.sot.presets import NG_DELP
+from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "slow_core.py"

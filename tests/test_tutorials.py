@@ -9,8 +9,10 @@ import pytest
 
 from pages import run_page
 
-DOCS = Path(__file__).parent.parent / "docs"
-PAGES = [DOCS / "quickstart.md", *sorted((DOCS / "tutorials").glob("*.md"))]
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
+PAGES = [DOCS / "quickstart.md", *TUTORIALS, ROOT / "lab/docs/compare.md"]
 
 
 @pytest.mark.slow

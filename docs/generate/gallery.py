@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from motes import Detection, Scene, Tracker
-from motes.evaluation import synthetic
-from motes.evaluation.synthetic import Clip, Target, Truth
+from motes import Detection, Scene, Tracker, synthetic
 from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
+from motes.synthetic import Clip, Target, Truth
 
 FOLDER = Path(__file__).parent.parent / "images" / "gallery"
 SIZE = (320, 240)

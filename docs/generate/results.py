@@ -5,7 +5,7 @@ beginning of the titles of the tables that are shown. The commands that make it 
 
     <!-- results campus | 2 min | All frames -->
 
-        motes experiment zhao-figure9 MOT/TUD-Campus --full
+        motes-lab experiment zhao-figure9 MOT/TUD-Campus --full
 
     | sequence | frames | ...
 
@@ -33,10 +33,11 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-DOCS = Path(__file__).resolve().parent.parent
-KEPT = DOCS.parent / "results"
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs", ROOT / "lab" / "docs"
+KEPT = ROOT / "results"
 """The folder of what the commands write."""
-DATA = Path(os.environ.get("MOTES_DATA", DOCS.parent.parent / "shared" / "data")).resolve()
+DATA = Path(os.environ.get("MOTES_DATA", ROOT.parent / "shared" / "data")).resolve()
 FOLDERS = {"SEQUENCES": "sot", "OTHERS": "sot-more", "MOT": "mot", "VIDEOS": "video"}
 """Names of folders in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
@@ -121,7 +122,7 @@ def together(tables: Iterable[Written]) -> list[Written]:
 
 
 def arguments(command: str) -> list[str]:
-    """Return the arguments of a command of motes, with the folders in place of their names."""
+    """Return the arguments of a command of motes-lab, with the folders in place of their names."""
     _, *given = shlex.split(command)
     names = "|".join(FOLDERS)
     return [
@@ -152,8 +153,8 @@ def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
         if not done.exists():
             again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
             print(f"{block.name}: {command}", flush=True)
-            line = [sys.executable, "-m", "motes", *given, "--out", str(folder), again]
-            run = subprocess.run(line, stdout=subprocess.DEVNULL, cwd=DOCS.parent)
+            line = [sys.executable, "-m", "motes_lab", *given, "--out", str(folder), again]
+            run = subprocess.run(line, stdout=subprocess.DEVNULL, cwd=ROOT)
             if code := run.returncode:
                 raise RuntimeError(f"{command} ended with exit code {code}.")
             today = datetime.date.today().isoformat()
@@ -195,7 +196,10 @@ def main(line: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="tables to make; all by default")
     names = parser.parse_args(line).names
-    found = sorted(blocks(sorted(DOCS.glob("*.md"))), key=lambda each: each.minutes)
+    found = sorted(
+        blocks(sorted(page for folder in DOCS for page in folder.glob("*.md"))),
+        key=lambda each: each.minutes,
+    )
     if unknown := set(names) - {each.name for each in found}:
         known = ", ".join(sorted(each.name for each in found))
         parser.error(f"there is no table {', '.join(sorted(unknown))}; known are {known}.")

@@ -1,17 +1,20 @@
-"""The pages of the site that are made from the code: the API, the commands, the configuration.
+"""The pages of the site that are not in docs/: those made from the code, and those of the lab.
 
-mkdocs calls `on_files` as a hook (mkdocs.yml).
+mkdocs calls `on_files` and `on_page_markdown` as hooks (mkdocs.yml).
 """
 
 from __future__ import annotations
 
 import importlib
+import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 import motes
 from motes.cli.app import EXIT_CODES, app
@@ -21,7 +24,10 @@ from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import DESCRIPTIONS
+from motes_lab.cli.app import app as lab_app
 
+LAB = Path(__file__).parents[2] / "lab" / "docs"
+"""The folder of the lab's pages, which are in lab/ on the site."""
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
@@ -49,7 +55,7 @@ in the package is internal and may change.
 CLI_HEAD = """\
 # Commands
 
-The help of every command, made from the program. `motes COMMAND --help` prints the same.
+The help of every command, made from the programs. `motes COMMAND --help` prints the same.
 
 """
 CONFIGURATION_HEAD = """\
@@ -71,11 +77,22 @@ PRESET` prints the same, with the values of a preset.
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages to those that were found in docs/."""
+    """Add the generated pages and those of the lab to those that were found in docs/."""
     pages = {"api": api_page, "cli": cli_page, "configuration": configuration_page}
     for name, page in pages.items():
         files.append(File.generated(config, f"reference/{name}.md", content=page()))
+    for path in sorted(LAB.rglob("*")):
+        if path.suffix in (".md", ".png"):
+            name = f"lab/{path.relative_to(LAB).as_posix()}"
+            files.append(File.generated(config, name, abs_src_path=str(path)))
     return files
+
+
+def on_page_markdown(text: str, page: Page, **_: object) -> str:
+    """Make links between docs/ and lab/docs/, which hold in the repository, hold on the site."""
+    if page.file.src_uri.startswith("lab/"):
+        return text.replace("](../../docs/", "](../")
+    return re.sub(r"\]\(((?:\.\./)*)\.\./lab/docs/", r"](\1lab/", text)
 
 
 def api_page() -> str:
@@ -99,10 +116,16 @@ def api_page() -> str:
 
 def cli_page() -> str:
     """Return what cyclopts writes about the commands, as a page of the site."""
-    text = app.generate_docs(recursive=True, heading_level=1)
-    _, _, commands = text.partition("\n## motes ")  # the page has its own head and contents
+    # The page has its own head and contents.
+    motes, lab = (
+        each.generate_docs(recursive=True, heading_level=1).partition(f"\n## {each.name[0]} ")
+        for each in (app, lab_app)
+    )
     codes = EXIT_CODES.partition("\n")[2]
-    return f"{CLI_HEAD}## motes {commands}\n## Exit codes\n\n```text\n{codes}```\n"
+    return (
+        f"{CLI_HEAD}## motes {motes[2]}\n## motes-lab {lab[2]}\n"
+        f"## Exit codes\n\n```text\n{codes}```\n"
+    )
 
 
 def configuration_page() -> str:

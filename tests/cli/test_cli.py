@@ -24,13 +24,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes import Tracker, open_source
+from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
 from motes.cli.track_loop import follow, on_region
 from motes.core.errors import SourceError
 from motes.core.track import Status
-from motes.evaluation import synthetic
 from motes.output.figures import FIGURES
 from motes.output.track_rows import COLUMNS
 from motes.video.prefetch import prefetch
@@ -254,10 +253,12 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
 
 
 def test_histogram_then_search(go: Go) -> None:
-    code, _, error = go("histogram FILM --init BOX --start 3 -o h.json --color.bins 6,6,6")
+    code, _, error = go(
+        "track FILM --init BOX --start 3 --save-histogram h.json --color.bins 6,6,6"
+    )
     assert (code, "wrote h.json" in error) == (0, True)
     Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
-    assert go("histogram FILM --init BOX -o h.json")[0] == 5
+    assert go("track FILM --init BOX --save-histogram h.json")[0] == 5
     line = "track FILM --histogram h.json --places at.toml -o r.csv --overwrite"
     code, _, error = go(line)  # the bins are the file's
     assert (code, "found at frame" in error) == (0, True)
@@ -272,7 +273,7 @@ def test_histogram_then_search(go: Go) -> None:
 
 def test_a_filter_of_two_cues_searches_by_both(go: Go) -> None:
     line = "--preset ng_delp --edges.bins 12"
-    code, _, error = go(f"histogram FILM --init BOX -o h.json {line}")
+    code, _, error = go(f"track FILM --init BOX --save-histogram h.json {line}")
     assert (code, "bins of color and" in error, "of 13 bins of edges" in error) == (0, True, True)
     code, _, error = go("track FILM --histogram h.json --preset ng_delp -o r.csv")
     assert (code, "found at frame" in error) == (0, True)
@@ -282,14 +283,14 @@ def test_a_filter_of_two_cues_searches_by_both(go: Go) -> None:
 
 def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
     Image.new("RGB", SIZE, (200, 0, 200)).save("empty.png")
-    assert go("histogram FILM --init BOX -o h.json")[0] == 0
+    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     assert go("track FILM --histogram h.json --background empty.png -o -")[0] == 0
 
 
 def test_never_found(go: Go) -> None:
     for index in range(3):
         Image.new("RGB", SIZE, (0, 90, 90)).save(f"{index}.png")
-    assert go("histogram FILM --init BOX -o h.json")[0] == 0
+    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     code, _, error = go("track *.png --histogram h.json -o r.csv")
     assert code == 4
     assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
@@ -362,7 +363,7 @@ def test_options_may_come_before_the_source(go: Go) -> None:
     assert go("track --particles 20 --scale.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
 
 
-@pytest.mark.parametrize("command", ["track", "watch", "histogram"])
+@pytest.mark.parametrize("command", ["track", "watch"])
 def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
     out = " ".join(go(f"{command} --help")[1].split())
     assert "motes config lists the presets" in out
@@ -389,6 +390,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
             "min is 9, and max is 3",
         ),
         ("track FILM --init BOX --places a.toml", 2, "belong to --histogram"),
+        ("track FILM --init BOX --face-model f", 2, "--face-model belongs to --detect face"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
         ("track FILM --ellipse 1,2,3,4", 2, "--ellipse takes x,y,a,b,theta"),
@@ -455,11 +457,15 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
         ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
         ("track folder --init BOX", 3, "There are no images in folder"),
-        ("histogram FILM --init BOX", 2, "--output is missing; see motes histogram --help"),
-        ("histogram FILM -o x.json", 2, "Give either --init x,y,width,height or --ellipse"),
-        ("histogram FILM --init 1,1,900,9 -o x.json", 2, "outside the frame of 160x120"),
-        ("histogram FILM --init BOX --start 99 -o x.json", 3, "choose a smaller start"),
-        ("histogram FILM --init BOX -o /dev/full", 5, "/dev/full cannot be written: No space"),
+        ("track FILM --save-histogram x.json", 2, "give one --init x,y,width,height or"),
+        ("track FILM --init BOX --init BOX --save-histogram x.json", 2, "is of one target"),
+        ("track FILM --init BOX --save-histogram x.json -o r.csv", 2, "-o is for tracks"),
+        ("track FILM --detect face --save-histogram x.json", 2, "--detect is for a search"),
+        ("track FILM --init BOX --preset default --save-histogram x.json", 2, "cannot search"),
+        ("track FILM --at 3=BOX --save-histogram x.json", 2, "not for keyframes"),
+        ("track FILM --init 1,1,900,9 --save-histogram x.json", 2, "outside the frame of 160x120"),
+        ("track FILM --init BOX --start 99 --save-histogram x.json", 3, "choose a smaller start"),
+        ("track FILM --init BOX --save-histogram /dev/full", 5, "/dev/full cannot be written: No"),
         ("trak FILM", 2, 'Did you mean "track"'),
     ],
 )
@@ -470,22 +476,13 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     Path("text.mp4").write_text("hello\n")
     Path("folder").mkdir()
     if "h.json" in line:
-        assert go("histogram FILM --init BOX -o h.json")[0] == 0
+        assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     before = set(os.listdir())
-    named = line.startswith("hist") or "-o " in line or "--overlay" in line
+    named = "--save-histogram" in line or "-o " in line or "--overlay" in line
     found, out, error = go(line if named else f"{line} -o r.csv")
     assert (found, out, error.count("\n")) == (code, "", 1), error
     assert re.match(f"motes: error: .*{message}", error), error
     assert set(os.listdir()) == before
-
-
-@pytest.mark.parametrize(
-    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "A median needs")]
-)
-def test_a_bench_of_nothing_is_refused(go: Go, line: str, said: str) -> None:
-    code, _, error = go(line)
-    assert (code, error.count("\n")) == (2, 1)
-    assert said in error
 
 
 def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -691,7 +688,7 @@ def test_help_loads_nothing_heavy() -> None:
         "import sys; from motes.cli import main; main(sys.argv[1:]); "
         "print([name for name in ('numpy', 'av', 'PIL') if name in sys.modules])"
     )
-    for words in (["--help"], ["track", "--help"], ["histogram", "--help"], ["--version"]):
+    for words in (["--help"], ["track", "--help"], ["--version"]):
         out = subprocess.check_output([sys.executable, "-c", code, *words], text=True)
         assert out.splitlines()[-1] == "[]"
 
@@ -700,7 +697,7 @@ def test_help_loads_nothing_heavy() -> None:
 def test_help_names_commands_and_exit_codes(go: Go) -> None:
     code, out, _ = go("--help")
     assert code == 0
-    for word in ("track", "histogram", "demo", "bench", "doctor", "130  interrupted by Ctrl-C"):
+    for word in ("track", "watch", "demo", "doctor", "130  interrupted by Ctrl-C"):
         assert word in out
     assert go("--version")[1] == f"{metadata.version('motes')}\n"
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from motes import synthetic
 from motes.cli import main
 from motes.cli.exit_codes import NO_MEMORY
 from motes.cli.explain import explain
-from motes.evaluation import synthetic
 from motes.video.writer import VideoWriter
 
 MOTES = f"{sys.executable} -m motes"
@@ -69,7 +69,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("watch film.mkv --patience 2", "it is --termination.max_age now"),
         ("watch film.mkv --limit 9", "it is --detections.limit now"),
         ("track film.mkv --preset nummiaro --budget.least 9", "it is --budget.min now"),
-        ("histogram film.mkv -o h.json --overwrit", "did you mean --overwrite?"),
+        ("track film.mkv --save-histogram h.json --overwrit", "did you mean --overwrite?"),
     ],
 )
 def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
@@ -89,13 +89,10 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
         f"track film.mkv --init 60,40,30,40 -o r.csv --budget.max {HUGE} --preset nummiaro",
         f"track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --presence.frames {HUGE}",
         "track film.mkv --init 60,40,30,40 -o r.csv --config huge.toml",
-        f"histogram film.mkv --init 60,40,30,40 -o h.json --start {HUGE}",
+        f"track film.mkv --init 60,40,30,40 --save-histogram h.json --start {HUGE}",
         f"watch film.mkv -o r.csv --end {HUGE}",
         "watch film.mkv -o r.csv --detector.history 2147483648",
         f"demo --frames {HUGE}",
-        f"bench --frames {HUGE}",
-        f"evaluate . --seeds {HUGE}",
-        f"experiment two-rooms --seeds {HUGE}",
     ],
 )
 def test_numbers_that_are_too_large(go: Go, line: str) -> None:
@@ -148,7 +145,7 @@ def test_closed_streams(line: str, code: int, lines: int) -> None:
     ],
 )
 def test_a_lack_of_memory_is_no_defect(error: Exception) -> None:
-    assert explain(error) == (NO_MEMORY, 2)
+    assert explain(error, "motes") == (NO_MEMORY, 2)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
@@ -170,6 +167,6 @@ def test_a_limit_that_libraries_cannot_bear_is_named(
 
 
 def test_a_lack_of_file_descriptors_says_what_to_do() -> None:
-    message, code = explain(OSError(errno.EMFILE, "Too many open files", "rows.csv"))
+    message, code = explain(OSError(errno.EMFILE, "Too many open files", "rows.csv"), "motes")
     assert "raise the limit (ulimit -n)" in message
     assert code == 2

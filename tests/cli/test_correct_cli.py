@@ -17,8 +17,8 @@ from motes.core.frame import Frame
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import Rows
-from motes.evaluation.synthetic.clips import still
 from motes.output.track_rows import COLUMNS, CORRECTED, GROUND, TrackWriter
+from motes.synthetic.clips import still
 from motes.video.film import Film
 from motes.video.writer import VideoWriter
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from motes import synthetic
 from motes.cli.demo import FILES, Score, demo, score
 from motes.core.errors import ConfigError, FormatError
-from motes.evaluation import synthetic
 from motes.output.track_rows import COLUMNS
 from motes.video.sources import open_source
 

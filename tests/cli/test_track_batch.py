@@ -13,7 +13,7 @@ import pytest
 
 from motes import Tracker, open_source
 from motes.cli import main
-from motes.evaluation.synthetic.clips import crowd
+from motes.synthetic.clips import crowd
 from motes.video.writer import VideoWriter
 
 Go = Callable[..., tuple[int, str, str]]

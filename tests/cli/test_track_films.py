@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.evaluation.synthetic.clips import crowd
+from motes.synthetic.clips import crowd
 
 Go = Callable[[str], tuple[int, list[str]]]
 FRAMES = 8

@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.evaluation.synthetic.clips import crowd
 from motes.output.read_rows import read_track
+from motes.synthetic.clips import crowd
 
 Go = Callable[[str], tuple[int, str]]
 TRACK = "track film --init 40,30,20,30 --preset nummiaro -o rows.csv"

@@ -19,10 +19,9 @@ from typing import Any
 
 import pytest
 
-from motes import open_source
+from motes import open_source, synthetic
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
-from motes.evaluation import synthetic
 from motes.video.prefetch import prefetch
 from motes.video.writer import VideoWriter
 

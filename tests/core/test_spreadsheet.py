@@ -13,10 +13,10 @@ from motes.cluster import state
 from motes.core.geometry import Ellipse
 from motes.core.spreadsheet import MARKS, guarded, unguarded
 from motes.core.track import Status
-from motes.evaluation import scores
 from motes.formats import registry
 from motes.formats.recording import recording_of
 from motes.output.journal import ObjectRow
+from motes_lab import scores
 from recordings import FACTS
 
 FORMULAS = ['=HYPERLINK("http://x",A1)', "+1+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\t=1", "'=1"]

@@ -18,8 +18,8 @@ from motes.core.track import Status, Track
 from motes.correction.correct import correct_stretch, partial, stretches, tracks_of
 from motes.correction.doubts import ranked
 from motes.correction.join import Stretch
-from motes.evaluation.synthetic.clips import Clip, occluded
 from motes.sot.presets import preset
+from motes.synthetic.clips import Clip, occluded
 from motes.video.writer import VideoWriter
 
 FRAMES = 48

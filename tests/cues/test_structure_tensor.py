@@ -12,7 +12,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels
+from motes import kernels, synthetic
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -25,7 +25,6 @@ from motes.cues.structure_tensor import (
     OrientationModel,
     filters_of,
 )
-from motes.evaluation import synthetic
 from motes.kernels.structures import Grid, Reading
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.model_update import ExponentialForgetting

@@ -1,4 +1,4 @@
-"""Configurations in TOML: of trackers, as `motes evaluate` reads them, and of `motes watch`."""
+"""Configurations in TOML: of trackers, as `motes-lab evaluate` reads them, and of `motes watch`."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from functools import cache
 from msgspec.structs import asdict
 
 from motes.core.config import from_dict, from_toml, merge, to_dict, to_toml
-from motes.evaluation.adapters.registry import tracker_spec
 from motes.mot.pipeline_config import WatchConfig
 from motes.mot.scene_config import scene_config
 from motes.sot import presets
+from motes_lab.adapters.registry import tracker_spec
 
 from .outcomes import DefectError, outcome, put
 

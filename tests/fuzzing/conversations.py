@@ -6,7 +6,7 @@ from pathlib import Path
 
 from motes.core.errors import MotesError
 from motes.core.geometry import Box
-from motes.evaluation.adapters.trax import Program, parse
+from motes_lab.adapters.trax import Program, parse
 
 from .outcomes import READ, REFUSED, check_finite, check_message, put
 

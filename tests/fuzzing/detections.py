@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.evaluation.datasets.distractors import evaluated_rows
-from motes.evaluation.metrics.mot import tally
 from motes.formats.mot_files import Kind, read_rows
 from motes.mot.detection.pretrained import RecordedDetections
+from motes_lab.datasets.distractors import evaluated_rows
+from motes_lab.metrics.mot import tally
 
 from .outcomes import READ, REFUSED, check_finite, outcome, put
 
@@ -44,7 +44,7 @@ def check_detector(data: bytes) -> str:
 
 
 def check_rows(data: bytes) -> str:
-    """Read truth, results and detections of `motes evaluate`, and measure them."""
+    """Read truth, results and detections of `motes-lab evaluate`, and measure them."""
     path = put("gt.txt", data)
     kinds: tuple[Kind, ...] = ("truth", "results", "detections")
     found = [outcome(partial(_measure, path, kind)) for kind in kinds]

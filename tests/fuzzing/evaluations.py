@@ -1,4 +1,4 @@
-"""Folders of `motes evaluate` that are resumed: their record, and their tracks."""
+"""Folders of `motes-lab evaluate` that are resumed: their record, and their tracks."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import msgspec
 import numpy as np
 
 from motes.core.geometry import Box, Ellipse
-from motes.evaluation.adapters.registry import tracker_spec
-from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.sot import Sequence
-from motes.evaluation.mot_scores import MotOutcome
-from motes.evaluation.protocols.mot import Tracks, save_tracks
-from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, Start
-from motes.evaluation.protocols.trace import TrackerOutput, save_trace
-from motes.evaluation.run_folder import RECORD, Record, prepare
-from motes.evaluation.runner import Job, Pass
-from motes.evaluation.scores import Outcome, PassResult
 from motes.formats.mot_files import read_rows
+from motes_lab.adapters.registry import tracker_spec
+from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.sot import Sequence
+from motes_lab.mot_scores import MotOutcome
+from motes_lab.protocols.mot import Tracks, save_tracks
+from motes_lab.protocols.sot import FAILED, SKIPPED, STARTED, Start
+from motes_lab.protocols.trace import TrackerOutput, save_trace
+from motes_lab.run_folder import RECORD, Record, prepare
+from motes_lab.runner import Job, Pass
+from motes_lab.scores import Outcome, PassResult
 
 from . import detections
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

@@ -1,4 +1,4 @@
-"""Files of `motes histogram`."""
+"""Files of `motes track --save-histogram`."""
 
 from __future__ import annotations
 

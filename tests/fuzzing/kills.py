@@ -25,11 +25,11 @@ from pathlib import Path
 
 from PIL import Image
 
-from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Clip
+from motes import synthetic
+from motes.synthetic.clips import Clip
 from motes.video.writer import VideoWriter
 
-PROGRAM = [sys.executable, "-m", "motes"]
+PROGRAM = [sys.executable, "-m"]
 SIZE = (160, 120)
 PATIENCE = 60.0
 """Seconds that the processes of a killed run have to clean up after it."""
@@ -138,7 +138,7 @@ class Tally:
 
 def cases(clip: Path, sequences: Path) -> list[Case]:
     """Return the commands that are killed."""
-    follow = ("track", str(clip), "--init", "20,50,30,24")
+    follow = ("motes", "track", str(clip), "--init", "20,50,30,24")
     return [
         Case(
             "track -o .csv --resume",
@@ -148,15 +148,16 @@ def cases(clip: Path, sequences: Path) -> list[Case]:
         Case("track -o .jsonl --resume", (*follow, "-o", "rows.jsonl", "--resume"), ("*.jsonl",)),
         Case(
             "watch -o .csv --events",
-            ("watch", str(clip), "-o", "o.csv", "--events", "e.jsonl", "--overwrite"),
+            ("motes", "watch", str(clip), "-o", "o.csv", "--events", "e.jsonl", "--overwrite"),
             ("o.csv", "e.jsonl"),
             continues=False,
         ),
         Case(
             "evaluate --resume",
             (
-                "evaluate", str(sequences), "--tracker", "nummiaro", "--tracker", "mean_shift",
-                "--seeds", "3", "--workers", "2", "--out", "out", "--resume",
+                "motes_lab", "evaluate", str(sequences), "--tracker", "nummiaro",
+                "--tracker", "mean_shift", "--seeds", "3", "--workers", "2", "--out", "out",
+                "--resume",
             ),
             ("out/tracks/*/*/*.csv", "out/results.csv"),
             timed=True,

@@ -13,10 +13,11 @@ from PIL import Image
 
 from motes.cli import main
 from motes.cli.exit_codes import DONE, FAULT, NOT_FOUND, PARTIAL
+from motes_lab.cli import main as lab
 
 from .outcomes import READ, REFUSED, DefectError, check_message, scratch
 
-COMMANDS = ("track", "watch", "histogram", "evaluate")
+COMMANDS = ("track", "watch", "evaluate")
 
 
 def seeds() -> list[bytes]:
@@ -30,7 +31,7 @@ def seeds() -> list[bytes]:
         "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.1 --scale 20 --seed 1 --end 3",
         "watch --like 10,12,20,16 --end 3",
         "watch --initiation.min-hits 3 --detector.history 200 --dump-config",
-        "histogram --init 10,12,20,16 --start 1",
+        "track --init 10,12,20,16 --start 1 --save-histogram target.json",
         "evaluate --seeds 2 --workers 1 --time-limit 60 --max-frames 10 --first-pixel 0 --folds 2",
     )
     return [line.replace(" ", "\n").encode() for line in lines]
@@ -41,21 +42,18 @@ def check(data: bytes) -> str:
     command, *words = os.fsdecode(data.replace(b"\0", b"")).split("\n")
     if command not in COMMANDS:
         command = "track"
-    source = "missing" if command == "evaluate" else str(_pictures())
-    output = ["--out" if command == "evaluate" else "-o", str(_output(command)), "--overwrite"]
+    measured = command == "evaluate"
+    source = "missing" if measured else str(_pictures())
+    output = ["--out" if measured else "-o", str(scratch() / "rows.csv"), "--overwrite"]
     said = io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
-        code = main([command, source, *words, *output])
+        code = (lab if measured else main)([command, source, *words, *output])
     errors = [line for line in said.getvalue().splitlines() if line.startswith("motes: error: ")]
     if code == FAULT or len(errors) != (code not in (DONE, PARTIAL)):
         raise DefectError(f"The command ended with {code}: {said.getvalue()}")
     for line in errors:
         check_message(line)
     return READ if code in (DONE, NOT_FOUND) else REFUSED
-
-
-def _output(command: str) -> Path:
-    return scratch() / ("target.json" if command == "histogram" else "rows.csv")
 
 
 @cache

@@ -10,10 +10,10 @@ import numpy as np
 from PIL import Image
 
 from motes.core.errors import MotesError
-from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
-from motes.evaluation.report.reference import Reference
 from motes.formats.regions import read_mask
+from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.datasets.sot import Problem, Sequence, load_dataset
+from motes_lab.report.reference import Reference
 
 from . import detections, track_rows
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

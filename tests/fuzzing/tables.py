@@ -1,11 +1,11 @@
-"""Tables of speed that `motes bench --against` reads."""
+"""Tables of speed that `motes-lab bench --against` reads."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from motes.evaluation.report.tables import Cell, Table
-from motes.evaluation.speed.report import against, stored_ratios
+from motes_lab.report.tables import Cell, Table
+from motes_lab.speed.report import against, stored_ratios
 
 from .outcomes import check_finite, outcome
 

@@ -11,11 +11,11 @@ from motes import Status
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import iou
-from motes.evaluation.datasets.team import parse_team
-from motes.evaluation.papers.zhao_pei_team import team as follow_team
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
+from motes_lab.datasets.team import parse_team
+from motes_lab.papers.zhao_pei_team import team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
 SIZE = 14, 30
@@ -149,7 +149,7 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_the_players_of_a_team_are_followed(data: Path) -> None:
     """Boxes by hand in twelve frames of a film whose camera pans."""
-    text = (Path(__file__).parents[1] / "truth" / "team.toml").read_text()
+    text = (Path(__file__).parents[2] / "lab/tests/truth/team.toml").read_text()
     marked = parse_team(text, "team.toml")
     *_, result = follow_team(marked, data / "sot" / marked.sequence / "img", "nummiaro:adaptive", 0)
     (table,) = result.tables.values()

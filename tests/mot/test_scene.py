@@ -22,8 +22,6 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
-from motes.evaluation.synthetic.clips import Clip
-from motes.evaluation.synthetic.occlusion_clips import EMPTY, occlusion_clip
 from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
@@ -37,6 +35,8 @@ from motes.mot.stages.associate import split_merged_blob
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
+from motes.synthetic.clips import Clip
+from motes.synthetic.occlusion_clips import EMPTY, occlusion_clip
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from backgrounds import METHODS
 from motes.core.frame import Frame
-from motes.evaluation.synthetic.scenery import noise, to_bytes
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.scene import Scene
+from motes.synthetic.scenery import noise, to_bytes
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.floating[Any]]

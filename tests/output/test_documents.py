@@ -19,9 +19,9 @@ from PIL import Image
 from motes import open_source
 from motes.cli import main
 from motes.core.errors import SourceError
-from motes.evaluation.synthetic.clips import crowd
 from motes.formats.coco import write as coco
 from motes.output.journal import FrameRow, Header, Journal, JournalWriter
+from motes.synthetic.clips import crowd
 
 Go = Callable[..., tuple[int, str, str]]
 FRAMES = 12

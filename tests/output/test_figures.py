@@ -11,12 +11,12 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from motes import synthetic
 from motes.core.errors import FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.cues.color import Color
-from motes.evaluation import synthetic
 from motes.output.charts import Series
 from motes.output.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.sot.particle_filter import ParticleFilter

@@ -21,8 +21,8 @@ from PIL import Image
 from brokers import wait_until
 from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import Box, iou
-from motes.evaluation.synthetic.clips import crowd
 from motes.services import cvat, cvat_agent, label_studio
+from motes.synthetic.clips import crowd
 
 SIZE = (160, 120)
 CONFIG = (

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motes import ConfigError, SourceError, Tracker, Trackers
+from motes import ConfigError, SourceError, Tracker, Trackers, synthetic
 from motes.core.geometry import Box
-from motes.evaluation import synthetic
 
 CLIP = [frame for frame, _ in synthetic.demo((160, 120), frames=6)]
 REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]

@@ -151,7 +151,9 @@ def test_files_with_wrong_values(tmp_path: Path, changes: dict[str, Any], messag
 def test_files_that_are_no_targets(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "target.json"
     path.write_bytes(content)
-    with pytest.raises(FormatError, match=r"target.json is not a histogram file .*motes histogram"):
+    with pytest.raises(
+        FormatError, match=r"target.json is not a histogram file .*--save-histogram"
+    ):
         Target.load(path)
 
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes import synthetic
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.cues.color import Color
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
-from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.mean_shift import Kalman, MeanShift
 from motes.sot.presets import TrackerConfig, preset

@@ -7,9 +7,9 @@ import inspect
 import numpy as np
 import pytest
 
+from motes import synthetic
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.evaluation import synthetic
 from motes.sot.opencv_api import OpenCVTracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)

@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from motes import ConfigError, Tracker, preset
+from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling, SpeedBudget

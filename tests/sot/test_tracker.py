@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from disks import fill
 from kinds import ALGORITHMS, CONFIGS, DISTINCT, FILTERS, KINDS, parts
+from motes import synthetic
 from motes.core.config import to_dict
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -26,7 +27,6 @@ from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
-from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.known_target import Target
 from motes.sot.mean_shift import MeanShift

@@ -10,9 +10,9 @@ import pytest
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.evaluation.synthetic.clips import occluded, still, turning
 from motes.sot.discriminative.turn_estimate import POINTS, TurnEstimate, sampled
 from motes.sot.tracker import Tracker
+from motes.synthetic.clips import occluded, still, turning
 
 
 def wrapped(angles: Floats) -> Floats:

@@ -10,11 +10,11 @@ import pytest
 
 from backgrounds import METHODS
 from kinds import ALGORITHMS, CONFIGS, KINDS
+from motes import synthetic
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
-from motes.evaluation import synthetic
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector

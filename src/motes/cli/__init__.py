@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, NO_MEMORY, USAGE
 from motes.cli.streams import drop_output, finish_output, usable
 from motes.core import interrupts
 from motes.core.errors import clear
+
+if TYPE_CHECKING:
+    from cyclopts import App
 
 LEAST_ADDRESSES = 1_000_000 * 1024
 """Least bytes of address space; with fewer, libraries abort or hang while they are loaded."""
@@ -21,26 +25,35 @@ LEAST_FILES = 32
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
-    """Run the program with its arguments, those of the process by default; return the exit code.
+    """Run motes with its arguments, those of the process by default; return the exit code."""
+    return run("motes", _commands, tokens)
+
+
+def run(program: str, commands: Callable[[], App], tokens: Sequence[str] | None) -> int:
+    """Run a program of these commands, which are imported late; return the exit code.
 
     No exception leaves it: each becomes one line on standard error. MOTES_DEBUG=1 adds tracebacks.
     """
     try:
         with interrupts.raised(), usable():
-            return _run(sys.argv[1:] if tokens is None else tokens)
+            return _run(program, commands, sys.argv[1:] if tokens is None else tokens)
     except KeyboardInterrupt as interrupt:
         return interrupts.code(interrupt)
 
 
-def _run(tokens: Sequence[str]) -> int:
+def _commands() -> App:
+    from motes.cli.app import app
+
+    return app
+
+
+def _run(program: str, commands: Callable[[], App], tokens: Sequence[str]) -> int:
     narrow = _too_narrow()
     if narrow is not None:
         print(f"motes: error: {narrow}", file=sys.stderr)
         return USAGE
     try:
-        from motes.cli.app import app
-
-        code: int | None = app(tokens)
+        code: int | None = commands()(tokens)
         finish_output()
         return code or DONE
     except BrokenPipeError:  # the reader has closed the pipe
@@ -56,7 +69,7 @@ def _run(tokens: Sequence[str]) -> int:
         try:
             from motes.cli.explain import explain
 
-            message, code = explain(error)
+            message, code = explain(error, program)
         except MemoryError:  # the message needs memory too
             message, code = NO_MEMORY, USAGE
         drop_output()

@@ -54,18 +54,8 @@ app.command(
     "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
 )
 app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
-app.command("motes.cli.histogram:app", name="histogram", help="Save the histograms of a target.")
-app.command("motes.cli.faces:app", name="faces", help="Train a detector of faces.")
-app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
-app.command("motes.cli.compare:app", name="compare", help="Compare evaluations.")
-app.command(
-    "motes.cli.experiment:app",
-    name="experiment",
-    help="Reproduce tables and figures of the papers.",
-)
 app.command("motes.cli.studio:app", name="studio", help="Track, check and correct in a browser.")
 app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
 app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")
-app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
 app.register_install_completion_command(help="Install completion for this shell and exit.")

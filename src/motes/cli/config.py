@@ -20,7 +20,7 @@ MAX_COLUMNS = 100
 LIST_END = """\
 motes config PRESET lists the keys of a preset, motes config --watch those of motes watch."""
 USE = """\
-Each key is an option of motes track and motes histogram: --{example}. It is also a line of a TOML \
+Each key is an option of motes track: --{example}. It is also a line of a TOML \
 file for --config."""
 WATCH_USE = """\
 Each key is an option of motes watch: --{example}. It is also a line of a TOML file for --config."""

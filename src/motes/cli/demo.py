@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import track as progress
 from rich.table import Table
 
+from motes import synthetic
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
@@ -26,12 +27,11 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.interrupts import check, deferred
 from motes.core.track import Status
-from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Truth
 from motes.output.figures import FIGURES, Recorder
 from motes.output.overlay import draw, font
 from motes.output.track_rows import TrackWriter
 from motes.sot.tracker import Tracker
+from motes.synthetic.clips import Truth
 from motes.video.writer import VideoWriter
 
 Pixels = NDArray[np.uint8]

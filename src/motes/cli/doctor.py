@@ -21,7 +21,6 @@ OPTIONAL = {
     "paho.mqtt": "mqtt",
     "matplotlib": "report",
     "starlette": "studio",
-    "trackers": "peers",
 }
 """Optional modules, and the extras that install them."""
 OPENCV = (

@@ -19,8 +19,8 @@ from motes.core.errors import (
 )
 
 
-def explain(error: Exception) -> tuple[str, int]:
-    """Return the message for an error, and its exit code."""
+def explain(error: Exception, program: str) -> tuple[str, int]:
+    """Return the message for an error of a program, and its exit code."""
     if isinstance(error, AwayError):
         return str(error), AWAY
     if isinstance(error, SourceError | InputError):
@@ -30,7 +30,7 @@ def explain(error: Exception) -> tuple[str, int]:
     if isinstance(error, MotesError):
         return str(error), USAGE
     if isinstance(error, CycloptsError):
-        return _wrong_option(error), USAGE
+        return _wrong_option(error, program), USAGE
     if isinstance(error, MemoryError) or _lacks_memory(error):
         return NO_MEMORY, USAGE
     if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
@@ -52,9 +52,9 @@ def _lacks_memory(error: Exception) -> bool:
     return getattr(error, "errno", None) == errno.ENOMEM or any(sign in text for sign in signs)
 
 
-def _wrong_option(error: CycloptsError) -> str:
+def _wrong_option(error: CycloptsError, program: str) -> str:
     """Return the message for an option that the parser refuses."""
-    command = " ".join(["motes", *(error.command_chain or ())])
+    command = " ".join([program, *(error.command_chain or ())])
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         if error.keyword is None:
             return f"{error.argument.name} is missing; see {command} --help."

@@ -20,23 +20,6 @@ MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
 
 
-def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
-    """Return the numbers of --init or --ellipse; None if neither is given.
-
-    Raises
-    ------
-    ConfigError
-        If the text has another form.
-    """
-    for flag, text, form in (
-        ("--init", init, "x,y,width,height"),
-        ("--ellipse", ellipse, "x,y,a,b,theta"),
-    ):
-        if text is not None:
-            return numbers_of(flag, text, form)
-    return None
-
-
 def numbers_of(flag: str, text: str, form: str) -> list[float]:
     """Return the numbers of an option in a form such as x,y,width,height.
 

@@ -146,7 +146,8 @@ def _preset(app: App, values: Mapping[str, str]) -> str:
         return values["--preset"]
     arguments = app.assemble_argument_collection()
     default = next(each.field_info.default for each in arguments if each.name == "--preset")
-    return default or default_preset("--histogram" in values or "--fps-target" in values)
+    particles = ("--histogram", "--save-histogram", "--fps-target")
+    return default or default_preset(any(name in values for name in particles))
 
 
 def _known(app: App, preset: str) -> _Known:

@@ -80,7 +80,9 @@ def track(
         several of them, or a pattern of videos, with --keyframes.
     """
     known = target.known()
-    preset = preset or default_preset(known is not None or fps_target is not None)
+    preset = preset or default_preset(
+        known is not None or fps_target is not None or outputs.save_histogram is not None
+    )
     changes = with_network(settings, preset, network_files)
     config = tracker_config(app, preset, values.config, changes, known)
     if values.dump_config:
@@ -95,8 +97,11 @@ def track(
     open_network(config)
     if keys.given:
         papers = bool(outputs.figures) and not motion_names(outputs.figures)
-        unfit = {"--stride": frames.stride != 1, "--fps-target": fps_target}
-        refuse(unfit | {"--figures FOLDER": papers}, "not for keyframes")
+        unfit: dict[str, object] = {
+            "--stride": frames.stride != 1, "--fps-target": fps_target,
+            "--figures FOLDER": papers, "--save-histogram": outputs.save_histogram,
+        }  # fmt: skip
+        refuse(unfit, "not for keyframes")
         plane = units.units()
         check_keyframe_error(outputs.keyframe_error)
         from motes.cli.track_between import Choice
@@ -109,6 +114,12 @@ def track(
             f"several videos --keyframes."
         )
     (source,) = sources
+    if outputs.save_histogram is not None:
+        from motes.cli.save_histogram import save_histogram
+
+        return save_histogram(
+            source, outputs.save_histogram, target, frames, outputs, config, preset
+        )
     if outputs.resume and fps_target is not None:
         raise ConfigError(
             "A run with --fps-target cannot be repeated exactly; omit it or --resume."

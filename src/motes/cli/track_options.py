@@ -31,6 +31,13 @@ class TrackOutputs(OutputOptions):
             "it. A folder for PNG files, or a .json document of COCO."
         ),
     ] = None
+    save_histogram: Annotated[
+        Path | None,
+        Parameter(
+            help="Save the target's histograms in the first frame to this JSON file, for "
+            "--histogram with the same preset, and track nothing."
+        ),
+    ] = None
     resume: Annotated[
         bool,
         FLAG,

@@ -33,14 +33,14 @@ class TargetOptions:
     ellipse: Ellipse = None
     histogram: Annotated[
         Path | None,
-        Parameter(help="Search for the target in this file, which motes histogram has written."),
+        Parameter(help="Search for the target in this file, which --save-histogram has written."),
     ] = None
     detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
         None
     )
     face_model: Annotated[
         Path | None,
-        Parameter(help="With --detect face: a detector that motes faces train has written."),
+        Parameter(help="With --detect face: a detector that motes-lab faces train has written."),
     ] = None
     places: Annotated[
         Path | None,

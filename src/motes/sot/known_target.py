@@ -146,7 +146,8 @@ class Target:
             raise FormatError(f"Cannot read the histogram {path}: {error.strerror}.") from None
         except (ConfigError, ValueError) as error:
             raise FormatError(
-                f"{path} is not a histogram file ({error}); make one with `motes histogram`."
+                f"{path} is not a histogram file ({error}); make one with "
+                f"motes track --save-histogram."
             ) from None
         cues: dict[str, Cue] = {name: cue for name, (cue, _) in others.items()}
         models = {name: model for name, (_, model) in others.items()}
@@ -160,7 +161,9 @@ class Target:
             cues = {"color": file.cue} | cues
             models["color"] = ColorModel(histogram, histogram)
         if not cues:
-            raise FormatError(f"{path} has no histogram; make one with `motes histogram`.")
+            raise FormatError(
+                f"{path} has no histogram; make one with motes track --save-histogram."
+            )
         return cls(cues, models, Ellipse(0, 0, file.a, file.b, file.theta))
 
 

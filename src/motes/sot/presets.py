@@ -123,7 +123,7 @@ def _reading(config: ParticleFilter, sampling: Sampling) -> ParticleFilter:
 # their color histogram they cite Nummiaro et al. Nor do they say how color and HOG become one;
 # multiplied, their distances are added up in the exponent. Not the paper's: the appearance rule
 # with its margin, without which no model learns, the lattice, and the model update: the paper's
-# learns the background as soon as it is tracked (docs/results.md).
+# learns the background as soon as it is tracked (lab/docs/results.md).
 ZHAO_PEI = ParticleFilter(
     particles=400,  # section 4
     motion=Autoregressive(  # equation 17

@@ -13,7 +13,7 @@ FRAMES, RATE = 150, 25.0
 
 def sample(uploads: Path) -> Film:
     """Return the sample film among the uploads; it is rendered if it is not there."""
-    from motes.evaluation.synthetic import demo
+    from motes.synthetic import demo
     from motes.video.writer import VideoWriter
 
     path = uploads / NAME

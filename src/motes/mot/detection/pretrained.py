@@ -28,7 +28,7 @@ class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
         Least score of a detection: its distance from the classifier's boundary. With a larger value
         there are fewer detections.
     model
-        File of a detector that `motes faces train` has written; by default the one in dlib.
+        File of a detector that `motes-lab faces train` has written; by default the one in dlib.
     """
 
     upsample: Annotated[int, Meta(ge=0)] = 1
@@ -74,7 +74,7 @@ class FaceDetector:
             self._find = dlib.fhog_object_detector(config.model)
         except RuntimeError:
             raise SourceError(
-                f"{config.model} is not a detector of faces; make one with motes faces train."
+                f"{config.model} is not a detector of faces; make one with motes-lab faces train."
             ) from None
 
     def __call__(self, frame: Frame) -> list[Detection]:

@@ -1,0 +1,44 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+import os
+import signal
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+from motes.core.interrupts import SIGNALS
+
+# Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
+needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
+collect_ignore_glob = [] if all(map(find_spec, needed)) else ["tests/studio/*"]
+
+# A busy machine is no failure.
+settings.register_profile("motes", deadline=None, derandomize=True)
+settings.load_profile("motes")
+
+# What is ignored stays so in programs that are started, which tests interrupt: SIGINT in background
+# jobs of a shell, SIGHUP below nohup. A handler does not; and this one still ignores the signal.
+for number in SIGNALS:
+    if signal.getsignal(number) == signal.SIG_IGN:
+        signal.signal(number, lambda *_: None)
+
+
+# What a terminal, a user or a scheduler has set is none of the tests' business.
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_ADDRESS"):
+    os.environ.pop(name, None)
+# Servers that tests start are on this machine; a proxy does not reach them.
+os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""
+    default = Path(__file__).resolve().parents[1] / "shared" / "data"
+    folder = Path(os.environ.get("MOTES_DATA") or default)
+    if not folder.is_dir():
+        pytest.skip(f"no real data in {folder}; name its folder with MOTES_DATA")
+    return folder

@@ -1,0 +1,1 @@
+"""The lab of motes: trackers measured on sequences, the papers' tables, and speed."""

@@ -1,0 +1,32 @@
+"""All commands of the lab. A command's module is imported when it is called."""
+
+from __future__ import annotations
+
+from cyclopts import App
+
+from motes import __version__
+from motes.cli.app import EXIT_CODES
+from motes.cli.settings import refuse_clashes
+
+app = App(
+    name="motes-lab",
+    version=__version__,
+    help="Measure trackers, and reproduce the tables and figures of the papers.",
+    help_epilogue=EXIT_CODES,
+    help_format="plaintext",
+    result_action="return_value",
+    exit_on_error=False,
+    print_error=False,
+    suppress_keyboard_interrupt=False,
+    config=(refuse_clashes,),
+)
+app.command("motes_lab.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
+app.command("motes_lab.cli.compare:app", name="compare", help="Compare evaluations.")
+app.command(
+    "motes_lab.cli.experiment:app",
+    name="experiment",
+    help="Reproduce tables and figures of the papers.",
+)
+app.command("motes_lab.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
+app.command("motes_lab.cli.faces:app", name="faces", help="Train a detector of faces.")
+app.register_install_completion_command(help="Install completion for this shell and exit.")

@@ -1,0 +1,134 @@
+"""`motes-lab bench`: the speed of trackers on this machine, side by side in one run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN
+from motes.core.errors import ConfigError, SourceError
+from motes_lab.adapters.opencv import peer
+from motes_lab.cli.experiment_output import Output, ResultOptions, show
+from motes_lab.datasets.sot import Sequence as TrueSequence
+from motes_lab.datasets.sot import load_dataset
+from motes_lab.speed import measure as speed
+from motes_lab.speed import report as speed_report
+from motes_lab.speed.parts import PARTS, Measured, Part
+
+
+def bench(
+    *,
+    part: Annotated[
+        list[Part] | None,
+        REPEATED,
+        Parameter(
+            group=RUN,
+            help="Measure only this part; may be repeated. All by default.",
+        ),
+    ] = None,
+    frames: Annotated[int, Parameter(group=RUN, help="Frames of each clip.")] = 31,
+    rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
+    against: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            help="bench.md of another run; its ratios to the peers are compared with those of this "
+            "run.",
+        ),
+    ] = None,
+    data: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            env_var="MOTES_DATA",
+            help=f"Folder with real sequences for another table: {', '.join(speed.SEQUENCES)}; "
+            "its subfolder sot also serves.",
+        ),
+    ] = None,
+    nano: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="ONNX files of NanoTrack, BACKBONE,HEAD; it then also runs on real sequences.",
+        ),
+    ] = None,
+    vit: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="ONNX file of VitTrack; it then also runs on real sequences.",
+        ),
+    ] = None,
+    plot: Annotated[
+        bool,
+        FLAG,
+        Parameter(group=OUTPUT, help="Draw plots too; without --out they are in bench/."),
+    ] = False,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Measure trackers side by side, and how their time grows.
+
+    The parts are:
+
+    - trackers: one update of each tracker and of OpenCV's, on rendered clips;
+    - sequences: the same on real sequences, which --data names, in turn frame by frame;
+    - growth: updates with 1 to 1,000 targets, 50 to 5,000 particles, 0.1 to 8 megapixels, and in 1
+      to 4 threads and processes;
+    - files: video files, decoded with and without tracking.
+
+    Each job runs once in every round. A time is the median over all updates; it is measured inside
+    the tracker.
+    """
+    check_counts(frames=frames, rounds=rounds)
+    if frames < 3:
+        raise ConfigError("A median needs 3 frames or more; give a larger --frames.")
+    wanted = set(part or PARTS)
+    if plot and not {"trackers", "growth"} & wanted:
+        raise ConfigError(
+            "--plot draws the parts trackers and growth; measure one of them, or omit --plot."
+        )
+    if against is not None and "trackers" not in wanted:
+        raise ConfigError(
+            "--against compares the part trackers; measure that too, or omit --against."
+        )
+    if data is None:
+        if part and "sequences" in wanted:
+            raise ConfigError("Real sequences are in a folder; give it with --data.")
+        wanted.discard("sequences")
+    stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
+    networks = _networks({"nano": nano, "vit": vit}, data)
+    chosen = [each for each in PARTS if each in wanted]
+    sequences = [] if data is None or "sequences" not in wanted else _sequences(data)
+    tables = [table for each in chosen for table in PARTS[each]]
+    tables += ["against"] * (stored is not None)
+    folder = results.out or (Path("bench") if plot else None)
+    output = Output("bench", tables, folder, results.overwrite, plot=plot)
+    measured = Measured(frames, rounds, stored, sequences, networks, plot=plot)
+    return show(measured.steps(chosen), output)
+
+
+def _networks(files: Mapping[str, str | None], data: Path | None) -> list[str]:
+    """Return the names of the networks whose files are given, by option."""
+    names = [f"cv2:{option}={given}" for option, given in files.items() if given is not None]
+    for name in names:
+        if data is None:
+            option = name.partition("=")[0].removeprefix("cv2:")
+            raise ConfigError(f"--{option} needs real sequences; give their folder with --data.")
+        peer(name)  # refuses files that cannot be used
+    return names
+
+
+def _sequences(folder: Path) -> list[TrueSequence]:
+    """Return the real sequences in a folder that are measured."""
+    place = folder / "sot" if (folder / "sot").is_dir() else folder
+    found, problems = load_dataset(place)
+    chosen = [sequence for sequence in found if sequence.name in speed.SEQUENCES]
+    if not chosen:
+        known = ", ".join(speed.SEQUENCES)
+        text = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
+        raise SourceError(f"--data {folder} has none of the sequences {known}. {text}".strip())
+    return chosen

@@ -1,0 +1,141 @@
+"""`motes-lab evaluate`: measure trackers on sequences with ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from cyclopts import App
+
+from motes.cli.input_checks import first_pixels
+from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes_lab import runner
+from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
+from motes_lab.adapters.sot import MotesAdapter
+from motes_lab.cli.evaluate_options import (
+    DatasetOptions,
+    ReportOptions,
+    RunOptions,
+    check_folds,
+    check_kind,
+)
+from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
+from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
+from motes_lab.datasets.sot import Problem, load_dataset
+from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.report import plots
+from motes_lab.report.speed_ratio import PEER, Comparisons
+from motes_lab.run_folder import prepare, record
+from motes_lab.runner import Pass
+
+TRACKERS = """\
+Trackers:
+  nummiaro, mean_shift:kalman   presets
+  FILE.toml                     a configuration: a preset with other values
+  cv2:csrt, cv2:kcf, cv2:mil, cv2:mosse, cv2:medianflow, cv2:camshift
+  cv2:nano=BACKBONE,HEAD        NanoTrack, with its two ONNX files
+  cv2:vit=NETWORK               VitTrack, with its ONNX file
+  module:factory                a Python callable; it returns an object with
+                                init(image, box) and update(image)
+  "trax:COMMAND ARGUMENTS"      a program that speaks TraX
+Trackers of many objects:
+  trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort,
+  trackers:cbiou, trackers:mcbyte
+  module:factory                a Python callable; it returns an object with
+                                update(frame, detections)
+  results=FOLDER                existing results: SEQUENCE.txt
+"""
+
+app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
+
+
+@app.default
+def evaluate(
+    dataset: Path,
+    /,
+    *,
+    data: DatasetOptions = DatasetOptions(),
+    run: RunOptions = RunOptions(),
+    report: ReportOptions = ReportOptions(),
+) -> int:
+    """Measure trackers on sequences with ground truth.
+
+    Writes results.csv, summary.md, report.html and all tracks (tracks/) into a folder. Where a
+    sequence or tracker fails, its name is printed, and the others go on.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences (OTB, VOT, GOT-10k or, for many objects, MOT), or a video.
+    """
+    run.check()
+    if not plots.has_matplotlib():
+        raise MissingDependencyError(
+            "The report needs matplotlib; install it: pip install 'motes[report]'."
+        )
+    many = has_mot_sequences(dataset)
+    check_kind(many, data, run, report)
+    published = report.published()
+
+    films: Sequence[Film | MotSequence]
+    if many:
+        films, problems = load_mot_dataset(dataset)
+    else:
+        films, problems = load_dataset(
+            dataset, first_pixels(data.first_pixel or []), data.annotation
+        )
+    films, problems = _chosen(films, problems, data.sequence or ["*"])
+    entries, unusable = resolve(run.tracker or ["nummiaro"], mot_tracker_spec if many else None)
+    if not entries:
+        raise ConfigError("There is no tracker to run. " + _lines(unusable))
+    if run.detector is not None:
+        entries = with_detector(entries, run.detector)
+    protocols = ["mot"] if many else run.protocols() or ["ope"]
+    jobs, unreadable = runner.plan(entries, films, protocols, run.seeds, run.max_frames)
+    problems += unreadable
+    if not jobs:
+        raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
+    problems += unusable
+    candidates = tuple(entry.name for entry in entries if entry.make.func is MotesAdapter)
+    if report.folds is not None:
+        check_folds(report.folds, len({job.sequence.name for job in jobs}), candidates)
+    now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
+    prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
+
+    errors: dict[Pass, str] = {}
+    interrupted: KeyboardInterrupt | None = None
+    try:
+        run_jobs(jobs, report.out, run, errors)
+    except KeyboardInterrupt as interrupt:
+        interrupted = interrupt
+    # Results are in the order of the trackers.
+    jobs = [job for entry in entries for job in jobs if job.spec is entry]
+    title = f"Trackers on {dataset.resolve().name}"
+    if many:
+        return write_crowds(jobs, report.out, errors, problems, title, interrupted)
+    comparisons = Comparisons(published, report.peer or PEER, candidates, report.folds or 0)
+    return write_single(jobs, report.out, errors, problems, comparisons, title, interrupted)
+
+
+def _chosen(
+    films: Sequence[Film | MotSequence], problems: list[Problem], patterns: Sequence[str]
+) -> tuple[list[Film | MotSequence], list[Problem]]:
+    """Return the sequences that fit one of the patterns, and their problems."""
+    names = {film.name for film in films}
+    names |= {problem.where.removeprefix("sequence ") for problem in problems}
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise ConfigError(
+                f"--sequence {pattern} fits none of {', '.join(sorted(names)[:9])}"
+                + " …." * (len(names) > 9)
+            )
+    chosen = {name for name in names for pattern in patterns if fnmatchcase(name, pattern)}
+    return (
+        [film for film in films if film.name in chosen],
+        [problem for problem in problems if problem.where.removeprefix("sequence ") in chosen],
+    )
+
+
+def _lines(problems: Iterable[Problem]) -> str:
+    return "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems) + "."

@@ -1,0 +1,74 @@
+"""What several experiments read: targets, rendered clips and sequences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
+from motes.cli.options import RUN
+from motes.core.errors import ConfigError, SourceError
+from motes_lab.cli.experiment_output import Output, show
+
+if TYPE_CHECKING:
+    from motes.synthetic.clips import Clip
+    from motes_lab.datasets.sot import Problem
+    from motes_lab.datasets.sot import Sequence as Film
+    from motes_lab.papers.result import Experiment
+
+Clips = Annotated[int, Parameter(group=RUN, help="Number of rendered clips.")]
+
+
+def region_of(source: str | None, region: str | None) -> Sequence[float] | None:
+    """Return the numbers of --region; raise a ConfigError unless it comes with a source."""
+    if source is None and region is not None:
+        raise ConfigError("--region belongs to a picture or video; name it, or omit --region.")
+    if source is not None and region is None:
+        raise ConfigError(f"The target in {source} is missing; give --region x,y,width,height.")
+    return None if region is None else numbers_of("--region", region, "x,y,width,height")
+
+
+def on_clips(
+    run: Callable[[Sequence[str], Sequence[Clip], int], Experiment],
+    presets: Sequence[str],
+    clip: Callable[..., Clip],
+    seeds: int,
+    clips: int,
+    output: Output,
+) -> int:
+    """Run an experiment on rendered clips, each with its own scenery; return the exit code."""
+    check_counts(seeds=seeds, clips=clips)
+    return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
+
+
+def on_films(
+    run: Callable[[Sequence[Film], int, int], Experiment],
+    dataset: Path,
+    first_pixel: Sequence[str] | None,
+    seeds: int,
+    workers: int | None,
+    output: Output,
+) -> int:
+    """Run an experiment on the sequences of a dataset, in processes; return the exit code."""
+    check_counts(seeds=seeds)
+    films, problems = films_of(dataset, first_pixel)
+    return show(run(films, seeds, worker_count(workers)), output, problems)
+
+
+def films_of(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:
+    """Return the sequences of a dataset, and those that cannot be read; raise if none can."""
+    from motes_lab.datasets.sot import load_dataset
+
+    films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
+    refuse_none(dataset, films, problems)
+    return films, problems
+
+
+def refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
+    """Raise a SourceError if no sequence can be used."""
+    if not usable:
+        why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
+        raise SourceError(f"No sequence of {dataset} can be used. {why}")

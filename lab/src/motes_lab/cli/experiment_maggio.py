@@ -1,0 +1,122 @@
+"""The experiments of Maggio et al.."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from motes.cli.input_checks import check_counts
+from motes.cli.options import FirstPixel, Seeds, Workers
+from motes_lab.cli.experiment_inputs import Clips, on_clips, on_films
+from motes_lab.cli.experiment_output import ResultOptions, show
+
+
+def maggio_table1(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., table 1: color, orientation and both.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes-lab evaluate.
+    """
+    from motes_lab.papers.maggio_table1_figure5 import table1
+
+    output = results.output("maggio-table1", "sequences", "means")
+    return on_films(table1, dataset, first_pixel, seeds, workers, output)
+
+
+def maggio_figure5(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes-lab evaluate.
+    """
+    from motes_lab.papers.maggio_table1_figure5 import figure5
+
+    output = results.output("maggio-figure5", plot=True)
+    return on_films(figure5, dataset, first_pixel, seeds, workers, output)
+
+
+def maggio_figure3(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., figure 3: weights of cues that fail in turn.
+
+    Parameters
+    ----------
+    presets
+        Presets that fuse color and orientation; by default maggio and maggio:printed.
+    """
+    check_counts(seeds=seeds, clips=clips)
+    output = results.output("maggio-figure3", plot=True)
+
+    from motes.synthetic.failing_cues import failing_cues
+    from motes_lab.papers import maggio_figure3 as experiment
+
+    names = presets or ("maggio", "maggio:printed")
+    films = [failing_cues(seed) for seed in range(clips)]
+    return show(experiment.figure3(names, films, seeds), output)
+
+
+def maggio_rotation(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., section 3.2.1: a target that turns.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default maggio and all its variants.
+    """
+    from motes import synthetic
+    from motes.sot.presets import PRESETS
+    from motes_lab.papers import rendered_claims
+
+    names = presets or tuple(name for name in PRESETS if name.startswith("maggio"))
+    output = results.output("maggio-rotation")
+    return on_clips(rendered_claims.rotation, names, synthetic.turning, seeds, clips, output)
+
+
+def maggio_growth(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., section 3.2.2: a target that grows.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default maggio, maggio:C and the adaptive variants.
+    """
+    from motes import synthetic
+    from motes_lab.papers import rendered_claims
+
+    adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A&SS-FOH", "maggio:C+O-A-FOH")
+    names = presets or ("maggio:C", "maggio", *adaptive)
+    output = results.output("maggio-growth", "tracks", "histograms")
+    return on_clips(rendered_claims.growth, names, synthetic.growing, seeds, clips, output)

@@ -1,0 +1,57 @@
+"""The experiment on masks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import check_counts
+from motes.cli.options import REPEATED, RUN, FirstPixel
+from motes.core.errors import ConfigError
+from motes_lab.cli.experiment_inputs import films_of
+from motes_lab.cli.experiment_output import ResultOptions, show
+
+
+def masks(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    sequences: Annotated[
+        list[str] | None,
+        REPEATED,
+        Parameter(group=RUN, help="Only sequences whose names match, such as 'seg-*'."),
+    ] = None,
+    preset: Annotated[str, Parameter(group=RUN, help="Preset of the tracker.")] = "default",
+    seed: Annotated[int, Parameter(group=RUN, help="Seed of the random numbers.")] = 0,
+    every: Annotated[
+        int, Parameter(group=RUN, help="Compare every n-th frame; GrabCut takes long.")
+    ] = 5,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Masks of motes track, and of GrabCut on the same ellipses.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences, as for motes-lab evaluate. Where a sequence has no folder masks, the
+        box around each mask is compared with the box of the truth.
+    """
+    from fnmatch import fnmatchcase
+
+    check_counts(every=every)
+    output = results.output("masks", "masks", "boxes")
+    films, problems = films_of(dataset, first_pixel)
+    chosen = [
+        film
+        for film in films
+        if not sequences or any(fnmatchcase(film.name, pattern) for pattern in sequences)
+    ]
+    if not chosen:
+        raise ConfigError(f"No sequence of {dataset} matches; it has {films[0].name} and others.")
+
+    from motes_lab.mask_overlap import masks
+
+    return show(masks(chosen, preset, seed, every), output, problems)

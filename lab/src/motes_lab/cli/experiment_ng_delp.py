@@ -1,0 +1,61 @@
+"""The experiments of Ng and Delp."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import check_counts
+from motes.cli.options import RUN, Region
+from motes_lab.cli.experiment_inputs import region_of
+from motes_lab.cli.experiment_output import ResultOptions, show
+
+
+def ng_delp_table1(
+    source: str | None = None,
+    /,
+    *,
+    region: Region = None,
+    preset: Annotated[str, Parameter(help="Preset that tracks the target of a video.")] = "ng_delp",
+    seeds: Annotated[
+        int, Parameter(group=RUN, help="Number of runs of the tracker, or of rendered targets.")
+    ] = 1,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Ng and Delp, table 1: histograms over a part of the pixels.
+
+    Parameters
+    ----------
+    source
+        A picture or a video, with --region. By default a rendered target is used.
+    """
+    check_counts(seeds=seeds)
+    box = region_of(source, region)
+    output = results.output("ng-delp-table1", "color", "edges")
+
+    from motes_lab.papers import ng_delp_table1, sample_regions
+
+    found = (
+        sample_regions.followed(source, box, preset, seeds)
+        if source and box
+        else sample_regions.rendered(seeds)
+    )
+    return show(ng_delp_table1.table1(found), output)
+
+
+def ng_delp_figure3(
+    *,
+    sigma: Annotated[float, Parameter(help="Sigma in equations 22 and 23.")] = 0.15,
+    epsilon: Annotated[float, Parameter(help="Epsilon in equations 23 and 24.")] = 0.1,
+    nearest: Annotated[
+        float, Parameter(help="Distance of the best particle in equation 24.")
+    ] = 0.4,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Ng and Delp, figure 3: likelihood against distance."""
+    output = results.output("ng-delp-figure3", plot=True)
+
+    from motes_lab.papers import ng_delp_figure3
+
+    return show(ng_delp_figure3.figure3(sigma, epsilon, nearest), output)

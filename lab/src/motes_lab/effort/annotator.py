@@ -1,0 +1,106 @@
+"""A simulated annotator: keyframes are added until enough frames are right."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from motes.core.geometry import Ellipse, iou
+from motes.core.types import Floats
+from motes.correction.doubts import RIGHT, ranked
+from motes.correction.join import enclosing
+from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
+
+ENOUGH = 0.95
+"""Share of the frames that must be right."""
+
+
+class Effort(NamedTuple):
+    """What a film has cost.
+
+    Attributes
+    ----------
+    corrections
+        Number of keyframes after the first one.
+    frames
+        Number of frames.
+    overlaps
+        Mean overlap with the truth after each number of corrections, from 0.
+    """
+
+    corrections: int
+    frames: int
+    overlaps: tuple[float, ...]
+
+    @property
+    def rate(self) -> float:
+        """Corrections for each 100 frames."""
+        return 100 * self.corrections / self.frames
+
+
+def annotate(film: Film, truth: Floats, method: Method, rule: str) -> Effort:
+    """Return the effort with a method.
+
+    Parameters
+    ----------
+    film
+        The film; its first frame has the target.
+    truth
+        (frames, 4), the boxes of all frames; NaN where the target is absent.
+    method
+        What makes a region for each frame of the keyframes.
+    rule
+        `check`: the next keyframe is the frame with the largest expected gain; `worst`: the frame
+        with the lowest overlap, as if the annotator looked at all frames.
+    """
+    first = film.used.start
+    keys: dict[int, Ellipse | None] = {first: Ellipse.from_box(truth[first])}
+    overlaps = []
+    while True:
+        path = method(film, dict(sorted(keys.items())))
+        found = _overlaps(path, film.used, truth)
+        overlaps.append(float(np.nanmean(found)))
+        if _enough(found):
+            break
+        frame = _next(path, found, film.used, keys, rule)
+        box = truth[frame]
+        keys[frame] = None if np.isnan(box).any() else Ellipse.from_box(box)
+    return Effort(len(keys) - 1, len(film.used), tuple(overlaps))
+
+
+def annotate_equidistant(film: Film, truth: Floats) -> Effort:
+    """Return the effort of interpolation between the fewest equidistant keyframes that do."""
+    overlaps = []
+    for count in range(len(film.used)):
+        keys = {
+            frame: None if np.isnan(truth[frame]).any() else Ellipse.from_box(truth[frame])
+            for frame in equidistant(film.used, count)
+        }
+        found = _overlaps(interpolated(film, keys), film.used, truth)
+        overlaps.append(float(np.nanmean(found)))
+        if _enough(found):
+            break
+    return Effort(len(overlaps) - 1, len(film.used), tuple(overlaps))
+
+
+def _overlaps(path: Path, used: range, truth: Floats) -> Floats:
+    """Return the overlap (n,) in each frame; NaN where the target is absent."""
+    boxes = truth[used.start : used.stop]
+    found = iou(np.nan_to_num(enclosing(path.ellipses)), np.nan_to_num(boxes))
+    return np.where(np.isnan(boxes).any(axis=1), np.nan, found)
+
+
+def _enough(overlaps: Floats) -> bool:
+    known = overlaps[np.isfinite(overlaps)]
+    return bool(np.mean(known >= RIGHT) >= ENOUGH)
+
+
+def _next(
+    path: Path, overlaps: Floats, used: range, keys: dict[int, Ellipse | None], rule: str
+) -> int:
+    """Return the next frame to correct."""
+    marked = np.isin(np.array(used), [*keys])
+    if rule == "check" and (found := ranked(*path, marked, 1)):
+        return used[found[0].place]
+    return used[int(np.where(marked | np.isnan(overlaps), np.inf, overlaps).argmin())]

@@ -1,0 +1,184 @@
+"""Masks of tracked targets against the truth, beside those of GrabCut on the same boxes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from collections.abc import Sequence as Many
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from motes.core.errors import InputError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse, iou
+from motes.core.track import Status
+from motes.core.types import Bytes
+from motes.sot.segmentation import Mask, Segmenter
+from motes.sot.tracker import Tracker
+from motes.video.sources import open_source
+from motes_lab.datasets.film_cutouts import grab_cut
+from motes_lab.datasets.sot import Sequence
+from motes_lab.papers.result import Experiment, Result, over
+from motes_lab.report.tables import Cell, Row, Table, number
+
+WAYS = ("tracked ellipse", "motes", "GrabCut")
+"""What is measured: the whole ellipse, the mask of `motes track --masks`, and GrabCut's."""
+MARGIN = 0.5
+"""What GrabCut sees around the box, as a share of its sides."""
+
+
+class Overlaps(NamedTuple):
+    """Overlaps of a sequence, one list for each of `WAYS`, and seconds a frame of the masks."""
+
+    masks: Many[list[float]]
+    boxes: Many[list[float]]
+    seconds: Many[list[float]]
+
+
+def overlaps(sequence: Sequence, preset: str, seed: int, every: int) -> Overlaps:
+    """Track the target of a sequence from its first box; compare masks in every n-th frame.
+
+    Frames in which the target is absent, or not tracked, are left out. Masks are compared if the
+    sequence has a folder `masks`; else only the boxes around masks are.
+    """
+    found = Overlaps(*([[] for _ in WAYS] for _ in range(3)))
+    tracker, segmenter = Tracker(preset, seed), Segmenter()
+    truths = _truth_masks(sequence)
+    started = False
+    with open_source(sequence.source) as film:
+        for frame, truth in zip(film, sequence.boxes, strict=False):
+            if not started:
+                if np.isfinite(truth).all():
+                    tracker.init(frame, truth.tolist())
+                    started = True
+                    segmenter.learn(frame.pixels, tracker.info.track.ellipse)
+                continue
+            track = tracker.update(frame)
+            if track.status is not Status.TRACKING or not np.isfinite(truth).all():
+                continue
+            if frame.index % every:
+                segmenter.learn(frame.pixels, track.ellipse)
+                continue
+            makers: list[Callable[[], Mask]] = [
+                lambda e=track.ellipse, p=frame.pixels: inside(p, e),  # type: ignore[misc]
+                lambda e=track.ellipse, p=frame.pixels: segmenter.update(p, e),  # type: ignore[misc]
+                lambda b=track.box, p=frame.pixels: grabbed(p, b),  # type: ignore[misc]
+            ]
+            for i, make in enumerate(makers):
+                clock = time.perf_counter()
+                mask = make()
+                found.seconds[i].append(time.perf_counter() - clock)
+                found.boxes[i].append(float(iou(box_of(mask), truth)))
+                if truths is not None:
+                    true = _read(truths[frame.index], frame)
+                    union = (mask | true).sum()
+                    found.masks[i].append(float((mask & true).sum() / union) if union else 1.0)
+    return found
+
+
+def _truth_masks(sequence: Sequence) -> list[Path] | None:
+    folder = Path(str(sequence.source)).parent / "masks"
+    files = sorted(folder.glob("*.png")) if folder.is_dir() else []
+    if files and len(files) != sequence.frames:
+        raise InputError(
+            f"{folder} has {len(files)} masks for {sequence.frames} frames; give one for each."
+        )
+    return files or None
+
+
+def _read(path: Path, frame: Frame) -> NDArray[np.bool_]:
+    """Return the true mask of a frame.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or has another size than the frame.
+    """
+    try:
+        with Image.open(path) as image:
+            values: NDArray[Any] = np.asarray(image)
+    except (OSError, SyntaxError, ValueError) as error:
+        raise InputError(f"The mask {path} cannot be read ({error}); replace it.") from None
+    if values.shape[:2] != (frame.height, frame.width):
+        raise InputError(
+            f"The mask {path} has {values.shape[1]}x{values.shape[0]} pixels, its frame "
+            f"{frame.width}x{frame.height}; give the masks of this sequence."
+        )
+    return np.asarray(values.any(axis=2) if values.ndim == 3 else values != 0)
+
+
+def inside(pixels: Bytes, ellipse: Ellipse) -> Mask:
+    """Return the mask (H, W) of an ellipse."""
+    y, x = np.ogrid[: pixels.shape[0], : pixels.shape[1]]
+    cos, sin = np.cos(ellipse.theta), np.sin(ellipse.theta)
+    u, v = x - ellipse.x, y - ellipse.y
+    mask: Mask = np.hypot((u * cos + v * sin) / ellipse.a, (v * cos - u * sin) / ellipse.b) <= 1
+    return mask
+
+
+def grabbed(pixels: Bytes, box: Box) -> Mask:
+    """Return the mask (H, W) that GrabCut finds in a box, from the box and its surroundings."""
+    height, width = pixels.shape[:2]
+    left = int(np.clip(box.x - MARGIN * box.width, 0, width))
+    right = int(np.clip(box.x + (1 + MARGIN) * box.width, 0, width))
+    top = int(np.clip(box.y - MARGIN * box.height, 0, height))
+    bottom = int(np.clip(box.y + (1 + MARGIN) * box.height, 0, height))
+    mask = np.zeros((height, width), np.bool_)
+    part = pixels[top:bottom, left:right]
+    if part.size:
+        moved = np.array([box.x - left, box.y - top, box.width, box.height])
+        mask[top:bottom, left:right] = grab_cut(part, moved)
+    return mask
+
+
+def box_of(mask: Mask) -> Box:
+    """Return the box around a mask; one without size if it is empty."""
+    y, x = np.nonzero(mask)
+    if not x.size:
+        return Box(0, 0, 0, 0)
+    return Box(x.min(), y.min(), x.max() - x.min() + 1, y.max() - y.min() + 1)
+
+
+def masks(sequences: Many[Sequence], preset: str, seed: int, every: int) -> Experiment:
+    """Yield the tables of IoU with the truth's masks and boxes, after each sequence."""
+    rows: dict[str, list[Row]] = {"masks": [], "boxes": []}
+    means: dict[str, list[list[float]]] = {name: [[] for _ in WAYS] for name in rows}
+    seconds: list[list[float]] = [[] for _ in WAYS]
+    for done, sequence in enumerate(sequences, start=1):
+        found = overlaps(sequence, preset, seed, every)
+        for i, values in enumerate(found.seconds):
+            seconds[i] += values
+        for name, values_of in (("masks", found.masks), ("boxes", found.boxes)):
+            if values_of[0]:
+                each = [float(np.mean(values)) for values in values_of]
+                cells = [number(value) for value in each]
+                rows[name].append((Cell(sequence.name), *cells, number(len(values_of[0]), 0)))
+                for mean, value in zip(means[name], each, strict=True):
+                    mean.append(value)
+        tables = {
+            name: _table(name, rows[name], means[name], seconds) for name in rows if rows[name]
+        }
+        yield Result(tables, None, (), sequence.name, done / len(sequences))
+
+
+def _table(
+    name: str, rows: list[Row], means: list[list[float]], seconds: list[list[float]]
+) -> Table:
+    what = {"masks": "the truth's mask", "boxes": "the truth's box, of the box around each mask"}
+    foot: Row = (Cell("mean"), *(number(over(each)) for each in means), number(float("nan")))
+    spent: Row = (
+        Cell("milliseconds a frame"),
+        *(number(1000 * float(np.mean(each)), 1) for each in seconds),
+        number(float("nan")),
+    )
+    return Table(
+        f"Intersection over union with {what[name]}",
+        ("sequence", *WAYS, "frames"),
+        rows,
+        (foot, spent),
+        "All three start from the same tracked ellipse in each frame. The mean is over sequences.",
+    )

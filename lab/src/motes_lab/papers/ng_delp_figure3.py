@@ -1,0 +1,82 @@
+"""Ng and Delp, figure 3: likelihood against distance, and with the sigma of equation 24."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motes.core.errors import ConfigError
+from motes.core.types import Floats
+from motes.output import charts
+from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
+from motes_lab.papers.result import Experiment, Result
+from motes_lab.report.tables import Cell, Row, Table, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STEP, ROW = 0.01, 0.1
+"""Step in distance between points of a curve, and between rows of the table."""
+
+
+def figure3(sigma: float, epsilon: float, nearest: float) -> Experiment:
+    """Yield the likelihoods of equations 22 and 23, and that of 24 if no particle is nearer.
+
+    Parameters
+    ----------
+    sigma, epsilon
+        Those of equations 22 and 23; the paper's figure has 0.15 and 0.1.
+    nearest
+        The distance of the best particle, d_min of equation 24. The text has 0.4, from which on a
+        fixed sigma gives all particles nearly the same likelihood.
+
+    Raises
+    ------
+    ConfigError
+        If a value is out of range.
+    """
+    if not 0 <= nearest < 1:
+        raise ConfigError(f"--nearest is {nearest:g}; a distance is at least 0 and less than 1.")
+    curves = [
+        (name, *_curve(likelihood, low))
+        for name, likelihood, low in (
+            (f"sigma {sigma:g} (22)", Gaussian(sigma=sigma), 0),
+            (f"epsilon {epsilon:g} (23)", Gaussian(sigma=sigma, epsilon=epsilon), 0),
+            (f"best at {nearest:g} (24)", BestParticle(epsilon=epsilon), nearest),
+        )
+    ]
+    rows: list[Row] = []
+    for distance in np.arange(0, 1 + ROW / 2, ROW):
+        likelihoods = (
+            Cell("") if distance < x[0] - 1e-9 else number(float(np.interp(distance, x, y)))
+            for _, x, y in curves
+        )
+        rows.append((number(float(distance), 1), *likelihoods))
+    table = Table(
+        "Observation likelihood by distance",
+        ("distance", *(name for name, *_ in curves)),
+        rows,
+        note="Equations 23 and 24 with the same epsilon; 24 gives its best particle exp(-1) and "
+        "epsilon, wherever that is.",
+    )
+    yield Result({"": table}, lambda: _draw(curves))
+
+
+def _curve(likelihood: Likelihood, nearest: float) -> tuple[Floats, Floats]:
+    """Return distances from the nearest one on, and the likelihoods of particles there."""
+    distances = np.append(nearest, np.arange(0, 1 + STEP / 2, STEP))
+    distances = np.unique(distances[distances >= nearest])
+    return distances, np.exp(likelihood.log(["color"], distances[None]))[0]
+
+
+def _draw(curves: list[tuple[str, Floats, Floats]]) -> Figure:
+    figure = charts.new_figure(3.8)
+    axes = figure.add_subplot()
+    charts.style_axes(axes, "Observation likelihood", "distance", "likelihood")
+    colors = (charts.BLUE, charts.VERMILION, charts.GREEN)
+    for (name, x, y), color in zip(curves, colors, strict=True):
+        axes.plot(x, y, color=color, linewidth=1.6, label=name)
+    axes.set(xlim=(0, 1), ylim=(0, None))
+    charts.legend(axes)
+    return figure

@@ -1,0 +1,70 @@
+"""Zhao and Pei, figure 8: the players of one team, found by the features of one of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from motes.core.geometry import iou
+from motes.core.track import Status
+from motes.mot.assignment import assign
+from motes.mot.boxes import as_rows
+from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.pipeline_config import for_lookalikes
+from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
+from motes.video.sources import open_source
+from motes_lab.datasets.distractors import MATCH_IOU
+from motes_lab.datasets.team import Team
+from motes_lab.papers.result import Experiment, Result
+from motes_lab.report.tables import Cell, Row, Table, number
+
+HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
+
+
+def team(truth: Team, pictures: Path, preset: str, seed: int) -> Experiment:
+    """Yield which objects a scene follows that look like the chosen one, by marked frame.
+
+    An object is right if a visible track matches it, one to one, with an overlap of `MATCH_IOU` or
+    more.
+
+    Parameters
+    ----------
+    truth
+        The chosen object, and the boxes of all.
+    pictures
+        The source of the frames.
+    preset, seed
+        Preset and seed of the scene.
+
+    Raises
+    ------
+    SourceError
+        If a frame cannot be read.
+    """
+    config = for_lookalikes(scene_config(preset))
+    scene = Scene(LookalikeConfig(truth.like).detector(), config, seed)
+    marked = {each.index: np.array(each.boxes).reshape(-1, 4) for each in truth.frame}
+    rows, total, last = list[Row](), np.zeros(3, np.int64), max(marked)
+    with open_source(pictures, start=truth.start, end=last + 1) as film:
+        for frame, tracks in scene.watch(film):
+            if frame.index not in marked:
+                continue
+            seen = as_rows(each.box for each in tracks if each.track.status is Status.TRACKING)
+            overlaps = iou(marked[frame.index][:, None], seen)
+            right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
+            counts = np.array([len(marked[frame.index]), len(seen), len(right)])
+            total += counts
+            rows.append(_row(str(frame.index), counts))
+            note = f"{scene.created} identities so far. Right: IoU {MATCH_IOU} or above."
+            title = f"Objects that look like one, {truth.sequence}"
+            table = Table(title, HEAD, rows, (_row("all", total),), note)
+            yield Result({"": table}, progress=f"frame {frame.index} of {last}")
+
+
+def _row(name: str, counts: np.ndarray[tuple[int], np.dtype[np.int64]]) -> Row:
+    """Return the row of a frame, or of all."""
+    objects, followed, right = counts.tolist()
+    shares = right / max(followed, 1), right / max(objects, 1)
+    return (Cell(name), *(number(each, 0) for each in counts.tolist()), *map(number, shares))

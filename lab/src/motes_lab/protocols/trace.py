@@ -1,0 +1,210 @@
+"""The output of a tracker on a sequence (a trace), frame by frame, in memory and in a file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import FormatError
+from motes.core.files import write_whole
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes_lab.adapters.sot import LARGEST, UNKNOWN, Position
+
+EVENTS = ("tracked", "started", "failed", "skipped")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackerOutput:
+    """The output of a tracker in one pass, from its start to the end of the sequence.
+
+    Attributes
+    ----------
+    frames
+        (n,), index of each frame.
+    ellipses
+        (n, 5); upright ones if the tracker gives boxes. A frame without output repeats the last
+        output; a frame in which the tracker was not run has NaN.
+    confidence
+        (n,), NaN if the tracker gives none.
+    lost
+        (n,), whether the tracker reports that it has lost the target.
+    seconds
+        (n,), time inside the tracker; NaN where it was not run.
+    events
+        (n,), TRACKED, STARTED, FAILED or SKIPPED.
+    covariances
+        (n, 3), of the ellipses' centers: xx, xy, yy; NaN if the tracker gives none.
+    """
+
+    frames: NDArray[np.int64]
+    ellipses: Floats
+    confidence: Floats
+    lost: NDArray[np.bool_]
+    seconds: Floats
+    events: NDArray[np.int8]
+    covariances: Floats
+
+
+class Row(NamedTuple):
+    """One frame of a trace."""
+
+    frame: int
+    ellipse: Ellipse
+    confidence: float
+    lost: bool
+    seconds: float
+    event: int
+    covariance: Position
+
+
+NOWHERE = Ellipse(*[float("nan")] * 5)
+
+
+def trace_of(rows: list[Row]) -> TrackerOutput:
+    """Return rows as arrays."""
+    frames, ellipses, confidence, lost, seconds, events, covariances = zip(*rows, strict=True)
+    return TrackerOutput(
+        np.array(frames, np.int64),
+        np.array(ellipses, np.float64),
+        np.array(confidence, np.float64),
+        np.array(lost, np.bool_),
+        np.array(seconds, np.float64),
+        np.array(events, np.int8),
+        np.array(covariances, np.float64),
+    )
+
+
+COVARIANCE = ("xx", "xy", "yy")
+
+
+COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event", *COVARIANCE)
+"""The columns of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field.
+
+Files without the last three columns, the covariance, come from older versions and can be read.
+"""
+
+
+def save_trace(path: str | Path, trace: TrackerOutput) -> None:
+    """Write a trace as CSV with the `COLUMNS`, complete or not at all; reading restores it exactly.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for frame, ellipse, confidence, lost, seconds, event, covariance in zip(
+        trace.frames.tolist(),
+        trace.ellipses.tolist(),
+        trace.confidence.tolist(),
+        trace.lost.tolist(),
+        trace.seconds.tolist(),
+        trace.events.tolist(),
+        trace.covariances.tolist(),
+        strict=True,
+    ):
+        numbers, (time,), variances = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
+        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *variances])
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text.getvalue().encode())
+    except OSError as error:
+        raise FormatError(
+            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from None
+
+
+def _fields(values: Iterable[float]) -> list[str]:
+    return ["" if value != value else repr(value) for value in values]
+
+
+def load_trace(path: str | Path) -> TrackerOutput:
+    """Read a trace that `save_trace` wrote.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or is not a trace.
+    """
+    try:
+        head, *lines = csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8")))
+        if tuple(head) not in (COLUMNS, COLUMNS[: -len(COVARIANCE)]):
+            raise ValueError("it has other columns")
+        rows: list[Row] = []
+        for place, line in enumerate(lines, 2):
+            rows.append(_row(line, len(head), place))
+            if rows[-1].frame != rows[0].frame + len(rows) - 1:
+                raise ValueError(f"line {place}: its frames do not follow each other")
+        if not rows or not 0 <= rows[0].frame <= LARGEST:
+            raise ValueError("its first frame is missing")
+        return trace_of(rows)
+    except OSError as error:
+        raise FormatError(f"{path} cannot be read: {error.strerror}.") from None
+    except (ValueError, csv.Error) as error:
+        raise FormatError(f"{path} is not a track of an evaluation ({error}).") from None
+
+
+def _row(fields: list[str], columns: int, line: int) -> Row:
+    """Return a row of a trace; raise a ValueError with the line number if it is not valid."""
+    try:
+        if len(fields) != columns:
+            raise ValueError("it has more or fewer columns than the first one")
+        return _parse_fields(*fields)
+    except ValueError as error:
+        raise ValueError(f"line {line}: {error}") from None
+
+
+def _parse_fields(
+    frame: str, x: str, y: str, a: str, b: str, theta: str,
+    confidence: str, lost: str, seconds: str, event: str, *variances: str,
+) -> Row:  # fmt: skip
+    ellipse = Ellipse(*map(number, (x, y, a, b, theta)))
+    xx, xy, yy = map(number, variances) if variances else UNKNOWN
+    sure, time = number(confidence), duration(seconds)
+    if min(ellipse.a, ellipse.b) < 1 / LARGEST:
+        raise ValueError(f"the ellipse of frame {frame} has no area")
+    if not (math.isnan(sure) or 0 <= round(sure, 9) <= 1):
+        raise ValueError(f"the confidence of frame {frame} is {sure:g}")
+    return Row(
+        int(frame), ellipse, sure, lost == "1", time, EVENTS.index(event), (xx, xy, yy),
+    )  # fmt: skip
+
+
+def number(field: str) -> float:
+    """Return the number in a field of a track, NaN if it is empty.
+
+    Raises
+    ------
+    ValueError
+        If it is not a number, or out of bounds.
+    """
+    value = float(field) if field else math.nan
+    if abs(value) > LARGEST**2:  # a covariance may be as large as the square
+        raise ValueError(f"{field} is out of bounds")
+    return value
+
+
+def duration(field: str) -> float:
+    """Return the seconds in a field of a track, NaN if it is empty.
+
+    Raises
+    ------
+    ValueError
+        If it is not a duration.
+    """
+    seconds = number(field)
+    if seconds < 0 or 0 < seconds < 1 / LARGEST:
+        raise ValueError(f"a frame cannot take {field} s")
+    return seconds

@@ -1,0 +1,178 @@
+"""Tables that compare evaluations: of trackers, of versions, and of two sets of sequences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from motes.core.errors import ConfigError
+from motes.core.types import Floats
+from motes_lab.adapters.networks import short_name
+from motes_lab.metrics.sot import Difference, paired_difference, unpaired_difference
+from motes_lab.papers.result import Experiment, Result
+from motes_lab.report.sections import NAMES
+from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.saved_scores import SavedScores
+
+KEYS = ("trackers", "versions", "optimism")
+"""The tables: pairs of trackers in a run, a tracker in two runs, and two sets of sequences."""
+INTERVAL = "The interval is a bootstrap over sequences, each with its mean over starts and seeds."
+
+
+def comparison(runs: list[SavedScores], reference: str) -> Experiment:
+    """Yield the tables that one or more runs allow; further runs are compared with the first.
+
+    Parameters
+    ----------
+    runs
+        Evaluations in one protocol.
+    reference
+        The tracker that others are compared with.
+
+    Raises
+    ------
+    ConfigError
+        If a run has another protocol than the first, or not the reference.
+    """
+    first, *others = runs
+    for run in runs:
+        if run.protocol != first.protocol:
+            raise ConfigError(
+                f"{run.name} has the protocol {run.protocol}, and {first.name} {first.protocol}; "
+                f"choose one with --protocol."
+            )
+        tracker_named(run, reference)
+    tables = {"trackers": trackers(runs, reference)}
+    if any(_common(first, other) for other in others):
+        tables["versions"] = versions(first, others)
+    if any(not _common(first, other) for other in others):
+        tables["optimism"] = optimism(first, others, reference)
+    yield Result(tables)
+
+
+def tracker_named(run: SavedScores, name: str) -> str:
+    """Return the tracker of a run by its short name; raise a ConfigError if there is none."""
+    for tracker in run.values:
+        if name in (tracker, short_name(tracker)):
+            return tracker
+    raise ConfigError(
+        f"{run.name} has no tracker {name}; it has {', '.join(map(short_name, run.values))}."
+    )
+
+
+def pairs(
+    run: SavedScores, tracker: str, other: SavedScores, against: str
+) -> tuple[Floats, Floats]:
+    """Return the values of two trackers on the sequences that both finished, (n,) each."""
+    ours, theirs = run.values.get(tracker, {}), other.values.get(against, {})
+    names = [name for name in ours if name in theirs]
+    return np.array([ours[name] for name in names]), np.array([theirs[name] for name in names])
+
+
+def _common(run: SavedScores, other: SavedScores) -> bool:
+    """Return whether two runs have a sequence in common."""
+    return bool(_sequences(run) & _sequences(other))
+
+
+def _sequences(run: SavedScores) -> set[str]:
+    return {name for values in run.values.values() for name in values}
+
+
+def trackers(runs: list[SavedScores], reference: str) -> Table:
+    """Return a table of each tracker's difference from the reference, in each run."""
+    rows: list[Row] = []
+    for run in runs:
+        against = tracker_named(run, reference)
+        for tracker in run.values:
+            if tracker != against:
+                found = pairs(run, tracker, run, against)
+                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
+    return Table(
+        f"Compared with {reference}",
+        ("run", "tracker", "sequences", *_head(runs[0].column, reference), "won"),
+        rows,
+        note=f"Means over the sequences that both finished. {INTERVAL}",
+    )
+
+
+def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
+    """Return a table of each tracker's difference from itself in the first run."""
+    rows: list[Row] = []
+    for run in others:
+        for tracker in run.values:
+            found = pairs(run, tracker, first, tracker)
+            if found[0].size:
+                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
+    return Table(
+        f"Compared with {first.name}",
+        ("run", "tracker", "sequences", *_head(first.column, first.name), "won"),
+        rows,
+        note=f"Means over the sequences of both runs. {INTERVAL}",
+    )
+
+
+def _head(column: str, other: str) -> tuple[str, str, str, str]:
+    name = NAMES.get(column, column)
+    return name, f"{name} of {other}", "difference", "95 % interval"
+
+
+def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
+    yield Cell(str(ours.size), ours.size)
+    yield from map(number, (_mean(ours), _mean(theirs)))
+    yield from _difference(paired_difference(np.random.default_rng(0), ours, theirs))
+    won = int(np.count_nonzero(ours > theirs))
+    yield Cell(f"{won} of {ours.size}", won)
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if values.size else math.nan
+
+
+def _difference(found: Difference) -> Iterator[Cell]:
+    mean, low, high = found
+    yield Cell(NO_VALUE) if math.isnan(mean) else Cell(f"{mean:+.3f}", mean)
+    yield Cell(NO_VALUE) if math.isnan(low) else Cell(f"{low:+.3f} to {high:+.3f}", low)
+
+
+def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) -> Table:
+    """Return a table of how much less trackers have on other sequences, beyond the reference.
+
+    The optimism of a tracker is the mean of its lead over the reference on the sequences of the
+    first run, minus the mean of its lead on those of the other.
+    """
+    rows: list[Row] = []
+    against = tracker_named(first, reference)
+    for run in others:
+        if _common(first, run):
+            continue
+        for tracker in first.values:
+            if tracker == against or tracker not in run.values:
+                continue
+            here = pairs(first, tracker, first, against)
+            there = pairs(run, tracker, run, tracker_named(run, reference))
+            leads = here[0] - here[1], there[0] - there[1]
+            found = unpaired_difference(np.random.default_rng(0), *leads)
+            drops = (_mean(here[side]) - _mean(there[side]) for side in (0, 1))
+            cells = (*map(number, drops), *_difference(found))
+            rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
+    name = NAMES.get(first.column, first.column)
+    return Table(
+        f"Optimism of {first.name}",
+        (
+            "checked on",
+            "tracker",
+            f"{name} less there",
+            f"of {reference}",
+            "optimism",
+            "95 % interval",
+        ),
+        rows,
+        note=(
+            f"How much lower the mean {name} is on the sequences of the other run, the same of "
+            f"{reference}, which nothing was chosen for, and the difference. A tracker whose "
+            "values were chosen on the first set has a positive optimism. The interval is a "
+            "bootstrap over sequences, those of each set drawn from itself."
+        ),
+    )

@@ -1,0 +1,116 @@
+"""Tables of numbers, from which Markdown and HTML are made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from motes_lab.aggregate import Mean
+
+NO_VALUE = "–"
+"""The text of a cell without a number."""
+
+
+class Cell(NamedTuple):
+    """A cell of a table.
+
+    Attributes
+    ----------
+    text
+        The text shown.
+    value
+        The number by which rows are sorted; None to sort by the text.
+    deviation
+        Standard deviation of the value, or None.
+    bar
+        Length of a bar, 0 to 1; None for no bar.
+    best
+        Whether it is the best of its column.
+    """
+
+    text: str
+    value: float | None = None
+    deviation: float | None = None
+    bar: float | None = None
+    best: bool = False
+
+
+Row = tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a title.
+
+    Attributes
+    ----------
+    title
+        One line.
+    head
+        Titles of the columns; the first column names the rows.
+    rows, foot
+        Rows that may be sorted, and rows below them.
+    note
+        An explanation of the numbers.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[Row]
+    foot: tuple[Row, ...] = ()
+    note: str = ""
+
+
+def number(value: Mean | float | None, digits: int = 3) -> Cell:
+    """Return a number, with its standard deviation if it has one."""
+    mean, deviation = value if isinstance(value, Mean) else (value, math.nan)
+    if mean is None or not math.isfinite(mean):
+        return Cell(NO_VALUE)
+    return _formatted(mean, deviation, f".{digits}f")
+
+
+def percent(value: Mean | float) -> Cell:
+    """Return a share in percent, with its standard deviation if it has one."""
+    return _formatted(*(value if isinstance(value, Mean) else (value, math.nan)), ".0%")
+
+
+def _formatted(mean: float, deviation: float, form: str) -> Cell:
+    if math.isnan(deviation):
+        return Cell(f"{mean:{form}}", mean)
+    return Cell(f"{mean:{form}} ± {deviation:{form}}", mean, deviation)
+
+
+def three_digits(value: float) -> Cell:
+    """Return a number with three significant digits, and with all digits before the point."""
+    if not math.isfinite(value):
+        return Cell(NO_VALUE)
+    return Cell(f"{value:.0f}" if value >= 99.95 or not value else f"{value:#.3g}", value)
+
+
+def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:
+    """Return the cells with the best value marked, if there are at least two values.
+
+    Where more is better, a value of 0 is no merit.
+    """
+    cells = list(cells)
+    known = [sign * cell.value for cell in cells if cell.value is not None]
+    if len(known) < 2:
+        return cells
+    top = sign * max(known)
+    if sign > 0 and not top:
+        return cells
+    return [cell._replace(best=cell.value == top) for cell in cells]
+
+
+def bars(values: Iterable[Mean | float | None]) -> list[Cell]:
+    """Return numbers between 0 and 1 with bars, the highest marked."""
+    cells = map(number, values)
+    return best(cell._replace(bar=cell.value) for cell in cells)
+
+
+def count_noun(number: int, what: str) -> str:
+    """Return a number with its noun in singular or plural, such as "2 passes"."""
+    plural = "es" if what.endswith("s") else "s"
+    return f"{number} {what}{plural if number != 1 else ''}"

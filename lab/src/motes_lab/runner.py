@@ -1,0 +1,245 @@
+"""Passes of trackers over sequences, in workers that may hang, crash and be stopped.
+
+A job is one tracker on one sequence in one protocol. Its video is decoded once, and each frame is
+given to all of its passes in turn, so the memory needed does not depend on the length of the video.
+Each pass gets its own copy of the frame: it sees neither changed pixels nor values cached by
+another pass.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from motes.cluster import pool as pools
+from motes.cluster.pool import Again, Pool, Started, Task
+from motes.core.errors import FormatError, MotesError, SourceError
+from motes.core.files import slug, write_whole
+from motes.core.frame import Frame
+from motes.core.import_callable import explain
+from motes.video.sources import open_source
+from motes_lab.adapters.registry import TrackerSpec
+from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.sot import Problem, Sequence
+from motes_lab.protocols.mot import MotPass
+from motes_lab.protocols.perturbations import (
+    MAX_FRAMES,
+    PerturbedSequence,
+    perturbations,
+    perturbed_frames,
+)
+from motes_lab.protocols.sot import Start, TrackerPass, starts
+
+
+@dataclass(frozen=True, slots=True)
+class Pass:
+    """One tracker on one sequence, with one start and one seed."""
+
+    tracker: str
+    sequence: str
+    start: Start
+    seed: int
+
+    def path(self, out: Path) -> Path:
+        """Return the file of its track in the folder of an evaluation."""
+        parts = (self.start.protocol, self.start.label, str(self.seed))
+        name = "-".join(part for part in parts if part)
+        return out / "tracks" / slug(self.tracker) / slug(self.sequence) / f"{name}.csv"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """All passes of a tracker over a sequence in a protocol."""
+
+    spec: TrackerSpec
+    sequence: Sequence | MotSequence
+    passes: tuple[Pass, ...]
+
+    @property
+    def name(self) -> str:
+        """The name of the job in messages."""
+        protocol = self.passes[0].start.protocol
+        return f"{self.spec.name} on {self.sequence.name}, {protocol}"
+
+
+def plan(
+    specs: Iterable[TrackerSpec],
+    sequences: Iterable[Sequence | MotSequence],
+    protocols: Iterable[str],
+    seeds: int,
+    max_frames: int = MAX_FRAMES,
+) -> tuple[list[Job], list[Problem]]:
+    """Return all jobs, sequence by sequence, and the problems of sequences that cannot be opened.
+
+    A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other tracker with seed 0. In
+    the protocol `robust`, each view is a separate job of at most `max_frames` frames.
+    """
+    specs, protocols = list(specs), list(protocols)
+    jobs: list[Job] = []
+    problems: list[Problem] = []
+    for sequence in sequences:
+        try:
+            with open_source(sequence.source) as source:
+                size = source.width, source.height
+        except MotesError as error:
+            problems.append(Problem(f"sequence {sequence.name}", str(error)))
+            continue
+        for protocol in protocols:
+            views: Iterable[tuple[Sequence | MotSequence, list[Start]]]
+            if protocol == "robust" and isinstance(sequence, Sequence):
+                views = perturbations(sequence, *size, max_frames)
+            else:
+                views = [(sequence, starts(protocol, sequence, *size))]
+            for (view, view_starts), spec in itertools.product(views, specs):
+                passes = (
+                    Pass(spec.name, sequence.name, start, seed)
+                    for start in view_starts
+                    for seed in range(seeds if spec.stochastic else 1)
+                )
+                jobs.append(Job(spec, view, tuple(passes)))
+    return jobs, problems
+
+
+def unfinished(jobs: Iterable[Job], out: Path) -> list[Job]:
+    """Return the jobs with only those passes whose tracks do not exist yet."""
+    left = (
+        replace(job, passes=tuple(item for item in job.passes if not item.path(out).exists()))
+        for job in jobs
+    )
+    return [job for job in left if job.passes]
+
+
+class JobEvent(NamedTuple):
+    """The start or the end of a job.
+
+    Attributes
+    ----------
+    job
+        The job.
+    errors
+        The passes that failed, each with the reason in one line; all others have written their
+        tracks. None at the start of the job.
+    """
+
+    job: Job
+    errors: dict[Pass, str] | None
+
+
+def run(
+    pool: Pool, jobs: Iterable[Job], out: Path, time_limit: float, attempts: int = 1
+) -> Generator[JobEvent, None, None]:
+    """Run jobs; yield the start and the end of each job.
+
+    Parameters
+    ----------
+    pool
+        The workers; the caller closes it.
+    jobs
+        The jobs to run.
+    out
+        The folder of the evaluation.
+    time_limit
+        Seconds for each job; a job that takes longer is stopped, and all of its passes fail.
+    attempts
+        How often a job whose worker dies is tried.
+
+    Raises
+    ------
+    FormatError
+        If a track cannot be written.
+    """
+    tasks = (Task(job.name, run_job, job, seconds=time_limit) for job in jobs)
+    for event in pools.run(pool, tasks, attempts):
+        job: Job = event.task.argument
+        if isinstance(event, Started):
+            yield JobEvent(job, None)
+        elif isinstance(event, Again):
+            continue
+        elif event.error is not None:
+            yield JobEvent(job, dict.fromkeys(job.passes, event.error))
+        else:
+            errors, files = event.value
+            for name, data in files:
+                _write(out / name, data)
+            yield JobEvent(job, errors)
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, data)
+    except OSError as error:
+        raise FormatError(
+            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from None
+
+
+# The functions below run in a worker.
+
+
+def run_job(job: Job) -> tuple[dict[Pass, str], list[tuple[str, bytes]]]:
+    """Run a job.
+
+    Returns
+    -------
+    The errors of the passes that failed; and the files of all others, by their names in the folder
+    of the evaluation. The file that makes a pass count as done comes after its others.
+    """
+    errors: dict[Pass, str] = {}
+    running = {item: _new_pass(job, item) for item in job.passes}
+    files: list[tuple[str, bytes]] = []
+    try:
+        for frame in _frames(job.sequence):
+            for item in list(running):
+                try:
+                    running[item].feed(Frame(frame.index, frame.time, frame.pixels.copy()))
+                except BaseException as error:  # a tracker may raise anything
+                    errors[item] = f"At frame {frame.index}: {explain(error)}"
+                    running.pop(item).close()
+            if not running:
+                break
+        with tempfile.TemporaryDirectory() as folder:
+            for item, ended in running.items():
+                path = item.path(Path(folder))
+                ended.save(path)
+                for each in (path.with_suffix(".txt"), path):
+                    if each.exists():
+                        files.append((str(each.relative_to(folder)), each.read_bytes()))
+    except Exception as error:
+        errors |= dict.fromkeys(running, explain(error))
+    finally:
+        for ended in running.values():
+            ended.close()
+    return errors, files
+
+
+def _new_pass(job: Job, item: Pass) -> TrackerPass | MotPass:
+    """Return a pass that has not started yet."""
+    make_adapter = partial(job.spec.begin, item.seed)
+    if isinstance(job.sequence, MotSequence):
+        return MotPass(make_adapter, job.sequence)
+    return TrackerPass(make_adapter, item.start, job.sequence.boxes)
+
+
+def _frames(sequence: Sequence | MotSequence) -> Iterator[Frame]:
+    """Yield the frames of a sequence; raise a SourceError if the truth has more or fewer rows."""
+    if isinstance(sequence, PerturbedSequence):
+        yield from perturbed_frames(sequence)
+        return
+    count, rows = 0, sequence.frames
+    with open_source(sequence.source) as source:
+        for frame in source:
+            count += 1
+            if count > rows:
+                raise SourceError(
+                    f"{source.name} has more frames than its truth, which has {rows}."
+                )
+            yield frame
+        if count < rows:
+            why = f" ({source.report.problems})" if source.report.problems else ""
+            raise SourceError(f"{source.name} has {count} frames{why}, but its truth has {rows}.")

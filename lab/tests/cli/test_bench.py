@@ -1,0 +1,567 @@
+"""`motes-lab bench`: what it measures and writes, and how it compares."""
+
+from __future__ import annotations
+
+import csv
+import multiprocessing
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evaluations import pictures
+from motes import Frame, MissingDependencyError, MotesError, SourceError, synthetic
+from motes.core.geometry import Ellipse
+from motes.video.writer import VideoWriter
+from motes_lab.cli import main
+from motes_lab.datasets.sot import load_dataset
+from motes_lab.papers.result import files
+from motes_lab.report import markdown
+from motes_lab.report.tables import Table
+from motes_lab.speed import growth, parts
+from motes_lab.speed import measure as speed
+from motes_lab.speed import plot as speed_plot
+from motes_lab.speed import report as speed_report
+from motes_lab.speed.growth import Growth
+from motes_lab.speed.measure import MAIN, OURS, TARGETS, Film
+from motes_lab.speed.report import against, stored_ratios, trackers_table
+from networks import brightness_network
+
+SMALL = (160, 120)
+SECONDS = {
+    ("nummiaro", MAIN): [0.001, 0.002, 0.003],
+    ("nummiaro", (28, 44)): [0.0005] * 3,
+    ("maggio", MAIN): [0.008] * 3,
+    ("cv2:mosse", MAIN): [0.004] * 3,
+    ("cv2:csrt", MAIN): [0.03] * 3,
+}
+NAME = Path("earlier.md")
+Timed = dict[tuple[str, float], list[float]]
+
+
+def texts(table: Table) -> list[dict[str, str]]:
+    cells = ([cell.text for cell in row] for row in table.rows)
+    return [dict(zip(table.head, row, strict=True)) for row in cells]
+
+
+def test_medians_and_ratios() -> None:
+    table = trackers_table(SECONDS, "One is missing.")
+    assert "One is missing." in table.note
+    rows = texts(table)
+    assert [(row["tracker"], row["target"]) for row in rows][:2] == [
+        ("nummiaro", "60x100"),
+        ("nummiaro", "28x44"),
+    ]
+    assert [row["median ms"] for row in rows] == ["2.000", "0.500", "8.000", "4.000", "30.000"]
+    assert rows[0]["95 % ms"] == "3.800"  # 0.8 of a step above the highest of three
+    assert [row["times nummiaro"] for row in rows] == ["1.00", "0.250", "4.00", "2.00", "15.0"]
+    assert [row["times cv2:mosse"] for row in rows[:3]] == ["0.500", "0.125", "2.00"]
+    assert rows[0]["times cv2:csrt"] == "0.0667"
+
+
+def test_stored_ratios_are_read_from_what_is_written() -> None:
+    other = "| tracker | times cv2:csrt |\n|---|---|\n| none | – |"
+    written = markdown.table(trackers_table(SECONDS, ""))
+    stored = stored_ratios(f"# Speed\n\n{other}\n\nText | here.\n\n{written}\n\nMore.\n", NAME)
+    assert stored == {
+        ("nummiaro", "60x100", "cv2:mosse"): 0.5,
+        ("nummiaro", "60x100", "cv2:csrt"): 0.0667,
+        ("nummiaro", "28x44", "cv2:mosse"): 0.125,
+        ("nummiaro", "28x44", "cv2:csrt"): 0.0167,
+        ("maggio", "60x100", "cv2:mosse"): 2.0,
+        ("maggio", "60x100", "cv2:csrt"): 0.267,
+    }
+    for text in ("", "no table", other):
+        with pytest.raises(SourceError, match=r"earlier\.md holds no table of trackers"):
+            stored_ratios(text, NAME)
+
+
+def test_what_got_slower_is_marked() -> None:
+    stored = {
+        ("nummiaro", "60x100", "cv2:mosse"): 0.5 / 1.16,
+        ("nummiaro", "60x100", "cv2:csrt"): 0.0667 / 1.14,
+        ("nummiaro", "28x44", "cv2:mosse"): 0.125 * 3,
+        ("maggio", "60x100", "cv2:csrt"): 0.267 / 2,
+    }
+    table = against(trackers_table(SECONDS, ""), stored)
+    found = {tuple(row.values())[:3]: [*row.values()][3:] for row in texts(table)}
+    assert found == {
+        ("nummiaro", "60x100", "cv2:mosse"): ["0.500", "0.431", "+16%", "slower"],
+        ("nummiaro", "60x100", "cv2:csrt"): ["0.0667", "0.0585", "+14%", ""],
+        ("nummiaro", "28x44", "cv2:mosse"): ["0.125", "0.375", "-67%", ""],
+        ("nummiaro", "28x44", "cv2:csrt"): ["0.0167", "–", "–", ""],
+        ("maggio", "60x100", "cv2:mosse"): ["2.00", "–", "–", ""],
+        ("maggio", "60x100", "cv2:csrt"): ["0.267", "0.134", "+100%", "slower"],
+    }
+    assert table.note.startswith("2 of 6 are more than 15% slower")
+
+
+def test_the_power_of_growth() -> None:
+    counts = (1, 10, 100, 1000)
+    seconds: Timed = {("linear", n): [0.001 * n] * 3 for n in counts}
+    seconds |= {("root", n): [9.0, 0.002 * n**0.5, 0.0] for n in counts}
+    growth = Growth.over("targets", seconds, large="9x9")
+    assert growth.title == "nummiaro, frames of 9x9"
+    assert growth.powers["linear"] == pytest.approx((1, 1, 1))
+    assert growth.powers["root"] == pytest.approx((0.5, 0.5, 0.5))
+    table = growth.table()
+    assert table.head == ("targets", "linear, ms", "root, ms", "µs for each")
+    assert [cell.text for cell in table.rows[1]] == ["10", "10.000", "6.325", "1000.0"]
+    power = ["power", "1.00 (1.00 to 1.00)", "0.50 (0.50 to 0.50)", ""]
+    assert [cell.text for cell in table.foot[0]] == power
+
+
+def test_the_power_of_each_round() -> None:
+    """Two updates a round, three rounds: their powers are 1, 2 and 1.5."""
+    seconds: Timed = {("one", n): [n, n, n**2, n**2, n**1.5, n**1.5] for n in (1, 2, 4)}
+    growth = Growth.over("particles", seconds, 3, size="9x9")
+    assert growth.powers["one"] == pytest.approx((1.5, 1, 2))
+
+
+def test_workers_that_share_the_work() -> None:
+    seconds: Timed = {("threads", n): [0.1 / n] * 3 for n in (1, 2, 4)}
+    growth = Growth.over("threads", seconds, large="9x9")
+    assert growth.powers["threads"] == pytest.approx((-1, -1, -1))
+    table = growth.table()
+    assert table.head[-1] == "times as fast"
+    assert [row[-1].text for row in table.rows] == ["1.000", "2.000", "4.000"]
+
+
+def test_files_are_compared_with_decoding_alone() -> None:
+    table = speed_report.files_table({("f", "decoded"): [0.1, 0.01], ("f", "followed"): [0.11]})
+    assert [cell.text for cell in table.rows[0]] == ["f", "18", "9", "50%"]
+
+
+def test_everything_has_its_turn_in_every_round() -> None:
+    calls: list[str] = []
+
+    def run(name: str) -> list[float]:
+        calls.append(name)
+        return [len(calls)]
+
+    jobs = {name: partial(run, name) for name in ("a", "b")}
+    steps = [{name: [*seconds] for name, seconds in step.items()} for step in
+             speed.interleaved(jobs, 3)]  # fmt: skip
+    assert calls == ["a", "b"] * 3
+    assert steps[0] == {"a": [1], "b": [2]}
+    assert steps[2] == {"a": [1, 3, 5], "b": [2, 4, 6]}
+
+
+def test_images_have_just_been_written() -> None:
+    images = [np.full((2, 2), i) for i in range(3)]
+    seen: list[np.ndarray] = []
+    assert len(speed.timed(seen.append, images)) == 3
+    for image, copy in zip(images, seen, strict=True):
+        np.testing.assert_array_equal(image, copy)
+        assert not np.shares_memory(image, copy)
+
+
+@pytest.fixture
+def film() -> Film:
+    return Film.of(synthetic.still(SMALL, (30, 40), 3))
+
+
+@pytest.mark.parametrize("there", [[], ["cv2:kcf"]])
+def test_peers_that_are_missing_are_left_out(
+    film: Film, there: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def peer(name: str) -> None:
+        if name not in there:
+            raise MissingDependencyError("Install it.")
+
+    monkeypatch.setattr(speed, "peer", peer)
+    monkeypatch.setattr(speed, "OURS", ["nummiaro", "mean_shift"])
+    jobs, missing = speed.trackers({MAIN: film})
+    assert [*jobs] == [("nummiaro", MAIN), ("mean_shift", MAIN), *((name, MAIN) for name in there)]
+    assert missing == "Install it."  # said once
+    assert len(jobs["nummiaro", MAIN]()) == 2
+
+
+def test_more_trackers_than_targets(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growth, "COUNTS", (1, 3))
+    jobs = growth.targets(film)
+    assert [*jobs] == [(line, n) for n in (1, 3) for line in ("1 thread", "2 threads")]
+    for run in jobs.values():
+        assert [len(run()), len(run())] == [2, 2]  # each from the same start
+
+
+def test_particles_become_more(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growth, "PARTICLES", (10, 20))
+    seen: list[int] = []
+    monkeypatch.setattr(
+        speed, "timed", lambda update, _: seen.append(update.__self__.config.particles)
+    )
+    for run in growth.particles(film).values():
+        run()
+    assert seen == [10, 20]
+
+
+def test_a_scene_is_enlarged_with_its_target(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growth, "FACTORS", (1, 3))
+    monkeypatch.setattr(growth, "FOLLOWERS", ("nummiaro",))
+    seen: list[tuple[tuple[int, ...], float, float]] = []
+
+    def timed(update: Any, images: Iterable[Frame]) -> None:
+        for frame in images:
+            track = update(frame)
+        seen.append((frame.pixels.shape, track.ellipse.x, track.ellipse.b))
+
+    monkeypatch.setattr(growth, "timed", timed)
+    jobs = growth.megapixels(film)
+    assert [*jobs] == [("nummiaro", 0.0192), ("nummiaro", 0.1728)]
+    for run in jobs.values():
+        run()
+    (small, x, b), (large, three_x, three_b) = seen
+    assert (small, large) == ((120, 160, 3), (360, 480, 3))
+    assert three_x == pytest.approx(3 * x, abs=6)
+    assert three_b == pytest.approx(3 * b, rel=0.2)
+
+
+@pytest.mark.slow
+def test_targets_are_divided_among_threads_and_processes(
+    film: Film, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(growth, "WORKERS", (1, 2))
+    monkeypatch.setattr(growth, "DIVIDED", 3)
+    assert {key: len(run()) for key, run in growth.threads(film).items()} == {
+        ("threads", 1): 2,
+        ("threads", 2): 2,
+    }
+    jobs = growth.processes(film)
+    assert [*jobs] == [("processes", 1), ("processes", 2)]
+    assert len(jobs["processes", 2]()) == growth.PASSES
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.slow
+def test_a_process_that_ends_is_reported(film: Film) -> None:
+    """It fails on a region that does not fit its frame."""
+    outside = film._replace(regions=[Ellipse(9999, 9999, 3, 3, 0)])
+    with pytest.raises(MotesError, match=r"A measured process ended with exit code 1\."):
+        growth.processes(outside)["processes", 1]()
+
+
+def test_a_crowd_circles_without_a_seam() -> None:
+    crowd = synthetic.crowd()
+    assert len(crowd.targets) >= 100
+    paths = np.array([target.states[:, :2] for target in crowd.targets])
+    steps = np.linalg.norm(np.roll(paths, -1, axis=1) - paths, axis=2)
+    np.testing.assert_allclose(steps, steps[0, 0])
+    boxes = np.array([target.states.mean(axis=0) for target in crowd.targets])
+    apart = np.abs(boxes[:, None, :2] - boxes[None, :, :2]) > (60 + 12, 100 + 12)
+    assert (apart.any(axis=2) | np.eye(len(boxes), dtype=bool)).all()
+    reach = np.array([30 + 6, 50 + 6])
+    assert ((boxes[:, :2] > reach) & (boxes[:, :2] < np.array(crowd.size) - reach)).all()
+
+
+def test_real_sequences_have_ratios_and_their_geometric_means() -> None:
+    milliseconds = {
+        ("one", "default"): 4,
+        ("one", "nummiaro"): 2,
+        ("one", "cv2:nano=a.onnx,b.onnx"): 8,
+        ("two", "default"): 2,
+        ("two", "nummiaro"): 1,
+        ("two", "cv2:nano=a.onnx,b.onnx"): 16,
+    }
+    seconds = {key: [0.001 * value] * 3 for key, value in milliseconds.items()}
+    table = speed_report.sequences_table(seconds, "One is missing.")
+    assert table.note.endswith("One is missing.")
+    *_, last = rows = texts(table)
+    assert [row["tracker"] for row in rows] == ["default", "nummiaro", "cv2:nano"] * 2
+    assert last == {
+        "sequence": "two",
+        "tracker": "cv2:nano",
+        "median ms": "16.000",
+        "95 % ms": "16.000",
+        "times default": "8.00",
+        "times nummiaro": "16.0",
+    }
+    feet = [[cell.text for cell in row] for row in table.foot]
+    assert feet[1] == ["all", "nummiaro", "", "", "0.500", "1.00"]
+    assert feet[2] == ["all", "cv2:nano", "", "", "4.00", "8.00"]
+
+
+@pytest.fixture
+def sequences(tmp_path: Path) -> Path:
+    """Return a folder with a real sequence, the first frame without its target."""
+    folder = tmp_path / "data" / "sot" / "David"
+    pictures(folder / "img", 5, (160, 120))
+    (folder / "groundtruth_rect.txt").write_text("nan,nan,nan,nan\n" + "41,31,40,50\n" * 4)
+    return folder.parents[1]
+
+
+def test_trackers_on_a_real_sequence_take_turns_on_bgr_frames(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[str, int, tuple[int, ...]]] = []
+
+    class Recorder:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            seen.append((self.name, int(image[0, 0, 0]), tuple(box)))
+
+        def update(self, image: np.ndarray) -> None:
+            assert image.flags.c_contiguous
+            seen.append((self.name, int(image[0, 0, 0]), image.shape))
+
+    monkeypatch.setattr(speed, "OpenCVTracker", Recorder)
+    monkeypatch.setattr(speed, "peer", Recorder)
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found, problems = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    assert not problems
+    names, values, third = zip(*seen, strict=True)
+    assert names == ("nummiaro", "cv2:kcf") * 3
+    assert values == (240, 240, 230, 230, 220, 220)
+    assert third == (*[(40, 30, 40, 50)] * 2, *[(120, 160, 3)] * 4)
+    assert {name: len(times) for name, times in found.items()} == {"nummiaro": 2, "cv2:kcf": 2}
+    longer, _ = speed.in_lockstep(["nummiaro"], sequence, 99)
+    assert len(longer["nummiaro"]) == 3
+
+
+def test_a_tracker_of_opencv_that_fails_is_left_out(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Failing:
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            self.left = 2
+
+        def update(self, image: np.ndarray) -> None:
+            self.left -= 1
+            if not self.left:
+                raise ValueError("outside\nthe frame")
+
+    monkeypatch.setattr(speed, "peer", lambda _: Failing())
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found, (problem,) = speed.in_lockstep(["cv2:kcf", "nummiaro"], sequence, 4)
+    assert {name: len(times) for name, times in found.items()} == {"cv2:kcf": 1, "nummiaro": 3}
+    assert (problem.where, problem.what) == ("cv2:kcf on David", "ValueError: outside the frame")
+    real = {("David", name): times for name, times in found.items()}
+    real["David", "default"] = real["David", "nummiaro"]
+    assert "cv2:kcf" not in {cell.text for row in speed_report.sequences_table(real, "").rows
+                             for cell in row}  # fmt: skip
+
+
+@pytest.mark.parametrize("growths", [0, 1, 3])
+@pytest.mark.parametrize("peers", [True, False])
+def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
+    pytest.importorskip("matplotlib")
+    seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
+    steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
+    whats = ("targets", "threads", "processes")[:growths]
+    grown = [Growth.over(what, steps, large="9x9") for what in whats]
+    figure: Any = speed_plot.figure(seconds, grown)
+    figure.canvas.draw()
+    bars, *lower = figure.axes
+    names = [label.get_text() for label in bars.get_yticklabels()]
+    assert names == [name for name in ("nummiaro", "cv2:mosse", "maggio", "cv2:csrt")
+                     if peers or "cv2" not in name]  # fmt: skip
+    widths = {name: SECONDS[name, MAIN][1] * 1e3 for name in names}
+    assert sorted(bar.get_width() for bar in bars.patches) == pytest.approx(sorted(widths.values()))
+    assert [axes.get_xlabel() for axes in lower] == [*whats]
+    for axes in lower:
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        one, _, straight = axes.lines
+        np.testing.assert_allclose(one.get_ydata(), [1, 10])
+        wanted = [1, 10] if axes.get_xlabel() == "targets" else [1, 0.1]
+        np.testing.assert_allclose(straight.get_ydata(), wanted)
+        assert one.get_label() == "one: power 1.00 (1.00 to 1.00)"
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Let the command measure little, in an empty folder."""
+    for module, name, value in (
+        (parts, "SIZE", (200, 160)),
+        (parts, "LARGE", (260, 320)),
+        (parts, "SMALL", (160, 120)),
+        (parts, "LENGTH", 4),
+        (parts, "LARGE_LENGTH", 3),
+        (speed, "TARGETS", (MAIN,)),
+        (speed, "OURS", ("nummiaro",)),
+        (speed, "PEERS", ("cv2:mosse",)),
+        (growth, "COUNTS", (1, 2)),
+        (growth, "PARTICLES", (10, 20)),
+        (growth, "FACTORS", (1, 2)),
+        (growth, "WORKERS", (1, 2)),
+        (growth, "DIVIDED", 2),
+    ):
+        monkeypatch.setattr(module, name, value)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MOTES_DATA", raising=False)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_the_command_writes_all_there_is(
+    small: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("cv2")
+    pytest.importorskip("matplotlib")
+    line = ["bench", "--frames", "3", "--rounds", "1", "--plot", "--out", "new"]
+    assert main(line) == 0
+    out, error = capfd.readouterr()
+    assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV and PNG.\n")
+    assert "slower" not in out
+    written = {path.name for path in Path("new").iterdir()}
+    tables = [table for part, each in parts.PARTS.items() if part != "sequences" for table in each]
+    assert written == set(files("bench", tables, plot=True))
+    assert Path("new/bench.png").read_bytes().startswith(b"\x89PNG")
+    rows = [*csv.DictReader(Path("new/bench-targets.csv").read_text().splitlines())]
+    assert [row["targets"] for row in rows] == ["1", "2", "power"]
+    rows = [*csv.DictReader(Path("new/bench-files.csv").read_text().splitlines())]
+    assert [row["H.264 file"] for row in rows] == ["200x160, one target", "260x320, ten targets"]
+
+    measured: list[object] = []
+    monkeypatch.setattr(parts.Measured, "steps", lambda *given: measured.append(given))
+    assert main(line) == 5  # before anything is measured
+    Path("bench").mkdir()
+    Path("bench/bench.png").touch()
+    assert main(["bench", "--plot"]) == 5  # where it goes by itself
+    assert main([*line, "--against", "none.md"]) == 3
+    Path("text.md").write_text("text")
+    assert main([*line, "--against", "text.md"]) == 3
+    assert not measured
+    assert "text.md holds no table" in capfd.readouterr().err
+    assert {path.name for path in Path("new").iterdir()} == written
+
+
+def test_one_part_is_measured(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new", "--part", "files"]
+    assert main(line) == 0
+    assert {path.name for path in Path("new").iterdir()} == {"bench.md", "bench-files.csv"}
+    for more, message in (
+        (
+            ["--plot"],
+            "--plot draws the parts trackers and growth; measure one of them, or omit --plot.",
+        ),
+        (["--against", "none.md"], "--against compares the part trackers"),
+        (["--part", "sequences"], "Real sequences are in a folder; give it with --data."),
+    ):
+        assert main([*line, "--overwrite", *more]) == 2
+        assert message in capfd.readouterr().err
+
+
+def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cv2")
+    table = trackers_table({job: [times[0] / 1e4] * 3 for job, times in SECONDS.items()}, "")
+    fast = re.sub(r"(nummiaro \| 60x100 .*\| )[\d.]+( \| [\d.]+ \|)$", r"\g<1>1e-9\2",
+                  markdown.table(table), flags=re.MULTILINE)  # fmt: skip
+    Path("earlier.md").write_text(fast)
+    line = "bench --frames 3 --rounds 1 --part trackers --against earlier.md --out new"
+    assert main(line.split()) == 0
+    out = capfd.readouterr().out
+    assert re.search(r"nummiaro +60x100 +cv2:mosse +\S+ +1\.00e-09 +\+\d+% +slower", out)
+    assert "1 of 1 are more than 15% slower" in out
+    assert not Path("new/bench.png").exists()  # nobody asked for it
+    for path in Path("new").iterdir():
+        if path.name != "bench-against.csv":
+            path.unlink()
+    assert main(line.split()) == 5
+
+
+def test_real_sequences_are_measured_too(
+    small: Path, sequences: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("cv2")
+    monkeypatch.setattr(speed, "FOLLOWERS", ("nummiaro",))
+    monkeypatch.setattr(speed_report, "FOLLOWERS", ("nummiaro",))
+    monkeypatch.setattr(speed, "RIVALS", ("cv2:mosse",))
+    brightness_network(Path("white.onnx"))
+    line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new"]
+    monkeypatch.setenv("MOTES_DATA", str(sequences))
+    assert main([*line, "--vit", "white.onnx", "--part", "sequences"]) == 0
+    rows = [*csv.DictReader(Path("new/bench-sequences.csv").read_text().splitlines())]
+    assert [(row["sequence"], row["tracker"]) for row in rows] == [
+        (name, tracker)
+        for name in ("David", "all")
+        for tracker in ("nummiaro", "cv2:mosse", "cv2:vit")
+    ]
+    capfd.readouterr()
+
+    monkeypatch.delenv("MOTES_DATA")
+    (sequences / "sot").rename("mine")
+    shutil.copytree("mine", "david")
+    Path("mine/David").rename("mine/Other")
+    for more, code, message in (
+        (["--data", "new"], 3, "There is no sequence in new"),
+        (["--data", "mine"], 3, "--data mine has none of the sequences David, Jogging-1"),
+        (["--nano", "a,b"], 2, "--nano needs real sequences; give their folder with --data."),
+        (["--vit", "a"], 2, "--vit needs real sequences; give their folder with --data."),
+        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs 2 ONNX files"),
+        (["--data", "david", "--vit", "a"], 2, "cv2:vit needs an ONNX file"),
+    ):
+        assert main([*line[:-1], "other", *more]) == code
+        assert message in capfd.readouterr().err
+    assert not Path("other").exists()
+
+
+def test_the_stored_table_is_whole() -> None:
+    """`make bench` compares with it."""
+    page = Path(__file__).parents[2] / "docs" / "performance.md"
+    stored = stored_ratios(page.read_text(encoding="utf-8"), page)
+    sizes = [f"{width}x{height}" for width, height in TARGETS]
+    assert set(stored) == {
+        (name, size, peer) for name in OURS for size in sizes for peer in speed_report.RATIOS
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says so")
+def test_little_memory_is_needed(tmp_path: Path) -> None:
+    """Of its own; how much of the libraries' files is mapped beside it is up to the system."""
+    clip = synthetic.still((320, 240), (30, 50), 20)
+    path = tmp_path / "film.mp4"
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels)
+    box = ",".join(f"{value:.0f}" for value in clip[0][1][0].ellipse.box)
+    line = ["track", str(path), "--init", box, "-o", str(tmp_path / "rows.csv")]
+    code = (
+        "import sys; from motes_lab.cli import main; main(sys.argv[1:]); "
+        "print(*(line for line in open('/proc/self/status') if 'RssAnon' in line))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True)
+    (own,) = re.findall(r"RssAnon:\s+(\d+) kB", done.stdout)
+    assert 1024 * int(own) < 125e6, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "A median needs")]
+)
+def test_a_bench_of_nothing_is_refused(
+    line: str, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(line.split()) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert said in error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "line",
+    ["bench --frames HUGE", "evaluate . --seeds HUGE", "experiment two-rooms --seeds HUGE"],
+)
+def test_numbers_that_are_too_large(line: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(line.replace("HUGE", "9" * 30).split()) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "defect" not in error
+
+
+@pytest.mark.slow
+def test_the_program_names_itself() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "motes_lab", "evaluate"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "see motes-lab evaluate --help" in done.stderr

@@ -1,0 +1,356 @@
+"""`motes-lab evaluate`: what users get, how it fails, and what is left when it is interrupted."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import arena
+from arena import Go, at_home, evaluating, table, tracks, wait_for
+from motes_lab.cli import main
+from motes_lab.scores import COLUMNS
+
+PROGRAM = [sys.executable, "-m", "motes_lab"]
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Return the current folder for all tests: two sequences, some trackers."""
+    pytest.importorskip("matplotlib")
+    folder = tmp_path_factory.mktemp("home")
+    clip = arena.still()
+    for name in ("a", "b"):
+        arena.write_sequence(folder / "data" / name, clip)
+    arena.write_sequence(folder / "worse" / "a", clip)
+    arena.write_sequence(folder / "worse" / "short", clip)
+    (folder / "worse" / "short" / "img" / "0007.png").unlink()
+    (folder / "empty").mkdir()
+    (folder / "mine.py").write_text(arena.TRACKERS)
+    (folder / "my.toml").write_text("particles = 30\n")
+    with at_home(folder, "mine"):
+        yield folder
+
+
+@pytest.fixture
+def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
+    return evaluating(capfd)
+
+
+WHOLE = "--tracker my.toml --tracker mine:Seeded --seeds 2 --protocol ope --protocol reset"
+
+
+@pytest.fixture(scope="module")
+def whole(home: Path) -> str:
+    """Return the folder of a run that nothing disturbed."""
+    assert main(["evaluate", "data", *WHOLE.split(), "--out", "whole", "--workers", "1"]) == 0
+    return "whole"
+
+
+@pytest.mark.slow
+def test_results(whole: str, go: Go) -> None:
+    rows = table(whole)
+    assert tuple(rows[0]) == COLUMNS
+    names = [tuple(row[name] for name in COLUMNS[:5]) for row in rows]
+    assert names == [
+        (tracker, sequence, protocol, "", seed)
+        for tracker in ("my.toml", "mine:Seeded")
+        for sequence in ("a", "b")
+        for protocol in ("ope", "reset")
+        for seed in ("0", "1")
+    ]
+    for row in rows:
+        assert row["error"] == ""
+        assert row["frames"] == "20"
+        assert float(row["accuracy" if row["protocol"] == "reset" else "auc"]) > 0.5
+    assert {len(path) for path in tracks(Path(whole)).values()} == {arena.FRAMES + 1}
+    for name in ("summary.md", "report.html"):
+        assert "mine:Seeded" in Path(whole, name).read_text()
+
+
+@pytest.mark.slow
+def test_what_is_said(whole: str, go: Go) -> None:
+    code, out, error = go(f"data {WHOLE} --out whole --resume")
+    assert code == 0
+    assert error == "motes: 16 passes, 0 failed; wrote whole/report.html.\n"
+    title, head, first, second, reset, *_ = out.splitlines()
+    assert (title, reset) == ("One pass (OPE):", "Restarted after failures (VOT):")
+    assert head.split()[:3] == ["tracker", "sequences", "AUC"]
+    assert re.match(r"  my\.toml +2 of 2  0\.\d{3} ± 0\.\d{3} ", first)
+    assert re.match(r"  mine:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
+    assert len({len(line) for line in (head, first, second)}) == 1
+
+
+@pytest.mark.slow
+def test_workers_change_nothing(whole: str, go: Go) -> None:
+    assert go(f"data {WHOLE} --out two --workers 2")[0] == 0
+    assert tracks(Path("two")) == tracks(Path(whole))
+
+
+@pytest.mark.slow
+def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
+    shutil.copytree(whole, "more")
+    gone = Path("more/tracks/mine%3ASeeded/b/ope-1.csv")
+    gone.unlink()
+    kept = Path("more/tracks/my.toml/a/ope-0.csv").read_bytes()
+    line = f"data {WHOLE} --tracker mine:Still --out more --resume --workers 2"
+    assert go(line.replace("--seeds 2", "--seeds 3"))[0] == 0
+    assert len(table("more")) == 12 + 12 + 4
+    assert Path("more/tracks/my.toml/a/ope-0.csv").read_bytes() == kept
+    found = tracks(Path("more"))
+    assert {name: found[name] for name in tracks(Path(whole))} == tracks(Path(whole))
+
+
+@pytest.mark.slow
+def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) -> None:
+    text = (home / "my.toml").read_text()
+    (home / "my.toml").write_text("particles = 31\n")
+    before = tracks(Path(whole))
+    code, out, error = go(f"data {WHOLE} --out whole --resume")
+    (home / "my.toml").write_text(text)
+    assert (code, out) == (5, "")
+    assert re.fullmatch(r"motes: error: whole cannot be resumed with this tracker my.*\n", error)
+    assert tracks(Path(whole)) == before
+
+
+@pytest.mark.slow
+def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
+    code, out, error = go(
+        "worse --tracker mine:Still --tracker mine:Raises --tracker mine:Stil --tracker cv2:mill "
+        "--out failing --workers 1"
+    )
+    assert code == 6
+    assert error.splitlines() == [
+        "motes: sequence short: " + error.splitlines()[0].partition("short: ")[2],
+        "motes: tracker mine:Stil: It cannot be imported: AttributeError: module 'mine' has no "
+        "attribute 'Stil'; correct it.",
+        "motes: tracker cv2:mill: There is no tracker of this name; did you mean cv2:mil?",
+        "motes: mine:Raises on a, ope, seed 0: At frame 7: ValueError: no more of this",
+        "motes: 2 passes, 1 failed; wrote failing/report.html.",
+    ]
+    assert "0007" in error.splitlines()[0]
+    good, bad = table("failing")
+    assert good["tracker"] == "mine:Still"
+    assert good["error"] == ""
+    assert (bad["tracker"], bad["auc"]) == ("mine:Raises", "")
+    assert bad["error"] == "At frame 7: ValueError: no more of this"
+    assert "0 of 1" in out
+    for name in ("summary.md", "report.html"):
+        assert "no more of this" in Path("failing", name).read_text()
+
+
+@pytest.mark.slow
+def test_a_terminal_that_knows_few_characters(home: Path) -> None:
+    line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
+    done = subprocess.run(
+        [*PROGRAM, "evaluate", *line.split()],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (
+        0,
+        "motes: 1 pass, 0 failed; wrote plain/report.html.\n",
+    )
+    assert "mine:Still" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
+def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
+    folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
+    shutil.copytree("data/a", folder / "a")
+    shutil.copytree("data/a", Path(os.fsdecode(os.fsencode(folder) + b"/caf\xe9")))
+    (folder / "a/img/0007.png").write_text("nothing")
+    assert go(f"{folder} --tracker mine:Still --workers 1 --out bytes")[0] == 6
+    bad, good = table("bytes")
+    assert "0007.png cannot be read" in bad["error"]
+    assert (good["sequence"], good["error"]) == ("caf\\udce9", "")
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "error"),
+    [
+        ("nowhere", 3, "There is no file or folder nowhere"),
+        ("empty", 3, "no sequence in empty"),
+        ("worse --sequence short", 3, "No sequence of worse can be used. sequence short: "),
+        ("data --tracker nix --tracker zzz", 2, "no tracker to run. tracker nix: .* tracker zzz: "),
+        ("data --sequence c*", 2, r"--sequence c\* fits none of a, b"),
+        ("data --first-pixel 2", 2, "--first-pixel takes 0, 1 or GLOB=0"),
+        ("data --first-pixel c=0", 2, "'c' fits no sequence"),
+        ("data --protocol vot", 2, "vot"),
+        ("data --seeds 0", 2, "--seeds is 0"),
+        ("data --workers 0", 2, "--workers is 0"),
+        ("data --time-limit 0", 2, "--time-limit is 0"),
+        ("data --time-limit nan", 2, "--time-limit is nan"),
+        ("data --reference gone.csv", 3, "gone.csv cannot be read"),
+        ("data --reference mine.py", 3, "The reference mine.py: "),
+        ("data --resume --overwrite", 2, "contradict"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
+        ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
+        ("data --folds 1", 2, "--folds is 1; give 2 or more"),
+        ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
+        ("data --tracker nummiaro --tracker mine:Still --folds 2", 2, "name two or more"),
+        ("data --out data/a/groundtruth_rect.txt", 5, "cannot be written"),
+    ],
+)
+def test_refusals(line: str, code: int, error: str, go: Go) -> None:
+    found, out, message = go(line if "--out" in line else f"{line} --out refused")
+    assert (found, out) == (code, "")
+    assert re.search(error, message), message
+    assert message.count("\n") == 1
+    assert not Path("refused").exists()
+
+
+@pytest.mark.slow
+def test_the_same_folder_twice(whole: str, go: Go) -> None:
+    code, out, error = go(f"data {WHOLE} --out whole")
+    assert (code, out) == (5, "")
+    assert "--resume" in error
+    shutil.copytree(whole, "again")
+    Path("again/mine.txt").touch()
+    assert go("data --tracker mine:Still --sequence a --out again --overwrite --workers 1")[0] == 0
+    assert list(tracks(Path("again"))) == ["tracks/mine%3AStill/a/ope-0.csv"]
+    assert Path("again/mine.txt").exists()
+
+
+def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("motes_lab.report.plots.has_matplotlib", lambda: False)
+    code, _, error = go("data --out refused")
+    assert code == 2
+    assert "motes[report]" in error
+    assert not Path("refused").exists()
+
+
+@pytest.mark.slow
+def test_a_video_with_its_truth(go: Go) -> None:
+    Path("truth.txt").write_text(Path("data/a/groundtruth_rect.txt").read_text())
+    code, *_ = go(
+        "data/a/img --annotation truth.txt --first-pixel 1 --tracker mine:Still --workers 1 "
+        "--out one"
+    )
+    assert code == 0
+    assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
+
+
+@pytest.mark.slow
+def test_robust(go: Go) -> None:
+    line = "data --sequence a --tracker mean_shift --workers 1 --out views"
+    code, out, _ = go(f"{line} --robust --max-frames 6")
+    assert code == 0
+    assert out.startswith("Perturbed views (24 views):\n")
+    rows = table("views")
+    assert {row["protocol"] for row in rows} == {"robust"}
+    assert len({row["start"] for row in rows}) == len(rows) == 24
+    # Of 20 frames, five are left after three quarters.
+    assert {row["start"]: row["frames"] for row in rows if row["frames"] != "6"} == {
+        "from-three-quarters": "5"
+    }
+    before = tracks(Path("views"))
+    code, out, error = go(f"{line} --protocol robust --max-frames 7 --resume")
+    assert (code, out) == (5, "")
+    assert re.fullmatch(
+        r"motes: error: views cannot be resumed with this --max-frames, which was 6; .*\n", error
+    )
+    assert tracks(Path("views")) == before
+
+
+@pytest.mark.slow
+def test_folds(go: Go) -> None:
+    line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
+    assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
+    text = Path("folds/summary.md").read_text()
+    chosen = re.findall(
+        r"\n\| ([12]) \| 1 \| (my\.toml|mean\\?_shift) \| (?:-?\d\.\d+ \| ?){4}", text
+    )
+    assert [fold for fold, _ in chosen] == ["1", "2"]
+    assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
+    assert "Speed relative to mine:Still" in text
+    assert go(f"{line} --out folds --resume")[0] == 0
+    assert "folds" not in Path("folds/summary.md").read_text()
+
+
+@contextlib.contextmanager
+def started(line: str, home: Path) -> Iterator[subprocess.Popen[str]]:
+    """Start a program, and wait until it has done one pass and is in the middle of another."""
+    processes, out = home / "processes", home / line.split()[-1]
+    processes.unlink(missing_ok=True)
+    with subprocess.Popen(
+        [*PROGRAM, "evaluate", *line.split()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        try:
+            wait_for(lambda: processes.exists() and len(tracks(out)) > 0)
+            yield process
+        finally:
+            process.kill()
+    wait_for(lambda: arena.all_gone(processes))  # though nobody told them
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
+def test_a_signal_leaves_a_report_of_what_is_done(home: Path, number: int, word: str) -> None:
+    line = f"data --tracker mine:Still --tracker mine:Hangs --workers 2 --out {word}"
+    with started(line, home) as process:
+        os.killpg(process.pid, number)  # as a terminal does
+        out, error = process.communicate(timeout=300)
+    assert process.returncode == 128 + number
+    assert re.fullmatch(
+        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/report\.html\.\n", error
+    )
+    assert "mine:Still" in out
+    rows = table(word)
+    assert len(rows) == len(tracks(home / word)) in (1, 2)
+    assert {(row["tracker"], row["error"]) for row in rows} == {("mine:Still", "")}
+    assert "mine:Still" in Path(word, "report.html").read_text()
+
+
+def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("motes_lab.runner.run", interrupt)
+    code, out, error = go("data --tracker mine:Still --out nothing")
+    assert (code, out) == (130, "")
+    assert error == "motes: interrupted after 0 passes, 0 failed; wrote nothing/report.html.\n"
+    assert table("nothing") == []
+
+
+@pytest.mark.slow
+def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scratch = home / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    line = "data --tracker mine:Still --tracker mine:Hangs --workers 2 --out left"
+    with started(line, home) as process:
+        assert list(scratch.glob("motes-*"))
+        process.kill()
+    wait_for(lambda: not list(scratch.glob("motes-*")))
+
+
+@pytest.mark.slow
+def test_a_killed_run_is_resumed(go: Go, home: Path) -> None:
+    line = "data --tracker mine:Still --tracker mine:Waits --workers 2 --out"
+    with started(f"{line} killed", home) as process:
+        process.kill()
+    before = {path: path.read_bytes() for path in Path("killed").glob("tracks/*/*/*.csv")}
+    assert 0 < len(before) < 4
+    Path("released").touch()
+    assert go(f"{line} killed --resume")[0] == 0
+    assert go(f"{line} undisturbed")[0] == 0
+    assert {path: path.read_bytes() for path in before} == before
+    assert tracks(Path("killed")) == tracks(Path("undisturbed"))
+    assert len(tracks(Path("killed"))) == 4

@@ -1,0 +1,215 @@
+"""`motes-lab evaluate` with many objects."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import arena
+from arena import Go, at_home, evaluating, table
+from crowds import write_crowd
+from motes_lab.cli import main
+from motes_lab.mot_scores import COLUMNS
+
+TRACKERS = '''
+"""Trackers of many objects that a test evaluates."""
+
+class Echo:
+    def __init__(self, info):
+        self.seed = 0
+
+    def update(self, frame, detections):
+        frame.pixels[:] = 0  # as some do; the next pass shall not see it
+        boxes = [detection.box for detection in detections]
+        return [(i, (x + self.seed, *box), 1) for i, (x, *box) in enumerate(boxes)]
+
+
+class Seeded(Echo):
+    def __init__(self, info, seed):
+        self.seed = seed
+
+
+class Raises(Echo):
+    def update(self, frame, detections):
+        raise ValueError("no more of this")
+
+
+class Nothing:
+    """A detector."""
+
+    def __call__(self, frame):
+        assert frame.pixels.any()
+        return []
+'''
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Return the current folder for all tests: two sequences, a bad one, some trackers."""
+    pytest.importorskip("matplotlib")
+    folder = tmp_path_factory.mktemp("home")
+    for name, shift in (("a", 0), ("b", 4)):
+        write_crowd(folder / "data" / name, shift)
+        (folder / "mine").mkdir(exist_ok=True)
+        shutil.copy(folder / "data" / name / "gt" / "gt.txt", folder / "mine" / f"{name}.txt")
+    shutil.copytree(folder / "data", folder / "worse")
+    (folder / "worse" / "b" / "gt" / "gt.txt").write_text("1,1,5,6,20,30,1\n1,1,5,6,20,30,1\n")
+    arena.write_sequence(folder / "one" / "a", arena.still())
+    (folder / "crowds_of.py").write_text(TRACKERS)
+    with at_home(folder, "crowds_of"):
+        yield folder
+
+
+@pytest.fixture
+def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
+    return evaluating(capfd)
+
+
+WHOLE = "--tracker results=mine --tracker crowds_of:Seeded --seeds 2 --workers 1"
+
+
+@pytest.fixture(scope="module")
+def whole(home: Path) -> str:
+    """Return the folder of a run that nothing disturbed."""
+    assert main(["evaluate", "data", *WHOLE.split(), "--out", "whole"]) == 0
+    return "whole"
+
+
+@pytest.mark.slow
+def test_results(whole: str) -> None:
+    lines = table(whole)
+    assert tuple(lines[0]) == COLUMNS
+    names = [(line["tracker"], line["sequence"], line["seed"]) for line in lines]
+    assert names == [
+        ("results=mine", "a", "0"), ("results=mine", "b", "0"),
+        *(("crowds_of:Seeded", name, seed) for name in "ab" for seed in "01"),
+        ("results=mine", "COMBINED", "0"),
+        ("crowds_of:Seeded", "COMBINED", "0"), ("crowds_of:Seeded", "COMBINED", "1"),
+    ]  # fmt: skip
+    assert {line["mota"] for line in lines} == {"1"}
+    motp = {line["sequence"]: float(line["motp"]) for line in lines if line["seed"] == "1"}
+    assert motp == pytest.approx({"a": 19 / 21, "b": 15 / 25, "COMBINED": (19 / 21 + 15 / 25) / 2})
+    tracks = Path(whole, "tracks", "results%3Dmine", "a")
+    assert sorted(path.name for path in tracks.iterdir()) == ["mot-0.csv", "mot-0.txt"]
+    assert (tracks / "mot-0.txt").read_text().splitlines()[0] == "1,1,62,30,20,40,1,-1,-1,-1"
+    for name in ("summary.md", "report.html"):
+        assert "crowds_of:Seeded" in Path(whole, name).read_text()
+
+
+@pytest.mark.slow
+def test_what_is_said(whole: str, go: Go) -> None:
+    """And tracks that are there are not made again."""
+    before = {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")}
+    code, out, error = go(f"data {WHOLE} --out whole --resume")
+    assert (code, error) == (0, "motes: 6 passes, 0 failed; wrote whole/report.html.\n")
+    title, head, first, second = out.splitlines()
+    assert title == "All objects (MOT):"
+    assert head.split()[:4] == ["tracker", "sequences", "HOTA", "DetA"]
+    assert re.match(r"  results=mine +2 of 2  +1\.000 ", first)
+    assert re.match(r"  crowds_of:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
+    assert {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")} == before
+    assert len(before) == 12
+
+
+@pytest.mark.slow
+def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
+    line = "worse --tracker crowds_of:Echo --tracker crowds_of:Raises --tracker nix --workers 1"
+    code, out, error = go(f"{line} --out failing")
+    assert code == 6
+    assert error.splitlines() == [
+        "motes: sequence b: gt/gt.txt, line 2: frame 1 already has the identity 1, in line 1",
+        "motes: tracker nix: There is no tracker of this name for many objects; known are "
+        "motes:scene, trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort, "
+        "trackers:cbiou, trackers:mcbyte.",
+        "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
+        "motes: 2 passes, 1 failed; wrote failing/report.html.",
+    ]
+    assert "0 of 1" in out
+    assert [line["sequence"] for line in table("failing")] == ["a", "a", "COMBINED"]
+
+
+@pytest.mark.slow
+def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go) -> None:
+    code, out, error = go(f"data {WHOLE} --out whole --resume --detector crowds_of:Nothing")
+    assert (code, out) == (5, "")
+    assert "whole cannot be resumed with this tracker crowds_of:Seeded" in error
+    text = (path := Path("data/b/det/det.txt")).read_text()
+    path.write_text(text.replace("0.9", "0.8", 1))
+    code, out, error = go(f"data {WHOLE} --out whole --resume")
+    path.write_text(text)
+    assert (code, out) == (5, "")
+    assert "with this sequence b, which had other truth or detections" in error
+
+
+@pytest.mark.slow
+def test_a_detector(go: Go) -> None:
+    line = "data --sequence a --tracker crowds_of:Echo --workers 1 --detector crowds_of:Nothing"
+    assert go(f"{line} --out seen")[0] == 0
+    assert [row["false_negatives"] for row in table("seen")] == ["24", "24"]
+
+
+@pytest.mark.slow
+def test_a_frame_is_missing(home: Path, go: Go) -> None:
+    shutil.copytree("data/a", "short/a")
+    Path("short/a/img1/0011.png").write_text("nothing")
+    code, _, error = go("short --tracker crowds_of:Echo --workers 1 --out cut")
+    assert code == 6
+    assert "crowds_of:Echo on a, mot, seed 0: " in error
+    assert "0011.png cannot be read" in error
+
+
+@pytest.mark.slow
+def test_overwriting_leaves_what_others_put_there(whole: str, go: Go) -> None:
+    shutil.copytree(whole, "again")
+    Path("again/mine.txt").touch()
+    line = "data --sequence b --tracker crowds_of:Echo --workers 1 --out again --overwrite"
+    assert go(line)[0] == 0
+    assert sorted(str(path) for path in Path("again").rglob("*.txt")) == [
+        "again/mine.txt",
+        "again/tracks/crowds_of%3AEcho/b/mot-0.txt",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "error"),
+    [
+        ("data", 2, "There is no tracker; name some, such as --tracker trackers:sort"),
+        ("data --tracker nummiaro", 2, "no tracker to run. tracker nummiaro: There is no tracker"),
+        (
+            "data --tracker crowds_of:Echo --protocol ope",
+            2,
+            "--protocol is for datasets with one object",
+        ),
+        (
+            "data --tracker crowds_of:Echo --annotation x",
+            2,
+            "--annotation is for datasets with one",
+        ),
+        (
+            "data --tracker crowds_of:Echo --first-pixel 0",
+            2,
+            "--first-pixel is for datasets with",
+        ),
+        (
+            "data --tracker crowds_of:Echo --reference x",
+            2,
+            "--reference is for datasets with one object",
+        ),
+        ("data --tracker crowds_of:Echo --folds 2", 2, "--folds is for datasets with one object"),
+        ("data --tracker crowds_of:Echo --peer x", 2, "--peer is for datasets with one object"),
+        ("one --detector background", 2, "--detector is for datasets with many objects, but"),
+        ("data --tracker crowds_of:Echo --detector no:x", 2, "The detector no:x: There is neither"),
+        ("data --tracker crowds_of:Echo --sequence c", 2, "--sequence c fits none of a, b"),
+        ("worse --sequence b --tracker crowds_of:Echo", 3, "No sequence of worse can be used."),
+    ],
+)
+def test_refusals(line: str, code: int, error: str, go: Go) -> None:
+    found, out, message = go(f"{line} --out refused")
+    assert (found, out) == (code, "")
+    assert error in message
+    assert message.count("\n") == 1
+    assert not Path("refused").exists()

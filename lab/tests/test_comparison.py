@@ -1,0 +1,138 @@
+"""Comparisons of saved evaluations, against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes_lab.cli import main
+from motes_lab.metrics.sot import unpaired_difference
+from motes_lab.report.comparison import comparison, optimism, trackers, versions
+from motes_lab.report.tables import Table
+from motes_lab.saved_scores import SavedScores
+from motes_lab.scores import COLUMNS
+
+NANO = "cv2:nano=a.onnx,b.onnx"
+
+
+def saved(folder: Path, values: dict[str, dict[str, list[float]]], protocol: str = "ope") -> Path:
+    """Write the results.csv of an evaluation: AUC by tracker, sequence and seed."""
+    folder.mkdir()
+    with (folder / "results.csv").open("w", newline="") as file:
+        rows = csv.DictWriter(file, COLUMNS)
+        rows.writeheader()
+        for tracker, by_sequence in values.items():
+            for sequence, aucs in by_sequence.items():
+                for seed, auc in enumerate(aucs):
+                    row = {"tracker": tracker, "sequence": sequence, "protocol": protocol}
+                    rows.writerow(row | {"seed": seed, "auc": auc, "precision_20": auc / 2})
+    return folder
+
+
+def numbers(table: Table, column: str) -> list[float | None]:
+    return [row[table.head.index(column)].value for row in table.rows]
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> list[Path]:
+    """Return a run to choose on, the same with a later version, and one to check on."""
+    peers = {"cv2:csrt": {"a": [0.5], "b": [0.7], "c": [0.3]}, NANO: {"a": [0.6], "b": [0.6]}}
+    default = {"a": [0.8, 0.9], "b": [0.8, 0.8], "c": [0.6, 0.7]}
+    better = {"a": [0.9], "b": [0.8], "c": [0.7]}
+    check = {"default": {"x": [0.6], "y": [0.4]}, "cv2:csrt": {"x": [0.5], "y": [0.4]}}
+    return [
+        saved(tmp_path / "before", {"default": default, **peers}),
+        saved(tmp_path / "after", {"default": better, **peers}),
+        saved(tmp_path / "check", check),
+    ]
+
+
+def test_trackers_are_compared_on_the_sequences_of_both(runs: list[Path]) -> None:
+    table = trackers([SavedScores.load(runs[0])], "cv2:csrt")
+    assert [row[1].text for row in table.rows] == ["default", "cv2:nano"]
+    assert numbers(table, "sequences") == [3, 2]
+    assert numbers(table, "AUC") == pytest.approx([0.7667, 0.6], abs=1e-3)
+    assert numbers(table, "AUC of cv2:csrt") == pytest.approx([0.5, 0.6])
+    assert numbers(table, "difference") == pytest.approx([0.26667, 0], abs=1e-4)
+    assert table.rows[0][-2].text == "+0.100 to +0.350"  # of 0.35, 0.1 and 0.35
+    assert numbers(table, "won") == [3, 1]
+
+
+def test_a_version_is_compared_with_itself(runs: list[Path]) -> None:
+    before, after = map(SavedScores.load, runs[:2])
+    table = versions(before, [after])
+    assert [row[1].text for row in table.rows] == ["default", "cv2:csrt", "cv2:nano"]
+    assert numbers(table, "difference") == pytest.approx([0.1 / 3, 0, 0], abs=1e-9)
+
+
+def test_optimism_is_the_lead_that_is_gone(runs: list[Path]) -> None:
+    choice, _, check = map(SavedScores.load, runs)
+    (row,) = optimism(choice, [check], "cv2:csrt").rows
+    # default: 0.7667 and 0.5; CSRT: 0.5 and 0.45.
+    assert [cell.value for cell in row[2:5]] == pytest.approx([0.26667, 0.05, 0.21667], abs=1e-4)
+    (other,) = optimism(check, [choice], "cv2:csrt").rows
+    assert other[4].value == pytest.approx(-0.21667, abs=1e-4)
+
+
+def test_the_interval_of_two_groups() -> None:
+    """With many values it is that of the normal distribution."""
+    rng = np.random.default_rng(1)
+    first, second = rng.normal(1, 1, 400), rng.normal(0, 2, 100)
+    mean, low, high = unpaired_difference(rng, first, second)
+    deviation = np.sqrt(first.var() / 400 + second.var() / 100)
+    assert mean == pytest.approx(first.mean() - second.mean())
+    assert (low, high) == pytest.approx(
+        (mean - 1.96 * deviation, mean + 1.96 * deviation), abs=0.03
+    )
+    assert np.isnan(unpaired_difference(rng, first, np.ones(1))[1])
+    assert np.isnan(unpaired_difference(rng, first, np.zeros(0))).all()
+
+
+def test_failed_passes_and_other_columns(tmp_path: Path, runs: list[Path]) -> None:
+    path = runs[0] / "results.csv"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0], lines[1] + "it failed", *lines[2:]]))
+    values = SavedScores.load(runs[0]).values["default"]
+    assert set(values) == {"b", "c"}
+    half = SavedScores.load(runs[1], column="precision_20")
+    assert half.values["default"]["a"] == pytest.approx(0.45)
+
+
+def test_what_does_not_fit_is_refused(tmp_path: Path, runs: list[Path]) -> None:
+    first = SavedScores.load(runs[0])
+    with pytest.raises(ConfigError, match="no tracker cv2:kcf; it has default, cv2:csrt, cv2:"):
+        list(comparison([first], "cv2:kcf"))
+    other = SavedScores.load(saved(tmp_path / "tre", {"cv2:csrt": {"a": [1]}}, "tre"))
+    with pytest.raises(ConfigError, match="--protocol"):
+        list(comparison([first, other], "cv2:csrt"))
+    with pytest.raises(SourceError, match="has no pass of the protocol sre; it has ope"):
+        SavedScores.load(runs[0], "sre")
+    with pytest.raises(SourceError, match="no number in the column od"):
+        SavedScores.load(runs[0], column="od")
+    with pytest.raises(SourceError, match="give the folder of an evaluation"):
+        SavedScores.load(tmp_path)
+    (tmp_path / "results.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(FormatError, match="not a table of motes-lab evaluate"):
+        SavedScores.load(tmp_path)
+
+
+def test_compare_on_the_command_line(
+    runs: list[Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["compare", *map(str, runs), "--out", str(out)]) == 0
+    printed = capfd.readouterr().out
+    assert all(title in printed for title in ("Compared with cv2:csrt", "Optimism of"))
+    assert {path.name for path in out.iterdir()} == {
+        "compare.md",
+        "compare-trackers.csv",
+        "compare-versions.csv",
+        "compare-optimism.csv",
+    }
+    assert main(["compare", str(runs[0])]) == 0
+    assert "Optimism" not in capfd.readouterr().out
+    assert main(["compare", str(tmp_path / "nothing")]) == 3

@@ -1,0 +1,84 @@
+"""Counts beside the crossings that were found by eye."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from backgrounds import NO_CV2
+from motes.mot.pipeline_config import named_detector
+from motes.video.writer import VideoWriter
+from motes_lab.cli import main
+from motes_lab.datasets.crossings import parse_crossings
+from motes_lab.metrics.crossings import compare_crossings
+from motes_lab.papers.zhao_pei_figure10 import figure10
+
+TRUTH = Path(__file__).parent / "truth" / "crossings.toml"
+
+
+def test_crossings_are_compared_one_to_one() -> None:
+    compared = compare_crossings([10, 30, 60], [21, 22, 39, 90])
+    assert compared.counted == [30]
+    assert compared.missed == [10, 60]
+    assert compared.false == [21, 39, 90] or compared.false == [21, 22, 90]
+    assert compare_crossings([10, 20], [12, 28]).missed == []  # as many as can be
+    assert compare_crossings([], [5]).false == [5]
+    assert compare_crossings([5], []).missed == [5]
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a film of a box that goes to the right over x = 80 in frame 33."""
+    folder = tmp_path_factory.mktemp("films")
+    rng = np.random.default_rng(0)
+    with VideoWriter(folder / "walk.mkv", 25) as writer:
+        for index in range(60):
+            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+            x = 4 * (index - 15)
+            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+            writer.write(pixels)
+    return folder
+
+
+def test_a_film_is_counted(films: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its second line has a crossing that is none, and its third one that is to the other side."""
+    (films / "truth.toml").write_text(
+        "[[clip]]\nfile = 'walk.mkv'\n[[clip.line]]\npoints = [80, 0, 80, 95]\nleft = [33]\n"
+        "[[clip.line]]\npoints = [0, 20, 159, 20]\nright = [7]\n"
+        "[[clip.line]]\npoints = [80, 0, 80, 95]\nright = [33]\n"
+    )
+    arguments = [str(films / "truth.toml"), str(films), "--detector", "gaussian"]
+    assert main(["experiment", "zhao-figure10", *arguments, "--out", str(films / "out")]) == 0
+    lines = (films / "out" / "zhao-figure10.csv").read_text().splitlines()
+    rows = [line.rsplit(",", 6)[1:5] for line in lines[1:]]
+    assert rows == [
+        ["1", "1", "0", "0"],
+        ["1", "0", "1", "0"],
+        ["1", "0", "1", "1"],
+        ["3", "1", "2", "1"],
+    ]
+
+
+def test_a_truth_that_is_none_is_one_clear_line(
+    films: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (films / "bad.toml").write_text("[[clip]]\nfile = 'walk.mkv'\n")
+    assert main(["experiment", "zhao-figure10", str(films / "bad.toml"), str(films)]) != 0
+    assert "line" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(NO_CV2, reason="no OpenCV")
+def test_those_who_walk_through_the_hall_are_counted(data: Path) -> None:
+    """Of the crossings by eye of the shortest film, over the line along which they walk."""
+    clips = parse_crossings(TRUTH.read_text(), str(TRUTH))
+    (hall,) = (clip for clip in clips.clip if clip.file == "pycv_movie.mpg")
+    across = type(hall)(hall.file, hall.line[1:])
+    *_, result = figure10(
+        type(clips)((across,)), data / "video", lambda: named_detector("mog2"),
+        "nummiaro:adaptive", 0,
+    )  # fmt: skip
+    (table,) = result.tables.values()
+    assert [cell.value for cell in table.foot[0][1:5]] == [2, 2, 0, 0]

@@ -1,0 +1,883 @@
+"""Protocols by hand, contestants of every kind, runs in which much goes wrong."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import re
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import arena
+from arena import at_home, tracks
+from kinds import ALGORITHMS
+from motes.cluster.local import LocalPool
+from motes.core.config import to_toml
+from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.files import slug
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse
+from motes.core.track import Status, Track
+from motes.sot.presets import PRESETS, configure, preset
+from motes.synthetic.clips import still
+from motes.video.writer import VideoWriter
+from motes_lab.adapters.opencv import PEERS, opencv, peer
+from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
+from motes_lab.adapters.sot import Answer
+from motes_lab.adapters.trax import parse, write
+from motes_lab.datasets.sot import Sequence, load_dataset
+from motes_lab.protocols.sot import (
+    FAILED,
+    SKIPPED,
+    STARTED,
+    TRACKED,
+    Start,
+    TrackerPass,
+    starts,
+)
+from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
+from motes_lab.run_folder import Record, prepare, record
+from motes_lab.runner import Job, JobEvent, Pass, plan, run, unfinished
+
+# Protocols
+
+
+def steps_of(jobs: list[Job], out: Path, workers: int, seconds: float) -> list[JobEvent]:
+    """Run jobs in processes of this machine, to the end."""
+    with LocalPool(workers) as pool:
+        return list(run(pool, jobs, out, seconds))
+
+
+def sequence(boxes: list[list[float]], name: str = "film", source: str | Path = "none") -> Sequence:
+    table = np.array(boxes, np.float64)
+    ellipses = np.array([Ellipse.from_box(box) for box in table])
+    return Sequence(name, source, table, ellipses)
+
+
+ABSENT = [np.nan] * 4
+
+
+def test_one_pass_starts_where_the_target_first_is() -> None:
+    film = sequence([ABSENT, [1, 2, 3, 4], [5, 6, 7, 8]])
+    assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
+    assert starts("reset", film, 90, 90) == [Start("reset", "", 1, Box(1, 2, 3, 4))]
+
+
+def test_perturbed_starts() -> None:
+    film = sequence([ABSENT, [50, 40, 40, 20], [0, 0, 9, 9]])
+    found = {start.label: start.box for start in starts("sre", film, 200, 100)}
+    assert found == {
+        "shift-left": (46, 40, 40, 20),
+        "shift-right": (54, 40, 40, 20),
+        "shift-up": (50, 38, 40, 20),
+        "shift-down": (50, 42, 40, 20),
+        "shift-up-left": (46, 38, 40, 20),
+        "shift-up-right": (54, 38, 40, 20),
+        "shift-down-left": (46, 42, 40, 20),
+        "shift-down-right": (54, 42, 40, 20),
+        "scale-0.8": pytest.approx((54, 42, 32, 16)),
+        "scale-0.9": pytest.approx((52, 41, 36, 18)),
+        "scale-1.1": pytest.approx((48, 39, 44, 22)),
+        "scale-1.2": pytest.approx((46, 38, 48, 24)),
+    }
+    assert {(start.protocol, start.frame) for start in starts("sre", film, 200, 100)} == {
+        ("sre", 1)
+    }
+
+
+def test_perturbed_starts_stay_in_the_frame() -> None:
+    found = {s.label: s.box for s in starts("sre", sequence([[0, 85, 190, 15]]), 200, 100)}
+    expected = {
+        "shift-left": Box(0, 85, 190, 15),
+        "shift-right": Box(10, 85, 190, 15),
+        "shift-down-left": Box(0, 85, 190, 15),
+        "scale-1.2": Box(0, 82, 200, 18),
+    }
+    assert {label: found[label] for label in expected} == expected
+
+
+def test_starts_moved_by_a_pixel() -> None:
+    film = sequence([ABSENT, [10, 20, 30, 40]])
+    assert starts("pixel", film, 200, 100) == [
+        ("pixel", "0", 1, (10, 20, 30, 40)),
+        ("pixel", "-1", 1, (9, 19, 30, 40)),
+        ("pixel", "+1", 1, (11, 21, 30, 40)),
+    ]
+    corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
+    assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
+
+
+@pytest.mark.parametrize(
+    ("frames", "absent", "expected"),
+    [
+        (100, range(0), list(range(0, 100, 5))),
+        (100, range(4, 12), [0, 12, *range(15, 100, 5)]),
+        (100, range(90, 100), list(range(0, 90, 5))),
+        (20, range(0), list(range(16))),  # each leaves five frames
+        (30, range(0), [0, 1, 3, 4, 6, 7, 9, 10, 12, 13, 15, 16, 18, 19, 21, 22, 24, 25]),
+        (3, range(0), [0]),
+        (3, range(2), [2]),
+    ],
+)
+def test_perturbed_times(frames: int, absent: range, expected: list[int]) -> None:
+    film = sequence([ABSENT if i in absent else [i, 0, 9, 9] for i in range(frames)])
+    found = starts("tre", film, 200, 100)
+    assert [start.frame for start in found] == expected
+    assert [start.box and start.box.x for start in found] == expected
+    assert [start.label for start in found] == [f"from-{frame:03d}" for frame in expected]
+
+
+class _Scripted:
+    """Says where the target is from a list, frame by frame; notes its starts."""
+
+    def __init__(self, boxes: list[Box | None]) -> None:
+        self.boxes = boxes
+        self.begun: list[tuple[int, Box]] = []
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        self.begun.append((frame.index, box))
+        return Answer(Ellipse.from_box(box), np.nan, False, 0.5)
+
+    def update(self, frame: Frame) -> Answer:
+        box = self.boxes[frame.index]
+        ellipse = Ellipse.from_box(box) if box else None
+        return Answer(ellipse, np.nan, box is None, 0.25)
+
+    def close(self) -> None:
+        pass
+
+
+def passed(
+    protocol: str, truth: list[list[float]], boxes: list[Box | None]
+) -> tuple[TrackerOutput, Any]:
+    film, contestant = sequence(truth), _Scripted(boxes)
+    begin = starts(protocol, film, 200, 100)[0]
+    running = TrackerPass(lambda: contestant, begin, film.boxes)
+    for index in range(len(truth)):
+        running.feed(Frame(index, float(index), np.zeros((100, 200, 3), np.uint8)))
+    return running.trace, contestant.begun
+
+
+def test_reset_by_hand() -> None:
+    here, away, edge = Box(10, 10, 20, 20), Box(50, 10, 20, 20), Box(29, 29, 20, 20)
+    truth = [[10.0, 10, 20, 20]] * 24
+    for absent in (0, 10, 11, 14):
+        truth[absent] = ABSENT
+    said: list[Box | None] = [here] * 24
+    said[4] = edge  # one pixel is enough
+    said[5] = away  # a failure; 6 to 9 are skipped, and 10 and 11, without a target
+    said[14] = away  # no failure: there is no target
+    said[15] = None  # where it was, which is away: a failure; 16 to 19 are skipped
+    said[22] = away  # a failure too late for another start
+    trace, begun = passed("reset", truth, said)
+    assert begun == [(1, here), (12, here), (20, here)]
+    assert trace.frames.tolist() == list(range(1, 24))
+    t, s, f, k = TRACKED, STARTED, FAILED, SKIPPED
+    assert trace.events.tolist() == [
+        *(s, t, t, t, f, k, k, k, k, k, k),
+        *(s, t, t, f, k, k, k, k),
+        *(s, t, f, k),
+    ]
+    skipped = trace.events == SKIPPED
+    assert np.isnan(trace.ellipses[skipped]).all()
+    assert np.isnan(trace.seconds[skipped]).all()
+    assert not trace.lost[skipped].any()
+    assert np.isfinite(trace.ellipses[~skipped]).all()
+    assert trace.ellipses[14].tolist() == list(Ellipse.from_box(away))
+
+
+def test_one_pass_is_not_reset() -> None:
+    truth = [ABSENT, *[[10.0, 10, 20, 20]] * 4]
+    trace, begun = passed("ope", truth, [None, None, Box(70, 9, 9, 9), None, Box(10, 10, 20, 20)])
+    assert begun == [(1, Box(10, 10, 20, 20))]
+    assert trace.events.tolist() == [STARTED, TRACKED, TRACKED, TRACKED]
+    assert trace.lost.tolist() == [False, False, True, False]
+    assert trace.ellipses[2].tolist() == trace.ellipses[1].tolist()  # its last
+    assert trace.seconds.tolist() == [0.5, 0.25, 0.25, 0.25]
+
+
+def test_traces_are_read_back_identically(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    trace = TrackerOutput(
+        np.arange(7, 11),
+        rng.uniform(1, 2, (4, 5)) * [[1e-8], [1], [1e8], [np.nan]],
+        np.array([0.1, 1.0, np.nan, 1 / 3]),
+        np.array([True, False, True, False]),
+        np.array([1e-7, 2.0, 0.1 + 0.2, np.nan]),
+        np.array([STARTED, TRACKED, FAILED, SKIPPED], np.int8),
+        np.array([(1 / 3, -1e-9, 2.0)] * 3 + [(np.nan,) * 3]),
+    )
+    save_trace(tmp_path / "new" / "a.csv", trace)
+    read = load_trace(tmp_path / "new" / "a.csv")
+    for field in TrackerOutput.__slots__:
+        np.testing.assert_array_equal(getattr(read, field), getattr(trace, field), strict=True)
+    head, first = (tmp_path / "new" / "a.csv").read_text().splitlines()[:2]
+    assert head == "frame,x,y,a,b,theta,confidence,lost,seconds,event,xx,xy,yy"
+    assert first.split(",")[0] == "7"
+    assert first.endswith(",0.1,1,1e-07,started,0.3333333333333333,-1e-09,2.0")
+
+
+def test_traces_of_before_have_no_covariance(tmp_path: Path) -> None:
+    text = "frame,x,y,a,b,theta,confidence,lost,seconds,event\n7,1,2,3,4,0,,1,,tracked\n"
+    (tmp_path / "a.csv").write_text(text)
+    read = load_trace(tmp_path / "a.csv")
+    assert read.ellipses.tolist() == [[1, 2, 3, 4, 0]]
+    assert np.isnan(read.covariances).tolist() == [[True] * 3]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"),
+        "HEAD,xx,xy,yy\n7,1,2,3,4,0,,1,,tracked\n",
+    ],
+)
+def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
+    path = tmp_path / "a.csv"
+    if text is not None:
+        head = "frame,x,y,a,b,theta,confidence,lost,seconds,event"
+        path.write_text(text.replace("HEAD", head))
+    with pytest.raises(FormatError, match=r"a\.csv"):
+        load_trace(path)
+
+
+# Contestants
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Iterator[Path]:
+    """Return the current folder, with trackers of the user's own in it."""
+    (tmp_path / "mine.py").write_text(arena.TRACKERS)
+    (tmp_path / "server.py").write_text(arena.SERVER)
+    with at_home(tmp_path, "mine"):
+        yield tmp_path
+
+
+def trax(version: int = 4, fault: str = "none") -> str:
+    return f"trax:{sys.executable} server.py {version} {fault}"
+
+
+def film() -> list[tuple[Frame, Box]]:
+    return [(frame, truths[0].ellipse.box) for frame, truths in arena.still()]
+
+
+def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
+    contestant = tracker_spec(name).begin(seed)
+    try:
+        clip = film()[:frames]
+        first = contestant.init(*clip[0])
+        return [first, *(contestant.update(frame) for frame, _ in clip[1:])]
+    finally:
+        contestant.close()
+
+
+EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+
+
+def test_every_preset_is_a_tracker_to_evaluate() -> None:
+    for name in PRESETS:
+        assert tracker_spec(name).name == name
+        assert tracker_spec(name).configuration == to_toml(preset(name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVERYONE)
+def test_contestants_follow(name: str, home: Path) -> None:
+    if name in PEERS:
+        pytest.importorskip("cv2")
+    (home / "changed.toml").write_text('preset = "mean_shift"\nscale = 0.07\n')
+    clip = film()
+    entered = tracker_spec(name)
+    assert entered.name == name
+    assert entered.configuration
+    contestant = pickle.loads(pickle.dumps(entered)).begin(0)
+    first = contestant.init(*clip[0])
+    assert first.ellipse is not None
+    assert tuple(first.ellipse.box) == pytest.approx(tuple(clip[0][1]))
+    told = [contestant.update(frame) for frame, _ in clip[1:6]]
+    for answer, (_, box) in zip([first, *told], clip, strict=False):
+        assert answer.ellipse is not None
+        assert np.hypot(*np.subtract(answer.ellipse, Ellipse.from_box(box))[:2]) < 8
+        assert not answer.lost
+        assert 0 < answer.seconds < 30
+        assert (0 <= answer.confidence <= 1) == (name in PRESETS or name == "changed.toml")
+        filtered = name in PRESETS and not name.startswith("mean_shift")
+        assert np.isfinite(answer.covariance).all() == filtered
+    # A second start is like the first, whatever has been since.
+    clip = film()
+    contestant.init(*clip[0])
+    again = [contestant.update(frame) for frame, _ in clip[1:6]]
+    assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
+    contestant.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
+def test_stochastic_contestants(name: str, home: Path) -> None:
+    if name in PEERS:
+        pytest.importorskip("cv2")
+    assert tracker_spec(name).stochastic
+    one, same, other = ([a.ellipse for a in answers(name, seed=seed)] for seed in (1, 1, 2))
+    assert one == same
+    assert one != other
+
+
+@pytest.mark.parametrize("name", ["mean_shift", "cv2:kcf", "mine:Still", trax()])
+def test_other_contestants(name: str, home: Path) -> None:
+    if name in PEERS:
+        pytest.importorskip("cv2")
+    assert not tracker_spec(name).stochastic
+
+
+def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
+    Path("a.toml").write_text("particles = 42\n")
+    Path("b.toml").write_text('preset = "nummiaro:adaptive"\nparticles = 42\n')
+    a, b = tracker_spec("a.toml").configuration, tracker_spec("b.toml").configuration
+    assert a == to_toml(configure(preset("nummiaro"), {"particles": 42}))
+    assert b == to_toml(configure(preset("nummiaro:adaptive"), {"particles": 42}))
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("numiaro", "did you mean nummiaro?"),
+        (
+            "mean_shift:kalmn",
+            "neither such a name here nor a module mean_shift; did you mean mean_s",
+        ),
+        ("cv2:mill", "did you mean cv2:mil?"),
+        ("zzz", "known are default"),
+        ("no.toml", "cannot be read: No such file"),
+        ("bad.toml", "is not valid TOML"),
+        ("key.toml", "did you mean 'particles'"),
+        ("base.toml", "did you mean 'nummiaro'"),
+        ("number.toml", "preset is 3"),
+        ("gone:thing", "nor a module gone; known are"),
+        ("mine:gone", "cannot be imported: AttributeError"),
+        ("mine:nothing", "nothing of mine is a int, which is not callable"),
+        ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
+        ("broken:thing", "cannot be imported: SyntaxError"),
+        ("leaving:thing", "cannot be imported: SystemExit"),
+        ("trax:", "no command"),
+        ('trax:"', "is not valid"),
+        ("trax:no-such-program -v", "no program no-such-program"),
+    ],
+)
+def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
+    Path("bad.toml").write_text("a = = 3")
+    Path("key.toml").write_text("particle = 3")
+    Path("base.toml").write_text('preset = "numiaro"')
+    Path("number.toml").write_text("preset = 3")
+    Path("needy.py").write_text("import not_there")
+    Path("broken.py").write_text("def")
+    Path("leaving.py").write_text("raise SystemExit(1)")
+    entries, problems = resolve([name, "nummiaro", "nummiaro"])
+    assert [good.name for good in entries] == ["nummiaro"]
+    assert [problem.where for problem in problems] == [f"tracker {name}"]
+    assert error in problems[0].what
+
+
+def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    entries, problems = resolve(["cv2:csrt", "nummiaro"])
+    assert [good.name for good in entries] == ["nummiaro"]
+    assert "motes[opencv]" in problems[0].what
+
+
+def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """KCF takes five times as long where a second one has no core of its own."""
+    (home / "cv2.py").write_text(
+        "import os\nTHREADS = os.environ['OPENBLAS_NUM_THREADS']\n"
+        "setNumThreads = TrackerCSRT_create = lambda *_: None\n"
+    )
+    monkeypatch.syspath_prepend(home)
+    monkeypatch.setitem(sys.modules, "cv2", None)  # to be put back as it was
+    for before in ("3", None):
+        sys.modules.pop("cv2", None)
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+        if before is not None:
+            monkeypatch.setenv("OPENBLAS_NUM_THREADS", before)
+        assert opencv("cv2:csrt").THREADS == "1"
+        assert os.environ.get("OPENBLAS_NUM_THREADS") == before
+
+
+def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = types.SimpleNamespace(__version__="4.9", setNumThreads=lambda _: None)
+    monkeypatch.setitem(sys.modules, "cv2", other)
+    entries, problems = resolve(["cv2:csrt", "cv2:mosse"])
+    assert not entries
+    for problem in problems:
+        assert "4.9 has no cv2:" in problem.what
+
+
+def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("loud.py").write_text("print('hello')\nraise ValueError('two\\nlines')")
+    _, problems = resolve(["loud:Tracker"])
+    assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
+    assert capfd.readouterr() == ("", "hello\n")
+
+
+def test_a_callable_of_no_file() -> None:
+    assert tracker_spec("builtins:object").configuration == "builtins:object"
+
+
+def test_a_changed_callable_is_another_configuration(home: Path) -> None:
+    before = tracker_spec("mine:Still").configuration
+    assert tracker_spec("mine:Still").configuration == before
+    Path("mine.py").write_text(arena.TRACKERS + "\n# changed\n")
+    assert tracker_spec("mine:Still").configuration != before
+
+
+REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("value", "ellipse", "confidence", "lost"),
+    [
+        (None, None, np.nan, True),
+        ((1, 2, 3, 4), Ellipse.from_box((1, 2, 3, 4)), np.nan, False),
+        (np.array([1, 2, 3, 4]), Ellipse.from_box((1, 2, 3, 4)), np.nan, False),
+        (list(REGION), REGION, np.nan, False),
+        ((True, (1, 2, 3, 4)), Ellipse.from_box((1, 2, 3, 4)), np.nan, False),
+        ((False, [1, 2, 3, 4]), Ellipse.from_box((1, 2, 3, 4)), np.nan, True),
+        ((False, None), None, np.nan, True),
+        ((False, (0, 0, 0, 0)), None, np.nan, True),
+        (Track(1, 0.1, REGION, np.eye(5), 0.7, Status.TRACKING, 0.1, 9), REGION, 0.7, False),
+        (Track(1, 0.1, REGION, np.eye(5), 0.2, Status.LOST, 0.1, 9), REGION, 0.2, True),
+        (Track(1, 0.1, REGION, np.eye(5), 0.2, Status.SEARCHING, 0.1, 9), REGION, 0.2, True),
+    ],
+)
+def test_what_callables_return(
+    value: Any, ellipse: Ellipse | None, confidence: float, lost: bool, home: Path
+) -> None:
+    Path("odd.py").write_text(ODD)
+    answer = _odd(value)
+    assert answer.ellipse == ellipse
+    assert answer.lost == lost
+    np.testing.assert_equal(answer.confidence, confidence)
+
+
+@pytest.mark.parametrize(
+    ("covariance", "position"),
+    [
+        (np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)),
+        (np.zeros((5, 5)), (np.nan,) * 3),
+    ],
+)
+def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
+    Path("odd.py").write_text(ODD)
+    answer = _odd(Track(1, 0.1, REGION, covariance, 0.7, Status.TRACKING, 0.1, 9))
+    np.testing.assert_equal(answer.covariance, position)
+    np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "value",
+    [
+        *(3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)),
+        *((1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300)),
+    ],
+)
+def test_what_callables_must_not_return(value: Any, home: Path) -> None:
+    Path("odd.py").write_text(ODD)
+    with pytest.raises(ConfigError, match="update of odd:Odd returned"):
+        _odd(value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("region", "confidence", "error"),
+    [
+        (REGION, 1.1, "confidence is from 0 to 1; got 1.1"),
+        (REGION, -0.1, "confidence"),
+        (REGION, np.inf, "confidence"),
+        (REGION._replace(x=np.nan), 0.5, "not finite"),
+        (REGION._replace(a=1e200), 0.5, r"A region of 1\.9.*e\+200"),
+        (REGION._replace(a=-1.0), 0.5, "no area"),
+    ],
+)
+def test_tracks_that_make_no_sense(
+    region: Ellipse, confidence: float, error: str, home: Path
+) -> None:
+    Path("odd.py").write_text(ODD)
+    with pytest.raises(ConfigError, match=error):
+        _odd(Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9))
+
+
+ODD = """
+class Odd:
+    def init(self, image, box): pass
+    def update(self, image): return self.value
+def mute(): return 3
+"""
+
+
+def _odd(value: Any) -> Answer:
+    sys.modules.pop("odd", None)
+    contestant = tracker_spec("odd:Odd").begin(0)
+    contestant.init(*film()[0])
+    sys.modules["odd"].Odd.value = value
+    answer: Answer = contestant.update(film()[1][0])
+    return answer
+
+
+def test_callables_must_make_trackers(home: Path) -> None:
+    Path("odd.py").write_text(ODD)
+    sys.modules.pop("odd", None)
+    with pytest.raises(ConfigError, match=r"odd:mute makes a int without init\(\)"):
+        tracker_spec("odd:mute").begin(0).init(*film()[0])
+
+
+# OpenCV's
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PEERS)
+def test_peers_follow(name: str) -> None:
+    pytest.importorskip("cv2")
+    clip = still((320, 240), target=(40, 60), frames=4)
+    box = [round(value) for value in clip[0][1][0].ellipse.box]
+    tracker = peer(name)
+    tracker.init(clip[0][0].pixels[:, :, ::-1].copy(), box)
+    found, place = tracker.update(clip[1][0].pixels[:, :, ::-1].copy())
+    assert found
+    assert abs(place[0] + place[2] / 2 - box[0] - box[2] / 2) < 20
+
+
+def test_unknown_peer() -> None:
+    with pytest.raises(ConfigError, match="known are cv2:csrt"):
+        peer("cv2:nothing")
+
+
+class _Recorder:
+    """Notes what it is given, and answers what it shall."""
+
+    answer: tuple[bool, tuple[float, ...]] = (True, (1.0, 2.0, 3.0, 4.0))
+
+    def init(self, image: Any, box: Any) -> None:
+        self.image, self.box = image, box
+
+    def update(self, image: Any) -> tuple[bool, tuple[float, ...]]:
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("box", "whole"),
+    [
+        ((10.4, 20.6, 30.2, 40.0), (10, 21, 31, 40)),  # 10.4 … 40.6, 20.6 … 60.6
+        ((-5.0, -3.0, 20.0, 10.0), (0, 0, 15, 7)),
+        ((150.0, 110.0, 30.0, 40.0), (150, 110, 10, 10)),
+        ((159.8, 119.9, 0.2, 0.1), (159, 119, 1, 1)),
+        ((5.0, 5.0, 0.1, 0.1), (5, 5, 1, 1)),
+    ],
+)
+def test_peers_get_whole_pixels_and_bgr(
+    box: Any, whole: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("cv2")
+    recorder = _Recorder()
+    monkeypatch.setattr("motes_lab.adapters.sot.peer", lambda name, seed: recorder)
+    contestant = tracker_spec("cv2:kcf").begin(0)
+    frame = film()[0][0]
+    assert contestant.init(frame, Box(*box)).ellipse == Ellipse.from_box(box)
+    assert recorder.box == whole
+    assert all(isinstance(number, int) for number in recorder.box)
+    np.testing.assert_array_equal(recorder.image[:, :, ::-1], frame.pixels)
+    assert contestant.update(frame).ellipse == Ellipse.from_box((1, 2, 3, 4))
+    for recorder.answer in ((False, (1.0, 2.0, 3.0, 4.0)), (True, (1.0, 2.0, 0.0, 4.0))):
+        answer = contestant.update(frame)
+        assert answer.ellipse is None
+        assert answer.lost
+
+
+# Programs
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [1, 2, 3, 4])
+def test_programs(version: int, home: Path) -> None:
+    said = answers(trax(version), frames=4)
+    x, y, width, height = film()[0][1]
+    assert len(said) == 4
+    for i, answer in enumerate(said):
+        assert answer.ellipse is not None
+        assert tuple(answer.ellipse.box) == pytest.approx((x + i, y, width, height), abs=1e-4)
+
+
+def test_a_program_that_is_lost(home: Path) -> None:
+    said = answers(trax(fault="lost"), frames=4)
+    assert [answer.lost for answer in said] == [False, False, True, False]
+    assert said[2].ellipse is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("version", "fault", "error"),
+    [
+        (4, "ends", "ended with code 9; its output: warming up / out of memory"),
+        (5, "none", "has TraX 5"),
+        (1, "polygon", "needs region polygon;"),
+        (4, "quits", "quit: no more; its output: at work / at work / at work"),
+        (2, "nonsense", r"gave \['here'\] for a rectangle"),
+        (4, "hello", "sent hello instead of state"),
+    ],
+)
+def test_programs_that_do_not_do(version: int, fault: str, error: str, home: Path) -> None:
+    with pytest.raises(MotesError, match=error) as raised:
+        answers(trax(version, fault), frames=4)
+    assert "\n" not in str(raised.value)
+
+
+def test_messages_are_escaped() -> None:
+    line = write("frame", 'a "quoted" \\ path\n', "b c")
+    assert line == '@@TRAX:frame "a \\"quoted\\" \\\\ path\\n" "b c"\n'
+    assert parse(line) == ("frame", ['a "quoted" \\ path\n', "b c"], {})
+    assert parse('@@TRAX:STATE 1,2,3,4 "a.b=c=d e" x="y z"\r\n') == (
+        "state",
+        ["1,2,3,4"],
+        {"a.b": "c=d e", "x": "y z"},
+    )
+    assert parse("@@TRAX:quit\n") == ("quit", [], {})
+    assert parse("loss @@TRAX:state 3\n") is None
+
+
+# Runs
+
+
+@given(st.text(), st.text())
+@example("a/b", "a%2Fb")
+@example("x" * 300, "x" * 301)
+def test_slugs_differ_and_are_folders(one: str, other: str) -> None:
+    assert (slug(one) == slug(other)) == (one == other)
+    assert re.fullmatch(r"[\w.+~%-]*", slug(one), re.ASCII)
+    assert len(slug(one)) < 200
+
+
+def test_the_file_of_a_pass() -> None:
+    box = Box(1, 2, 3, 4)
+    item = Pass("cv2:kcf", "a b", Start("sre", "scale-0.8", 3, box), 2)
+    assert item.path(Path("o")) == Path("o/tracks/cv2%3Akcf/a%20b/sre-scale-0.8-2.csv")
+    item = Pass("maggio:C+O", "a", Start("ope", "", 3, box), 0)
+    assert item.path(Path("o")) == Path("o/tracks/maggio%3AC+O/a/ope-0.csv")
+
+
+@pytest.fixture
+def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
+    arena.write_sequence(tmp_path / "data" / "a", arena.still())
+    sequences, problems = load_dataset(tmp_path / "data")
+    assert not problems
+    return resolve(["nummiaro", "mean_shift"])[0], sequences
+
+
+def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
+    entries, sequences = dataset
+    gone = sequence([[1, 2, 3, 4]], "gone", tmp_path / "gone")
+    jobs, problems = plan(entries, [gone, *sequences], ["ope", "sre"], seeds=3)
+    assert [problem.where for problem in problems] == ["sequence gone"]
+    assert [job.name for job in jobs] == [
+        "nummiaro on a, ope",
+        "mean_shift on a, ope",
+        "nummiaro on a, sre",
+        "mean_shift on a, sre",
+    ]
+    assert [len(job.passes) for job in jobs] == [3, 1, 36, 12]
+    assert {item.seed for item in jobs[0].passes} == {0, 1, 2}
+    done = jobs[0].passes[1].path(tmp_path)
+    done.parent.mkdir(parents=True)
+    done.touch()
+    left = unfinished(jobs[:2], tmp_path)
+    assert [item.seed for item in left[0].passes] == [0, 2]
+    jobs[1].passes[0].path(tmp_path).parent.mkdir(parents=True)
+    jobs[1].passes[0].path(tmp_path).touch()
+    assert [job.name for job in unfinished(jobs[:2], tmp_path)] == ["nummiaro on a, ope"]
+
+
+def note(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], path: str = "data", **changes: Any
+) -> Record:
+    entries, sequences = dataset
+    jobs, _ = plan(entries, sequences, ["ope"], 1)
+    return msgspec.structs.replace(record(Path(path), jobs, entries, ["ope"], 1, 9.0), **changes)
+
+
+def test_a_folder_is_not_taken_twice(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
+    out, now = tmp_path / "out", note(dataset)
+    prepare(out, now, resume=True)  # nothing there yet is fine
+    with pytest.raises(FormatError, match=r"holds an evaluation \(run\.json\).*--resume"):
+        prepare(out, now)
+    with pytest.raises(ConfigError, match="contradict"):
+        prepare(out, now, resume=True, overwrite=True)
+    prepare(out, now, resume=True)
+
+
+def test_overwriting_removes_only_what_an_evaluation_wrote(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
+    out, now = tmp_path / "out", note(dataset)
+    prepare(out, now)
+    for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "report.html"):
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).touch()
+    for name in ("mine.txt", "tracks/c/mine.txt"):
+        (out / name).touch()
+    prepare(out, now, overwrite=True)
+    left = sorted(str(path.relative_to(out)) for path in out.rglob("*") if path.is_file())
+    assert left == ["mine.txt", "run.json", "tracks/c/mine.txt"]
+    assert not (out / "tracks" / "a").exists()
+
+
+def test_resuming_something_else_is_refused(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    now = note(dataset)
+    prepare(out, now)
+    other = {
+        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
+        "sequence a, which had": note(dataset, sequences={"a": "0"}),
+        "dataset, which was": note(dataset, path="elsewhere"),
+        "version of motes, which was": note(dataset, motes="0.0.1"),
+    }
+    for error, changed in other.items():
+        with pytest.raises(FormatError, match=f"cannot be resumed with this {error}.*--overwrite"):
+            prepare(out, changed, resume=True)
+    more = note(dataset, trackers={"new": "1"}, seeds=7, protocols=("ope", "sre"))
+    prepare(out, more, resume=True)
+    prepare(out, now, resume=True)  # what was left out is still known
+    with pytest.raises(FormatError, match="tracker new"):
+        prepare(out, note(dataset, trackers={"new": "2"}), resume=True)
+    for text in ("{", '{"motes": 3}'):
+        (out / "run.json").write_text(text)
+        with pytest.raises(FormatError, match=r"its run\.json cannot be read"):
+            prepare(out, now, resume=True)
+
+
+def test_a_folder_that_cannot_be_made(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(FormatError, match="cannot be written"):
+        prepare(tmp_path / "file" / "out", note(dataset))
+
+
+@pytest.fixture(scope="module")
+def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, dict[Pass, str]]]:
+    """Return what is left of a run in which much goes wrong, and the errors of each job."""
+    home = tmp_path_factory.mktemp("bad")
+    arena.write_sequence(home / "data" / "a", arena.still())
+    (home / "mine.py").write_text(arena.TRACKERS)
+    (home / "server.py").write_text(arena.SERVER)
+    with VideoWriter(home / "film.mkv", 25) as writer:
+        for frame, _ in arena.still():
+            writer.write(frame.pixels)
+    with at_home(home, "mine"):
+        names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
+        entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
+        assert not problems
+        sequences, _ = load_dataset(home / "data")
+        row = sequences[0].boxes[0].tolist()
+        films = [
+            sequence([row] * rows, f"video-{rows}", home / "film.mkv")
+            for rows in (arena.FRAMES - 1, arena.FRAMES, arena.FRAMES + 1)
+        ]
+        jobs, _ = plan(entries, sequences, ["ope"], 3)
+        jobs += plan(resolve(["mine:Still"])[0], films, ["ope"], 1)[0]
+        # Only what hangs has little time: on a busy machine the others may take long.
+        limits = {job.name: 6.0 if "angs" in job.name else 600.0 for job in jobs}
+        steps = [
+            step
+            for limit in (6.0, 600.0)
+            for step in steps_of(
+                [job for job in jobs if limits[job.name] == limit], home / "out", 2, limit
+            )
+        ]
+    begun = [step.job.name for step in steps if step.errors is None]
+    ended = {step.job.name: step.errors for step in steps if step.errors is not None}
+    assert sorted(begun) == sorted(ended) == sorted(job.name for job in jobs)
+    return home / "out", ended
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("job", "error"),
+    [
+        ("mine:Hangs on a", "took longer than the 6 s"),
+        ("mine:Dies on a", "process ended with exit code 7"),
+        ("mine:Raises on a", "^At frame 7: ValueError: no more of this$"),
+        ("mine:Exits on a", "At frame 7: SystemExit: 3"),
+        ("mine:Interrupts on a", "At frame 7: KeyboardInterrupt$"),
+        ("mine:Still on video-19", "has more frames than its truth, which has 19"),
+        ("mine:Still on video-21", "has 20 frames, but its truth has 21"),
+    ],
+)
+def test_failures_have_their_reasons(
+    job: str, error: str, bad_day: tuple[Path, dict[str, dict[Pass, str]]]
+) -> None:
+    out, errors = bad_day
+    found = errors[f"{job}, ope"]
+    assert len(found) == 1
+    for item, text in found.items():
+        assert re.search(error, text), text
+        assert not item.path(out).exists()
+
+
+@pytest.mark.slow
+def test_what_hangs_is_ended_with_all_that_it_started(
+    bad_day: tuple[Path, dict[str, dict[Pass, str]]],
+) -> None:
+    out, errors = bad_day
+    (error,) = errors[f"{trax(fault='hangs')} on a, ope"].values()
+    assert "took longer" in error
+    processes = out.parent / "processes"
+    assert len(processes.read_text().split()) == 2  # a worker, and the program of another
+    arena.wait_for(lambda: arena.all_gone(processes))
+
+
+@pytest.mark.slow
+def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
+    out, errors = bad_day
+    for name in ("mine:Still on a", "mine:Still on video-20", "mine:Seeded on a"):
+        assert errors[f"{name}, ope"] == {}
+    assert sorted(tracks(out)) == [
+        "tracks/mine%3ASeeded/a/ope-0.csv",
+        "tracks/mine%3ASeeded/a/ope-1.csv",
+        "tracks/mine%3ASeeded/a/ope-2.csv",
+        "tracks/mine%3AStill/a/ope-0.csv",
+        "tracks/mine%3AStill/video-20/ope-0.csv",
+    ]
+    moved = load_trace(out / "tracks" / "mine%3ASeeded" / "a" / "ope-2.csv").ellipses[:, 0]
+    np.testing.assert_allclose(np.diff(moved), 0.2)
+
+
+@pytest.mark.slow
+def test_a_time_limit_of_years(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
+    jobs, _ = plan(dataset[0], dataset[1], ["ope"], 1)
+    steps = steps_of(jobs[:1], tmp_path, 1, 1e12)
+    assert steps[-1].errors == {}
+
+
+@pytest.mark.slow
+def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
+    jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
+    first, second = (item.path(tmp_path) for item in jobs[0].passes)
+    first.parent.mkdir(parents=True)
+    second.symlink_to("/dev/full")
+    with pytest.raises(FormatError, match=r"ope-1\.csv cannot be written: No space.*make room"):
+        steps_of(jobs, tmp_path, 1, 60)
+    assert len(load_trace(first).frames) == arena.FRAMES
+    assert sorted(first.parent.iterdir()) == [first, second]

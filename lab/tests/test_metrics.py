@@ -1,0 +1,493 @@
+"""Metrics against hand-worked examples and slow second implementations."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes.core.geometry import Ellipse
+from motes_lab.metrics import sot as metrics
+
+Floats = NDArray[np.float64]
+
+shares = st.floats(0, 1)
+flags = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30)
+
+
+def columns(rows: list[tuple[bool, bool]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    table = np.array(rows, bool).reshape(-1, 2)
+    return table[:, 0], table[:, 1]
+
+
+# Recovery and coverage
+
+
+def recoveries(overlaps: list[float]) -> tuple[int, int]:
+    """Return what becomes of overlaps, NaN for no target."""
+    table = np.array(overlaps)
+    return metrics.recoveries(np.isfinite(table), ~(table >= 0.1), table > 0.5)
+
+
+NO = math.nan
+
+
+@pytest.mark.parametrize(
+    ("overlaps", "expected"),
+    [
+        ([1.0] * 60, (0, 0)),
+        ([1.0] * 9 + [0.0] * 30, (1, 0)),
+        ([1.0] * 9 + [0.0] * 29, (0, 0)),  # too short to be found again
+        ([1.0] * 9 + [0.0] * 29 + [0.6], (1, 1)),
+        ([1.0] * 9 + [0.0] * 29 + [0.5], (1, 0)),  # not well enough
+        ([1.0] * 9 + [0.09] * 40 + [0.1] * 9, (1, 0)),
+        ([1.0] * 9 + [0.1] * 40, (0, 0)),
+        ([0.0] * 40 + [1.0] * 9, (0, 0)),  # it never had it
+        ([1.0, NO, NO, *[0.0] * 30, 1.0], (1, 1)),  # lost when it comes back
+        ([1.0] * 9 + [NO] * 40, (0, 0)),
+        ([1.0] * 9 + [0.0] * 15 + [NO] + [0.0] * 29, (0, 0)),
+        ([1.0] * 9 + [0.0] * 5 + [NO] * 3 + [0.0] * 29 + [1.0], (1, 1)),
+        ([1.0] * 9 + [0.0] * 5 + [NO, 0.0] * 20 + [1.0], (0, 0)),
+        ([1.0, *[0.0] * 40, 0.2, *[0.0] * 40], (2, 0)),
+        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 40], (2, 1)),
+        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 20], (1, 1)),
+        ([], (0, 0)),
+        ([NO] * 40, (0, 0)),
+    ],
+)
+def test_recoveries_by_hand(overlaps: list[float], expected: tuple[int, int]) -> None:
+    assert recoveries(overlaps) == expected
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.3, 0.9, NO]), st.integers(1, 40)), max_size=8))
+def test_recoveries_frame_by_frame(runs: list[tuple[float, int]]) -> None:
+    overlaps = [value for value, count in runs for _ in range(count)]
+    counted = found = 0
+    had = False
+    for i, value in enumerate(overlaps):
+        if value != value:
+            continue
+        if value < 0.1 and had:
+            later = "".join("x" if other == other else "-" for other in overlaps[i:])
+            counted += "x" * 30 in later
+            found += "x" * 30 in later and any(other > 0.5 for other in overlaps[i:])
+        had = value >= 0.1
+    assert recoveries(overlaps) == (counted, found)
+
+
+def test_coverage_by_hand() -> None:
+    """The ellipse of variances 4 and 1 has half-axes 2 and 1, times the root of 5.991: 2.4477."""
+    square = (4.0, 0.0, 1.0)
+    turned = (2.5, 1.5, 2.5)  # the same, turned by 45 degrees
+    cases = [
+        ((4.89, 0), square, True),
+        ((4.90, 0), square, False),
+        ((0, -2.44), square, True),
+        ((0, 2.45), square, False),
+        ((3.45, 3.45), turned, True),
+        ((3.47, 3.47), turned, False),
+        ((1.72, -1.72), turned, True),
+        ((1.74, -1.74), turned, False),
+        ((0, 0), (0.0, 0.0, 0.0), False),
+        ((0, 0), (1.0, 1.0, 1.0), False),
+        ((0, 0), (NO, NO, NO), False),
+    ]
+    offsets, covariances, inside = zip(*cases, strict=True)
+    found = metrics.covered(np.array(offsets, float), np.array(covariances))
+    assert found.tolist() == list(inside)
+
+
+def test_coverage_of_normal_errors() -> None:
+    rng = np.random.default_rng(0)
+    spread = np.array([[3.0, -1.2], [-1.2, 2.0]])
+    offsets = rng.multivariate_normal([0, 0], spread, 20_000)
+    found = metrics.covered(offsets, np.tile([3.0, -1.2, 2.0], (20_000, 1)))
+    assert found.mean() == pytest.approx(0.95, abs=0.005)
+
+
+# Success and precision
+
+
+@pytest.mark.parametrize(
+    ("overlaps", "auc"),
+    [
+        ([1.0], 20 / 21),  # exceeds every threshold but 1
+        ([0.0], 0.0),
+        ([0.5], 10 / 21),  # 0, 0.05 … 0.45
+        ([0.51, 0.0], 11 / 42),
+        ([1.0, 0.5, 0.0], (20 + 10) / 63),
+    ],
+)
+def test_success_auc(overlaps: list[float], auc: float) -> None:
+    assert metrics.success_auc(np.array(overlaps)) == pytest.approx(auc)
+
+
+def test_success_curve_by_hand() -> None:
+    curve = metrics.success_curve(np.array([1.0, 0.5, 0.5, 0.0]))
+    assert curve[[0, 9, 10, 19, 20]].tolist() == [0.75, 0.75, 0.25, 0.25, 0.0]
+
+
+def test_precision_curve_by_hand() -> None:
+    curve = metrics.precision_curve(np.array([0.0, 20.0, 20.1, math.inf]))
+    assert curve.shape == (51,)
+    assert curve[[0, 19, 20, 21, 50]].tolist() == [0.25, 0.25, 0.5, 0.75, 0.75]
+
+
+@given(st.lists(shares, min_size=1, max_size=20))
+def test_success_as_in_the_benchmark(overlaps: list[float]) -> None:
+    """The benchmark's own program counts frames threshold by threshold."""
+    curve = []
+    for step in range(21):
+        count = 0
+        for overlap in overlaps:
+            count += overlap > metrics.THRESHOLDS[step]
+        curve.append(count / len(overlaps))
+    assert metrics.success_curve(np.array(overlaps)) == pytest.approx(np.array(curve))
+    assert metrics.success_auc(np.array(overlaps)) == pytest.approx(sum(curve) / 21)
+    assert curve == sorted(curve, reverse=True)
+    # The curve's area is the mean overlap, but for the width of a step.
+    assert abs(sum(curve) / 21 - sum(overlaps) / len(overlaps)) <= 1 / 20
+
+
+@given(st.lists(st.floats(0, 100), min_size=1, max_size=20))
+def test_precision_as_in_the_benchmark(distances: list[float]) -> None:
+    curve = [sum(d <= pixels for d in distances) / len(distances) for pixels in range(51)]
+    assert metrics.precision_curve(np.array(distances)) == pytest.approx(np.array(curve))
+
+
+def test_curves_of_no_frames() -> None:
+    assert np.isnan(metrics.success_curve(np.empty(0))).all()
+    assert np.isnan(metrics.precision_curve(np.empty(0))).all()
+    assert math.isnan(metrics.success_auc(np.empty(0)))
+
+
+# Overlap distance
+
+
+def raster_od(one: Ellipse, other: Ellipse, size: int = 1500) -> float:
+    """Count the pixels of both ellipses on a fine grid over them."""
+    boxes = np.array([one.box, other.box])
+    low = boxes[:, :2].min(axis=0) - 1
+    high = (boxes[:, :2] + boxes[:, 2:]).max(axis=0) + 1
+    x, y = np.meshgrid(*np.linspace(low, high, size).T)
+    inside = []
+    for center_x, center_y, a, b, theta in (one, other):
+        along = (x - center_x) * math.cos(theta) + (y - center_y) * math.sin(theta)
+        across = (y - center_y) * math.cos(theta) - (x - center_x) * math.sin(theta)
+        inside.append((along / a) ** 2 + (across / b) ** 2 <= 1)
+    together = np.count_nonzero(inside[0]) + np.count_nonzero(inside[1])
+    return 1 - 2 * np.count_nonzero(inside[0] & inside[1]) / together
+
+
+def od(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    return float(metrics.overlap_distances(np.array([one]), np.array([other]))[0])
+
+
+@pytest.mark.parametrize(
+    ("ellipse", "truth", "distance"),
+    [
+        ((5, 5, 4, 2, 0.3), (5, 5, 4, 2, 0.3), 0),
+        ((5, 5, 2, 4, 0.3 + math.pi / 2), (5, 5, 4, 2, 0.3), 0),  # the same, called otherwise
+        ((0, 0, 2, 2, 0), (0, 0, 1, 1, 0), 1 - 2 / 5),  # areas 4 and 1, in common 1
+        ((0, 0, 1, 1, 0), (0, 0, 2, 2, 0), 1 - 2 / 5),
+        ((0, 0, 4, 1, 0), (0, 0, 4, 4, 0), 1 - 2 * 4 / 20),
+        ((10, 0, 2, 2, 0), (0, 0, 2, 2, 0), 1),
+        ((0, 0, 1e9, 1e9, 0), (0, 0, 1, 1, 0), 1),
+    ],
+)
+def test_od_by_hand(ellipse: tuple[float, ...], truth: tuple[float, ...], distance: float) -> None:
+    assert od(ellipse, truth) == pytest.approx(distance, abs=2e-3)
+    assert 0 <= od(ellipse, truth) <= 1
+
+
+@pytest.mark.slow
+def test_od_against_a_pixel_count() -> None:
+    rng = np.random.default_rng(3)
+    truths = np.column_stack(
+        [rng.uniform(0, 99, (40, 2)), rng.uniform(4, 60, (40, 2)), rng.uniform(-3, 3, 40)]
+    )
+    noise = rng.normal(0, 1, (40, 5)) * (15, 15, 0.3, 0.3, 0.5)
+    ellipses = np.column_stack(
+        [truths[:, :2] + noise[:, :2], truths[:, 2:4] * np.exp(noise[:, 2:4]), noise[:, 4]]
+    )
+    found = metrics.overlap_distances(ellipses, truths)
+    counted = [raster_od(Ellipse(*p), Ellipse(*q)) for p, q in zip(ellipses, truths, strict=True)]
+    assert 0.05 < min(counted) < max(counted) < 1
+    assert found == pytest.approx(np.array(counted), abs=0.01)
+
+
+ellipses = st.tuples(
+    *(st.floats(-50, 50), st.floats(-50, 50)), *(st.floats(2, 40), st.floats(2, 40)),
+    st.floats(-4, 4),
+)  # fmt: skip
+
+
+@given(ellipses, ellipses, st.floats(-1000, 1000), st.floats(0.1, 10), st.floats(-4, 4))
+def test_od_does_not_depend_on_the_place(
+    one: tuple[float, ...], other: tuple[float, ...], shift: float, scale: float, turn: float
+) -> None:
+    def moved(ellipse: tuple[float, ...]) -> tuple[float, ...]:
+        x, y, a, b, theta = ellipse
+        cos, sin = math.cos(turn), math.sin(turn)
+        place = scale * (x * cos - y * sin) + shift, scale * (x * sin + y * cos) - shift
+        return (*place, scale * a, scale * b, theta + turn)
+
+    here = od(one, other)
+    assert 0 <= here <= 1
+    assert od(moved(one), moved(other)) == pytest.approx(here, abs=2e-3)
+    assert od(other, one) == pytest.approx(here, abs=0.01)
+    assert od(one, one) == pytest.approx(0, abs=1e-9)
+
+
+def test_od_of_what_is_no_ellipse() -> None:
+    good, nan = [5, 5, 4, 2, 0], [np.nan] * 5
+    rows = np.array([nan, [5, 5, 0, 2, 0], [5, 5, np.inf, 2, 0], good, nan])
+    truths = np.array([good, good, good, nan, nan])
+    assert np.array_equal(
+        metrics.overlap_distances(rows, truths), [1, 1, 1, np.nan, np.nan], equal_nan=True
+    )
+    assert metrics.overlap_distances(np.empty((0, 5)), np.empty((0, 5))).shape == (0,)
+
+
+def test_od_of_many_frames_is_that_of_each() -> None:
+    rng = np.random.default_rng(1)
+    rows = rng.uniform(5, 20, (71, 5))  # more than one chunk, and a rest
+    truths = rows + rng.normal(0, 2, rows.shape)
+    alone = [od(tuple(p), tuple(q)) for p, q in zip(rows, truths, strict=True)]
+    assert metrics.overlap_distances(rows, truths) == pytest.approx(np.array(alone))
+
+
+def test_first_lost() -> None:
+    assert metrics.first_lost(np.array([0.1, 0.8, 0.81, 0.2, 0.9])) == 2
+    assert metrics.first_lost(np.array([0.1, np.nan, 0.8])) is None
+    assert metrics.first_lost(np.empty(0)) is None
+
+
+@given(st.lists(ellipses, max_size=5))
+def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
+    boxes = metrics.enclosing_boxes(np.array(rows, np.float64).reshape(-1, 5))
+    expected = [Ellipse(*row).box for row in rows]
+    assert boxes == pytest.approx(np.array(expected, np.float64).reshape(-1, 4))
+
+
+# Lost status
+
+
+def test_detection_f1() -> None:
+    said = np.array([True, True, True, False, False])
+    true = np.array([True, False, True, True, False])
+    assert metrics.detection_f1(said, true) == pytest.approx(2 / 3)
+    assert metrics.detection_f1(~true, true) == 0
+    nothing = np.zeros(5, bool)
+    assert metrics.detection_f1(nothing, true) == 0
+    for reported in (nothing, said):  # nothing was lost: there was nothing to be found
+        assert math.isnan(metrics.detection_f1(reported, nothing))
+
+
+def test_recall_and_precision() -> None:
+    said = np.array([True, True, True, True, False])
+    true = np.array([True, False, True, False, True])
+    assert metrics.detection_recall(said, true) == pytest.approx(2 / 3)
+    assert metrics.detection_precision(said, true) == pytest.approx(2 / 4)
+    nothing = np.zeros(5, bool)
+    assert math.isnan(metrics.detection_recall(nothing, nothing))
+    assert math.isnan(metrics.detection_precision(nothing, nothing))
+    assert metrics.detection_recall(nothing, true) == 0
+    assert math.isnan(metrics.detection_precision(nothing, true))  # a share of no frames
+    assert math.isnan(metrics.detection_recall(said, nothing))
+    assert metrics.detection_precision(said, nothing) == 0
+
+
+@given(flags)
+def test_detection_by_counting(rows: list[tuple[bool, bool]]) -> None:
+    hits = sum(1 for said, true in rows if said and true)
+    alarms = sum(1 for said, true in rows if said and not true)
+    misses = sum(1 for said, true in rows if not said and true)
+    said, true = columns(rows)
+    if hits + misses:
+        assert metrics.detection_recall(said, true) == pytest.approx(hits / (hits + misses))
+    if hits + alarms:
+        assert metrics.detection_precision(said, true) == pytest.approx(hits / (hits + alarms))
+    if hits + misses:
+        f1 = hits / (hits + (alarms + misses) / 2)
+        assert metrics.detection_f1(said, true) == pytest.approx(f1)
+    else:
+        assert math.isnan(metrics.detection_f1(said, true))
+
+
+# Calibration
+
+
+def test_calibration_error() -> None:
+    # Bin 0.9 to 1: mean confidence 0.95, half right. Bin 0.2 to 0.3: 0.2, none right.
+    confidence = np.array([0.9, 1.0, 0.2, 0.2])
+    correct = np.array([True, False, False, False])
+    assert metrics.calibration_error(confidence, correct, np.ones(4)) == pytest.approx(
+        (2 * 0.45 + 2 * 0.2) / 4
+    )
+    weights = np.array([1.0, 1.0, 0.0, 0.0])
+    assert metrics.calibration_error(confidence, correct, weights) == pytest.approx(0.45)
+    right = np.array([False, True])
+    assert metrics.calibration_error(np.array([0.0, 1.0]), right, np.ones(2)) == 0
+    assert math.isnan(metrics.calibration_error(np.empty(0), np.empty(0, bool), np.empty(0)))
+
+
+def test_reliability_by_hand() -> None:
+    found = metrics.reliability(
+        np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True]), np.ones(4)
+    )
+    assert found.frames.tolist() == [1, 0, 0, 2, 0, 0, 0, 0, 0, 1]
+    assert found.confidence[[0, 3, 9]] == pytest.approx(np.array([0.05, 0.35, 1.0]))
+    assert found.accuracy[[0, 3, 9]].tolist() == [0, 0.5, 1]
+    assert np.isnan(found.accuracy[[1, 2, 4, 5, 6, 7, 8]]).all()
+    assert found.error == pytest.approx((0.05 + 2 * 0.15 + 0) / 4)
+
+
+@given(st.lists(st.tuples(shares, st.booleans(), st.floats(0.01, 9)), min_size=1, max_size=40))
+def test_calibration_bin_by_bin(rows: list[tuple[float, bool, float]]) -> None:
+    error, total = 0.0, sum(weight for *_, weight in rows)
+    for k in range(10):
+        inside = [row for row in rows if min(int(row[0] * 10), 9) == k]
+        if weight := sum(w for *_, w in inside):
+            said = sum(c * w for c, _, w in inside) / weight
+            right = sum(w for _, correct, w in inside if correct) / weight
+            error += weight / total * abs(said - right)
+    confidence, correct, weights = (np.array(column) for column in zip(*rows, strict=True))
+    found = metrics.calibration_error(confidence, correct, weights)
+    assert found == pytest.approx(error, abs=1e-12)
+    assert 0 <= found <= 1 + 1e-12
+
+
+def test_confidence_out_of_bounds_is_in_the_last_bins() -> None:
+    found = metrics.reliability(np.array([-0.5, 1.7]), np.array([True, True]), np.ones(2))
+    assert found.frames[[0, 9]].tolist() == [1, 1]
+
+
+# Started anew after failures
+
+
+def test_reset_accuracy_by_hand() -> None:
+    overlaps = np.concatenate([np.ones(10), [0.5, 0.7, np.nan], np.zeros(6), np.ones(10), [0.3]])
+    events = np.zeros(30, int)
+    events[[0, 19]], events[13], events[14:19] = 1, 2, 3
+    # Ten frames from each start are left out, the failure and the wait are not counted, nor is the
+    # frame without a target.
+    assert metrics.reset_accuracy(overlaps, events == 1, events == 0) == pytest.approx(
+        (0.5 + 0.7 + 0.3) / 3
+    )
+    assert math.isnan(metrics.reset_accuracy(overlaps[:10], events[:10] == 1, events[:10] == 0))
+    nothing = np.empty(0)
+    assert math.isnan(metrics.reset_accuracy(nothing, nothing > 0, nothing > 0))
+
+
+@given(st.lists(st.tuples(st.booleans(), st.integers(1, 40)), max_size=4), st.integers(0, 2**32))
+def test_reset_accuracy_frame_by_frame(runs: list[tuple[bool, int]], seed: int) -> None:
+    """Walk through the frames with the state that VOT's protocol has in mind."""
+    rng = random.Random(seed)
+    events: list[int] = []
+    for fails, length in runs:
+        events += [1, *[0] * (length - 1)]
+        if not fails:
+            break
+        events += [2, 3, 3, 3, 3]
+    overlaps = [rng.random() if rng.random() < 0.9 else math.nan for _ in events]
+    kept, since = [], 0
+    for event, overlap in zip(events, overlaps, strict=True):
+        since = 0 if event == 1 else since + 1
+        if event == 0 and since >= 10 and not math.isnan(overlap):
+            kept.append(overlap)
+    code = np.array(events, int)
+    found = metrics.reset_accuracy(np.array(overlaps), code == 1, code == 0)
+    assert found == pytest.approx(sum(kept) / len(kept) if kept else math.nan, nan_ok=True)
+
+
+def test_reset_robustness() -> None:
+    assert metrics.reset_robustness(0, 100) == 1
+    assert metrics.reset_robustness(1, 30) == pytest.approx(math.exp(-1))
+    assert metrics.reset_robustness(2, 100) == pytest.approx(math.exp(-0.6))
+    assert math.isnan(metrics.reset_robustness(0, 0))
+
+
+# Differences
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+def test_difference_of_two_pairs() -> None:
+    """Means of two draws are 0.1 or 0.3 with probability 1/4 each, so the interval is both."""
+    found = metrics.paired_difference(rng(), np.array([0.5, 0.7]), np.array([0.4, 0.4]))
+    assert found == pytest.approx((0.2, 0.1, 0.3))
+
+
+def test_difference_against_all_resamples() -> None:
+    differences = [0.1, -0.05, 0.3, 0.02, 0.11]
+    means = sorted(sum(draw) / 5 for draw in itertools.product(differences, repeat=5))
+    at = [means[round(share * len(means))] for share in (0.02, 0.03, 0.97, 0.98)]
+    found = metrics.paired_difference(rng(), np.array(differences), np.zeros(5))
+    assert found.mean == pytest.approx(sum(differences) / 5)
+    assert at[0] - 1e-9 <= found.low <= at[1] + 1e-9
+    assert at[2] - 1e-9 <= found.high <= at[3] + 1e-9
+
+
+def test_difference_of_many_pairs_is_normal() -> None:
+    differences = np.random.default_rng(0).normal(0.1, 1, 400)
+    found = metrics.paired_difference(rng(), differences, np.zeros(400))
+    error = differences.std() / 20
+    assert found.low == pytest.approx(found.mean - 1.96 * error, abs=0.1 * error)
+    assert found.high == pytest.approx(found.mean + 1.96 * error, abs=0.1 * error)
+
+
+def test_difference_covers_the_truth() -> None:
+    """About 95 of 100 intervals hold the true difference; with 20 pairs rather a few less."""
+    source = np.random.default_rng(5)
+    held = 0
+    for _ in range(200):
+        found = metrics.paired_difference(source, source.normal(0.3, 1, 20), np.zeros(20))
+        held += found.low <= 0.3 <= found.high
+    assert 175 <= held <= 198
+
+
+@given(st.lists(st.tuples(shares, shares), min_size=2, max_size=12))
+def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
+    ours, theirs = np.array(pairs).T
+    found = metrics.paired_difference(rng(), ours, theirs)
+    tiny = 1e-12
+    assert (ours - theirs).min() - tiny <= found.low <= found.high <= (ours - theirs).max() + tiny
+    assert found == metrics.paired_difference(rng(), ours, theirs)
+    mirrored = metrics.paired_difference(rng(), theirs, ours)
+    assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
+
+
+def test_difference_of_too_few_pairs() -> None:
+    assert np.isnan(metrics.paired_difference(rng(), np.empty(0), np.empty(0))).all()
+    one = metrics.paired_difference(rng(), np.array([0.5]), np.array([0.2]))
+    assert one.mean == pytest.approx(0.3)
+    assert np.isnan(one[1:]).all()
+
+
+# Time
+
+
+def test_time_quantiles() -> None:
+    assert metrics.time_quantiles(np.arange(1, 102) / 1000) == pytest.approx((51, 96))
+    assert metrics.time_quantiles(np.array([0.002, 0.001])) == pytest.approx((1.5, 1.95))
+    assert np.isnan(metrics.time_quantiles(np.empty(0))).all()
+
+
+@given(st.lists(st.floats(0, 10), min_size=1, max_size=30))
+def test_time_quantiles_by_sorting(seconds: list[float]) -> None:
+    def quantile(share: float) -> float:
+        place = share * (len(seconds) - 1)
+        low, high = sorted(seconds)[math.floor(place)], sorted(seconds)[math.ceil(place)]
+        return 1000 * (low + (place - math.floor(place)) * (high - low))
+
+    expected = (quantile(0.5), quantile(0.95))
+    assert metrics.time_quantiles(np.array(seconds)) == pytest.approx(expected, abs=1e-9)

@@ -1,0 +1,655 @@
+"""Trackers of many objects, runs of them, and what is made of what they say."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arena import at_home
+from crowds import rows, write_crowd
+from motes.cluster.local import LocalPool
+from motes.core.detection import Detection
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.formats.mot_files import Rows
+from motes.mot.detection.background import BackgroundDetector
+from motes_lab.adapters.mot import (
+    AssociationAdapter,
+    DetectorAdapter,
+    FoundObject,
+    SequenceInfo,
+    import_peers,
+)
+from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
+from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
+from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
+from motes_lab.protocols.sot import Start
+from motes_lab.report.write_mot import details, overall, per_sequence, write_report
+from motes_lab.runner import Pass, plan, run, unfinished
+
+MODULE = '''
+"""Trackers of many objects that a test evaluates."""
+
+from motes import Box, Detection
+
+
+class Echo:
+    """Says what it is told, numbered from the left."""
+
+    def __init__(self, info):
+        assert (info.name, info.frames, info.rate) == ("film", 12, 25)
+        assert (info.width, info.height) == (160, 120)
+
+    def update(self, frame, detections):
+        assert frame.pixels.shape == (120, 160, 3)
+        boxes = sorted(each.box for each in detections)
+        return [(number, box, 0.5) for number, box in enumerate(boxes)]
+
+
+class Shifted(Echo):
+    def __init__(self, info, seed):
+        super().__init__(info)
+        self.seed = seed
+
+    def update(self, frame, detections):
+        said = super().update(frame, detections)
+        return [(i, (x + self.seed, *box), 1) for i, (x, *box), _ in said]
+
+
+class Raises(Echo):
+    def update(self, frame, detections):
+        if frame.index == 6:
+            raise ValueError("no more\\nof this")
+        return super().update(frame, detections)
+
+
+class Blind:
+    value = None
+
+    def __init__(self, info):
+        pass
+
+    def update(self, frame, detections):
+        return [(0, (1, 2, 3, 4), 0)] if detections is None else Blind.value
+
+
+def useless(info):
+    return 3
+
+
+class Corner:
+    """A detector."""
+
+    def __call__(self, frame):
+        return [Detection(Box(frame.index, 2, 3, 4), 0.25)]
+'''
+DOCUMENT = Path(__file__).parents[1] / "docs" / "evaluate.md"
+MANY = DOCUMENT.read_text(encoding="utf-8").partition("## Many objects")[2]
+INFO = SequenceInfo("film", 12, 25, 160, 120)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Iterator[Path]:
+    """Return the current folder: a sequence, and some trackers."""
+    write_crowd(tmp_path / "data" / "film", shift=1)
+    (tmp_path / "many.py").write_text(MODULE)
+    with at_home(tmp_path, "many"):
+        yield tmp_path
+
+
+@pytest.fixture
+def crowd(home: Path) -> MotSequence:
+    return load_mot_dataset(home / "data")[0][0]
+
+
+def frame(index: int = 0) -> Frame:
+    return Frame(index, index / 25, np.zeros((120, 160, 3), np.uint8))
+
+
+def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -> Tracks:
+    """Return what a tracker says of a sequence, in this process."""
+    entries = [mot_tracker_spec(name)]
+    if detector:
+        entries = with_detector(entries, detector)
+    running = MotPass(lambda: entries[0].begin(seed), crowd)
+    for index in range(crowd.frames):
+        running.feed(frame(index))
+    running.close()
+    return running.tracks
+
+
+# Trackers
+
+
+def test_detections_and_boxes_are_0_based(crowd: MotSequence) -> None:
+    """What is handed on unchanged comes back unchanged."""
+    found, given = followed(crowd, "many:Echo"), crowd.detections
+    assert given is not None
+    np.testing.assert_array_equal(found.rows.boxes, given.boxes)
+    assert found.rows.ids.tolist() == [0, 1] * 12
+    assert found.rows.frames.tolist() == given.frames.tolist()
+    assert set(found.rows.scores.tolist()) == {0.5}
+    assert found.seconds.shape == (12,)
+    assert (found.seconds > 0).all()
+    x = given.listed(0)[0][1].x
+    assert x == given.boxes[0, 0] - 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
+def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
+    pytest.importorskip("trackers")
+    for _ in range(2):  # identities begin anew
+        found = followed(crowd, name).rows
+        assert found.ids.tolist() == [1, 2] * (12 - late)
+        assert found.frames[0] == 1 + late
+        assert crowd.detections is not None
+        np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
+
+
+def test_our_scene_follows_two_that_walk(crowd: MotSequence) -> None:
+    found = followed(crowd, "motes:scene").rows
+    late = 2  # three frames make an object
+    assert found.ids.tolist() == [1, 2] * (12 - late)
+    assert crowd.detections is not None
+    np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
+
+
+def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
+    """Who is undetected is followed by colors for 0.12 s: two frames at 25 a second, none at 5."""
+    assert crowd.detections is not None
+    gap = crowd.detections.where(~np.isin(crowd.detections.frames, [9]))
+    fast, slow = (
+        followed(replace(crowd, rate=rate, detections=gap), "motes:scene").rows for rate in (25, 5)
+    )
+    assert 9 in fast.frames
+    assert 9 not in slow.frames
+
+
+def test_our_scene_has_seeds_and_says_its_values(crowd: MotSequence) -> None:
+    entry = mot_tracker_spec("motes:scene")
+    assert entry.stochastic
+    assert "[association]" in entry.configuration
+
+
+@pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
+def test_peers_wait_for_a_second(crowd: MotSequence, rate: float, tracks: int) -> None:
+    pytest.importorskip("trackers")
+    assert crowd.detections is not None
+    gap = crowd.detections.where(~np.isin(crowd.detections.frames, range(5, 9)))
+    found = followed(replace(crowd, rate=rate, detections=gap), "trackers:sort").rows
+    assert len(np.unique(found.ids)) == tracks
+
+
+@pytest.mark.parametrize("name", ["motes:scene", "trackers:sort"])
+def test_some_need_detections(home: Path, name: str) -> None:
+    if name.startswith("trackers"):
+        pytest.importorskip("trackers")
+    (home / "data" / "film" / "det" / "det.txt").unlink()
+    crowd = load_mot_dataset(home / "data")[0][0]
+    with pytest.raises(ConfigError, match=r"no det/det\.txt; name a --detector"):
+        followed(crowd, name)
+    assert len(followed(crowd, "many:Blind").rows.ids) == 12
+
+
+def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trackers", None)
+    with pytest.raises(MissingDependencyError, match=r"motes-lab\[peers\]"):
+        mot_tracker_spec("trackers:sort")
+
+
+def test_an_older_package_does_not_have_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(SORTTracker=object))
+    monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace())
+    with pytest.raises(MissingDependencyError, match="newer versions of the package trackers"):
+        import_peers("trackers:botsort")
+
+
+def test_peers_that_measure_the_camera_get_frames_in_bgr(
+    crowd: MotSequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    class Seeing:
+        def __init__(self, frame_rate: float) -> None:
+            pass
+
+        def reset(self) -> None:
+            pass
+
+        def update(self, given: SimpleNamespace, picture: NDArray[np.uint8]) -> SimpleNamespace:
+            seen.append(picture)
+            ids = np.zeros(len(given.xyxy), np.int64)
+            return SimpleNamespace(xyxy=given.xyxy, confidence=given.confidence, tracker_id=ids)
+
+    monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(BoTSORTTracker=Seeing))
+    monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace(Detections=SimpleNamespace))
+    adapter = AssociationAdapter("trackers:botsort")
+    adapter.start(SequenceInfo("film", 1, 25.0, 64, 48))
+    pixels = np.zeros((48, 64, 3), np.uint8)
+    pixels[..., 0] = 200
+    answer = adapter.update(Frame(0, 0.0, pixels), [Detection(Box(5, 6, 20, 30), 0.5)])
+    assert answer.found == [FoundObject(1, Box(5, 6, 20, 30), 0.5)]
+    assert seen[0][0, 0].tolist() == [0, 0, 200]
+
+
+def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
+    found = followed(crowd, "many:Echo", "many:Corner").rows
+    assert found.boxes.tolist() == [[index + 1, 3, 3, 4] for index in range(12)]
+    entry = with_detector([mot_tracker_spec("many:Shifted")], "many:Corner")[0]
+    assert entry.begin(3).update is not None
+    assert followed(crowd, "many:Shifted", "many:Corner", seed=5).rows.boxes[0, 0] == 6
+
+
+def test_the_background_detector(home: Path) -> None:
+    pytest.importorskip("cv2")
+    [entry] = with_detector([mot_tracker_spec("many:Echo")], "background")
+    assert entry.configuration.startswith(
+        mot_tracker_spec("many:Echo").configuration + "; background"
+    )
+    contestant = entry.begin(0)
+    assert isinstance(contestant, DetectorAdapter)
+    assert isinstance(contestant._detector, BackgroundDetector)
+
+
+def test_results_have_no_use_for_a_detector(home: Path) -> None:
+    (home / "r").mkdir()
+    (home / "r" / "film.txt").write_text("")
+    entry = mot_tracker_spec("results=r")
+    assert with_detector([entry], "many:Corner") == [entry]
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("backgrond", "There is no detector backgrond; give background, MODULE:NAME or an "),
+        ("many:Nothing", "The detector many:Nothing: It cannot be imported: AttributeError"),
+        (
+            "mani:Corner",
+            "The detector mani:Corner: There is neither such a name here nor a module m",
+        ),
+    ],
+)
+def test_unknown_detectors(home: Path, name: str, error: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        with_detector([mot_tracker_spec("many:Echo")], name)
+    assert str(caught.value).startswith(error)
+
+
+def test_results_are_taken_as_they_are(crowd: MotSequence, home: Path) -> None:
+    (home / "r").mkdir()
+    (home / "r" / "film.txt").write_text("3,7,0.1,2.7,3,0,-5,-1,-1,-1\n1,9,1,2,3,4,1\n")
+    found = followed(crowd, "results=r")
+    save_tracks(home / "a.csv", found)
+    read = load_tracks(home / "a.csv").rows
+    assert read.boxes.tolist() == [[1, 2, 3, 4], [0.1, 2.7, 3, 0]]
+    assert (read.frames.tolist(), read.ids.tolist()) == ([1, 3], [9, 7])
+    assert read.scores.tolist() == [1, -5]
+    assert np.isnan(found.seconds).all()
+    before = mot_tracker_spec("results=r").configuration
+    (home / "r" / "film.txt").write_text("1,9,1,2,3,5,1\n")
+    assert mot_tracker_spec("results=r").configuration != before
+
+
+def test_bad_results(crowd: MotSequence, home: Path) -> None:
+    (home / "r").mkdir()
+    (home / "r" / "other.txt").write_text("")
+    with pytest.raises(FormatError, match=r"There is no file .*r/film\.txt"):
+        followed(crowd, "results=r")
+    (home / "r" / "film.txt").write_text("1,9\n")
+    with pytest.raises(FormatError, match=r"r/film\.txt, line 1: 2 numbers"):
+        followed(crowd, "results=r")
+
+
+def say(crowd: MotSequence, value: Any) -> Any:
+    mot_tracker_spec("many:Blind")
+    sys.modules["many"].Blind.value = value
+    contestant = mot_tracker_spec("many:Blind").begin(0)
+    contestant.start(INFO)
+    return contestant.update(frame(), [])
+
+
+def test_what_a_callable_may_say(crowd: MotSequence) -> None:
+    assert say(crowd, []).found == []
+    said = say(crowd, iter([(np.int64(3), np.array([1, 2, 3, 4.5]), np.float32(0.5))]))
+    assert said.found == [FoundObject(3, Box(1, 2, 3, 4.5), 0.5)]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        3,
+        [3],
+        [(1, (1, 2, 3, 4))],
+        [(1.5, (1, 2, 3, 4), 1)],
+        [("1", (1, 2, 3, 4), 1)],
+        [(1, (1, 2, 3), 1)],
+        [(1, (1, 2, 3, 0), 1)],
+        [(1, (1, 2, 3, math.nan), 1)],
+        [(1, (1, 2, 3, 4), math.inf)],
+        [(1, (1, 2, 3, 4), math.nan)],
+        [(1, (1e10, 2, 3, 4), 1)],
+    ],
+)
+def test_what_a_callable_may_not_say(crowd: MotSequence, value: Any) -> None:
+    with pytest.raises(ConfigError, match=r"update of many:Blind .*; it must return a list"):
+        say(crowd, value)
+
+
+def test_an_identity_is_there_once(crowd: MotSequence) -> None:
+    with pytest.raises(ConfigError, match="returned an id twice"):
+        say(crowd, [(1, (1, 2, 3, 4), 1), (1, (5, 2, 3, 4), 1)])
+
+
+def test_a_callable_that_makes_no_tracker(crowd: MotSequence) -> None:
+    with pytest.raises(ConfigError, match=r"many:useless makes a int without update\(\)"):
+        followed(crowd, "many:useless")
+
+
+def test_names(home: Path) -> None:
+    entries, problems = resolve(
+        ["many:Echo", "many:Shifted", "nummiaro", "trackers:sor", "no:Such", "results=no",
+         "results=data"], mot_tracker_spec,
+    )  # fmt: skip
+    assert [(entry.name, entry.stochastic) for entry in entries] == [
+        ("many:Echo", False),
+        ("many:Shifted", True),
+    ]
+    found = [(problem.where, problem.what) for problem in problems]
+    assert [where.removeprefix("tracker ") for where, _ in found] == [
+        "nummiaro", "trackers:sor", "no:Such", "results=no", "results=data"
+    ]  # fmt: skip
+    for (_, what), expected in zip(
+        found,
+        [
+            "no tracker of this name for many objects; known are motes:scene, trackers:so",
+            "no tracker of this name for many objects; did you mean trackers:sort?",
+            "nor a module no; known are",
+            "no cannot be read: No such file or directory",
+            "There is no text file in data; it has one for each sequence",
+        ],
+        strict=True,
+    ):
+        assert expected in what
+
+
+def test_the_documents_callable(crowd: MotSequence, home: Path) -> None:
+    [code] = re.findall(r"^```python\n(.*?)^```$", MANY, re.DOTALL | re.MULTILINE)
+    (home / "naive.py").write_text(code)
+    found = followed(crowd, "naive:Naive").rows
+    assert crowd.detections is not None
+    np.testing.assert_array_equal(found.boxes, crowd.detections.boxes)
+    assert found.ids.tolist() == [0, 1] * 12
+
+
+# Tracks
+
+
+def test_tracks_are_read_back(tmp_path: Path) -> None:
+    given = Tracks(
+        rows((1, 4, 1, 2, 3, 4), (3, 4, 1.25, 2, 3, 4), (3, 5, 1, 2, 3, 4)),
+        np.array([0.1 + 0.2, math.nan, 1e-7]),
+    )
+    save_tracks(tmp_path / "new" / "a.csv", given)
+    read = load_tracks(tmp_path / "new" / "a.csv")
+    np.testing.assert_array_equal(read.seconds, given.seconds)
+    np.testing.assert_array_equal(read.rows.boxes, given.rows.boxes)
+    assert (tmp_path / "new" / "a.csv").read_text() == (
+        "frame,objects,seconds\n0,1,0.30000000000000004\n1,0,\n2,2,1e-07\n"
+    )
+
+
+def test_tracks_of_nothing(tmp_path: Path) -> None:
+    save_tracks(tmp_path / "a.csv", Tracks(rows(), np.array([0.5, 0.5])))
+    assert (tmp_path / "a.txt").read_text() == ""
+    assert len(load_tracks(tmp_path / "a.csv").rows.ids) == 0
+
+
+@pytest.mark.parametrize(
+    ("csv", "txt", "error"),
+    [
+        (None, "", "a.csv cannot be read"),
+        ("frame,objects,seconds\n0,0,0.1\n", None, r"a.txt cannot be read"),
+        ("frame,x\n", "", "a.csv is not a track of an evaluation"),
+        ("frame,objects,seconds\n0,0,x\n", "", "a.csv is not a track of an evaluation"),
+        ("frame,objects,seconds\n0\n", "", "a.csv is not a track of an evaluation"),
+        ("", "", "a.csv is not a track of an evaluation"),
+        ("frame,objects,seconds\n0,0,0.1\n", "2,1,1,2,3,4,1\n", "line 1: there is no frame 2"),
+    ],
+)
+def test_bad_tracks(tmp_path: Path, csv: str | None, txt: str | None, error: str) -> None:
+    for name, text in (("a.csv", csv), ("a.txt", txt)):
+        if text is not None:
+            (tmp_path / name).write_text(text)
+    with pytest.raises(FormatError, match=error):
+        load_tracks(tmp_path / "a.csv")
+
+
+def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
+    save_tracks(tmp_path / "a.csv", Tracks(rows(), np.zeros(2)))
+    film = MotSequence("a", "nowhere", 3, 25.0, rows(), None)
+    with pytest.raises(FormatError, match=r"a\.csv is for 2 frames, but the sequence has 3\."):
+        MotOutcome.load(tmp_path / "a.csv", film)
+
+
+def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "folder").touch()
+    with pytest.raises(FormatError, match="cannot be written"):
+        save_tracks(tmp_path / "folder" / "a.csv", Tracks(rows(), np.zeros(2)))
+
+
+# Runs
+
+
+@pytest.mark.slow
+def test_a_run(home: Path, crowd: MotSequence) -> None:
+    entries, _ = resolve(["many:Shifted", "many:Raises"], mot_tracker_spec)
+    jobs, problems = plan(entries, [crowd], ["mot"], 2)
+    assert problems == []
+    assert [len(job.passes) for job in jobs] == [2, 1]
+    errors: dict[Pass, str] = {}
+    with LocalPool(1) as pool:
+        for step in run(pool, jobs, home / "out", 60):
+            errors |= step.errors or {}
+    [(failed, why)] = errors.items()
+    assert failed == Pass("many:Raises", "film", Start("mot", "", 0, None), 0)
+    assert why == "At frame 6: ValueError: no more of this"
+    assert unfinished(jobs[:1], home / "out") == []
+    first, second = MotOutcome.of(jobs[0], home / "out", {})
+    assert first.tally.motp == pytest.approx(19 / 21)  # one pixel of 20, as the detections are
+    assert second.tally.motp == pytest.approx(18 / 22)
+    [broken] = MotOutcome.of(jobs[1], home / "out", errors)
+    assert (broken.trace, broken.error) == (None, why)
+    assert set(broken.scores.values()) == {None}
+    assert broken.seconds.shape == (0,)
+    (home / "out" / "tracks" / "many%3AShifted" / "film" / "mot-1.txt").write_text("x\n")
+    _, damaged = MotOutcome.of(jobs[0], home / "out", {})
+    assert damaged.trace is None
+    assert re.search(r"line 1: 1 numbers.*Delete it and --resume\.", damaged.error)
+
+
+# Results
+
+
+def test_the_documents_columns() -> None:
+    table = MANY[MANY.index("| column of results.csv |") :].splitlines()[2:]
+    names = [line.split("|")[1].strip() for line in table if line.startswith("|")]
+    assert tuple(", ".join(names).split(", ")) == COLUMNS
+
+
+def outcome(
+    tracker: str, crowd: MotSequence, found: int | None, seed: int = 0, seconds: float = 0.002
+) -> MotOutcome:
+    """Return a pass that says the truth in its first frames only; None for one that failed."""
+    item = Pass(tracker, crowd.name, Start("mot", "", 0, None), seed)
+    if found is None:
+        return MotOutcome(crowd, item, None, "It broke.")
+    said = crowd.truth.where(crowd.truth.frames <= found)
+    return MotOutcome(crowd, item, Tracks(said, np.full(crowd.frames, seconds)))
+
+
+def film(name: str, frames: int) -> MotSequence:
+    """Return a sequence with one object that stands still."""
+    truth = rows(*((i, 1, 5, 6, 20, 30, 1, 1) for i in range(1, frames + 1)))
+    return MotSequence(name, "nowhere", frames, 25, truth, None)
+
+
+LONG, SHORT = film("long", 30), film("short", 10)
+OUTCOMES = [
+    outcome("good", LONG, 30),
+    outcome("good", SHORT, 5),
+    outcome("lucky", LONG, 15),
+    outcome("lucky", SHORT, 10),
+    outcome("lucky", LONG, 30, seed=1),
+    outcome("lucky", SHORT, 0, seed=1),
+    outcome("bad", LONG, 30),
+    outcome("bad", SHORT, None),
+]
+
+
+def test_results_of_one_pass() -> None:
+    scores = outcome("a", LONG, 15).scores
+    assert tuple(scores) == COLUMNS[5:-1]
+    assert scores["mota"] == pytest.approx(0.5)
+    assert scores["idf1"] == pytest.approx(2 / 3)
+    assert scores["hota"] == pytest.approx(0.5)  # sqrt(1/2 · 1/2)
+    assert (scores["false_negatives"], scores["false_positives"]) == (15, 0)
+    assert (scores["frames"], scores["objects"], scores["boxes"]) == (30, 1, 30)
+    assert (scores["ms_median"], scores["fps"]) == pytest.approx((2, 500))
+
+
+def test_what_does_not_count_is_left_out() -> None:
+    """A sign, and a static person that the tracker follows."""
+    others = rows((1, 2, 90, 6, 20, 30, 0, 1), (1, 3, 50, 6, 20, 30, 1, 7))
+    there = film("film", 1)
+    columns = ("frames", "ids", "boxes", "scores", "classes", "visibilities")
+    parts = [[getattr(part, name) for name in columns] for part in (there.truth, others)]
+    whole = Rows(*(np.concatenate(pair) for pair in zip(*parts, strict=True)))
+    assert outcome("a", there, 1).scores["boxes"] == 1
+    scores = outcome("a", replace(there, truth=whole), 1).scores
+    assert (scores["boxes"], scores["false_positives"], scores["mota"]) == (1, 1, 0)
+
+
+def test_no_times_are_no_numbers() -> None:
+    scores = outcome("a", LONG, 15, seconds=math.nan).scores
+    assert [scores[name] for name in ("ms_median", "ms_95", "fps")] == [None] * 3
+
+
+def test_sequences_are_combined_and_not_averaged() -> None:
+    evaluation = MotEvaluation(OUTCOMES)
+    assert evaluation.mean("good", "mot", "mota").mean == pytest.approx(35 / 40)
+    assert evaluation.mean("good", "mot", "frames").mean == 40
+    lucky = evaluation.mean("lucky", "mot", "mota")
+    assert lucky.mean == pytest.approx((25 / 40 + 30 / 40) / 2)
+    assert lucky.deviation == pytest.approx(np.std([25 / 40, 30 / 40], ddof=1))
+    assert evaluation.mean("lucky", "mot", "mota", ["short"]).mean == pytest.approx(0.5)
+    assert evaluation.finished("bad", "mot") == ["long"]
+    assert evaluation.mean("bad", "mot", "mota").mean == 1
+    assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
+
+
+def test_results_csv(tmp_path: Path) -> None:
+    write_results(tmp_path, MotEvaluation(OUTCOMES))
+    with (tmp_path / "results.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    names = [(line["tracker"], line["sequence"], line["seed"]) for line in lines]
+    assert names == [
+        ("good", "long", "0"), ("good", "short", "0"),
+        ("lucky", "long", "0"), ("lucky", "long", "1"),
+        ("lucky", "short", "0"), ("lucky", "short", "1"),
+        ("bad", "long", "0"), ("bad", "short", "0"),
+        ("good", "COMBINED", "0"), ("lucky", "COMBINED", "0"), ("lucky", "COMBINED", "1"),
+        ("bad", "COMBINED", "0"),
+    ]  # fmt: skip
+    assert {line["protocol"] for line in lines} == {"mot"}
+    assert [line["mota"] for line in lines[-4:]] == ["0.875", "0.625", "0.75", "1"]
+    assert [line["frames"] for line in lines[-4:]] == ["40", "40", "40", "30"]
+    assert (lines[7]["error"], lines[7]["mota"]) == ("It broke.", "")
+    assert (lines[8]["error"], lines[8]["fps"]) == ("", "500")
+    write_results(tmp_path, MotEvaluation([]))
+    assert (tmp_path / "results.csv").read_text() == ",".join(COLUMNS) + "\n"
+
+
+# Report
+
+
+def test_tables() -> None:
+    evaluation = MotEvaluation(OUTCOMES)
+    table = overall(evaluation)
+    by_tracker = {row[0].text: dict(zip(table.head, row, strict=True)) for row in table.rows}
+    assert by_tracker["good"]["MOTA"].text == "0.875"
+    assert by_tracker["lucky"]["MOTA"].text == "0.688 ± 0.088"
+    assert by_tracker["lucky"]["FN"].text == "12.5 ± 3.5"
+    assert by_tracker["good"]["FN"].text == "5"
+    assert by_tracker["bad"]["sequences"].text == "1 of 2"
+    assert by_tracker["bad"]["FN"].best
+    assert not by_tracker["good"]["FN"].best
+    assert by_tracker["bad"]["MOTA"].best
+    assert by_tracker["good"]["ms"].text == "2.00"
+    table = per_sequence(evaluation)
+    assert [row[0].text for row in table.rows + list(table.foot)] == ["long", "short", "all"]
+    assert table.rows[1][3].text == "failed"
+    assert table.foot[0][1].value == pytest.approx(math.sqrt(35 / 40 * (30 + 5 / 2) / 35))
+    head, listed = details(evaluation).head, details(evaluation).rows
+    assert [(row[0].text, row[1].text) for row in listed][:2] == [
+        ("good", "long"),
+        ("good", "short"),
+    ]
+    assert len(listed) == 5
+    assert dict(zip(head, listed[3], strict=True))["MOTA"].text == "0.500 ± 0.707"
+
+
+def test_the_best_are_marked() -> None:
+    """In every column, where a tracker does all badly."""
+    x = [5, 6, 5, 90, 90, 5, 5, *[900] * 23]
+    lines = [(i, 1 + (i > 5), x[i - 1], 6, 20, 30) for i in range(1, 31)]
+    bad = MotOutcome(
+        LONG, replace(OUTCOMES[0].item, tracker="bad"), Tracks(rows(*lines), np.ones(30))
+    )
+    table = overall(MotEvaluation([bad, outcome("good", LONG, 30)]))
+    worse, better = table.rows
+    assert [cell.best for cell in worse] == [False] * len(worse)
+    assert [cell.best for cell in better] == [False] * 2 + [True] * (len(better) - 2)
+
+
+def test_the_report(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    write_report(tmp_path, MotEvaluation(OUTCOMES), [], "Trackers & more")
+    text = (tmp_path / "summary.md").read_text()
+    assert "## All objects (MOT)" in text
+    assert re.search(r"\| lucky \| 2 of 2 \| .* \| 0\.688 ± 0\.088 \|", text)
+    assert "| bad on short, mot, seed 0 | It broke. |" in text
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<svg") >= 3 + 9
+    for part in ("Trackers &amp; more", "0.688 ± 0.088", "It broke.", "IDF1", "AssA</h3>"):
+        assert part in page
+    assert "Higher order tracking accuracy" in page
+    assert "Success" not in page
+    assert "OD" not in page
+
+
+def test_a_report_of_nothing(tmp_path: Path) -> None:
+    write_report(tmp_path, MotEvaluation([]), [], "Nothing")
+    assert "Nothing was run." in (tmp_path / "summary.md").read_text()
+    assert "Nothing was run." in (tmp_path / "report.html").read_text()
+
+
+def test_errors_are_ours(home: Path) -> None:
+    """All that is raised on purpose is a MotesError."""
+    for name in ("trackers:", "results=", "x", ":", "a:"):
+        with pytest.raises(MotesError):
+            mot_tracker_spec(name)

@@ -1,0 +1,195 @@
+"""Metrics of many objects: by hand, and as TrackEval has them."""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import add
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
+from motes.formats.mot_files import Rows, read_rows, write_rows
+from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
+from motes_lab.metrics.mot import Tally, tally
+
+SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")
+
+
+def ours(truth: Rows, results: Rows, frames: int, distractors: tuple[int, ...]) -> Tally:
+    return tally(*evaluated_rows(truth, results, distractors), frames)
+
+
+def line(identity: int, frames: range, x: float = 0, shift: float = 0) -> list[tuple[float, ...]]:
+    """Return an object of 10x10 that stands still, as seen from `shift` pixels away."""
+    return [(frame, identity, x + shift, 0, 10, 10) for frame in frames]
+
+
+# By hand
+
+
+def test_by_hand() -> None:
+    """Object 1 changes its track in frame 3, and is missed in frame 4; object 2 never seen."""
+    truth = rows(*line(1, range(1, 6)), *line(2, range(1, 6), x=50))
+    results = rows(
+        *line(7, range(1, 3)),
+        (3, 8, 0, 0, 10, 5),  # half of it: still a match
+        (5, 8, 0, 0, 10, 10),
+        (4, 9, 90, 0, 10, 10),
+    )
+    found = tally(truth, results, 5)
+    assert (found.truths, found.results, found.objects, found.frames) == (10, 5, 2, 5)
+    assert (found.matches, found.false_positives, found.false_negatives) == (4, 1, 6)
+    assert (found.switches, found.fragmentations) == (1, 1)
+    assert (found.mostly_tracked, found.mostly_lost) == (0, 1)
+    assert found.mota == pytest.approx(1 - (6 + 1 + 1) / 10)
+    assert found.motp == pytest.approx(3.5 / 4)
+    assert found.identified == 2
+    assert (found.idp, found.idr, found.idf1) == pytest.approx((2 / 5, 2 / 10, 4 / 15))
+    # Up to 0.5, four hits: those of 7 share 2 of 5 boxes, those of 8 as many; beyond, 8 has one.
+    assert found.hits.tolist() == [4] * 10 + [3] * 9
+    assert found.assa == pytest.approx([2 / 5] * 10 + [(2 * 2 / 5 + 1 / 6) / 3] * 9)
+    assert found.deta == pytest.approx([4 / 11] * 10 + [3 / 12] * 9)
+    assert found.loca == pytest.approx([3.5 / 4] * 10 + [1] * 9)
+    assert found.hota == pytest.approx(np.sqrt(found.deta * found.assa))
+
+
+def test_the_track_of_before_is_kept() -> None:
+    """In frame 2 another track fits better, but its own fits well enough."""
+    truth = rows(*line(1, range(1, 3)))
+    results = rows(*line(5, range(1, 3), shift=3), *line(6, range(2, 3)))
+    found = tally(truth, results, 2)
+    assert (found.switches, found.matches) == (0, 2)
+    assert found.motp == pytest.approx(70 / 130)
+
+
+def test_frames_without_results_interrupt_nothing() -> None:
+    """As TrackEval has it; a frame in which only others are found does."""
+    truth = rows(*line(1, range(1, 4)))
+    found = rows(*line(1, range(1, 4, 2)))
+    assert tally(truth, found, 3).fragmentations == 0
+    assert_equal(tally(truth, found, 3), theirs(truth, found, 3))
+    other = rows(*line(1, range(1, 4, 2)), *line(2, range(2, 3), x=50))
+    assert tally(truth, other, 3).fragmentations == 1
+
+
+@pytest.mark.parametrize(
+    ("frames", "tracked", "lost"), [(1, 0, 0), (4, 0, 0), (5, 1, 0), (0, 0, 1)]
+)
+def test_mostly(frames: int, tracked: int, lost: int) -> None:
+    """Of five frames, one is enough not to be lost, and four are not enough to be tracked."""
+    others = line(2, range(1, 6), x=50)
+    found = tally(rows(*line(1, range(1, 6))), rows(*line(1, range(1, frames + 1)), *others), 5)
+    assert (found.mostly_tracked, found.mostly_lost) == (tracked, lost)
+
+
+def test_what_counts_is_as_in_the_motchallenge() -> None:
+    """A pedestrian, one that does not count, a static person, a car, and a box on each."""
+    here = [(1, i, 20 * i, 0, 10, 10) for i in range(5)]
+    labels = [(1, 1), (0, 1), (1, 7), (1, 3), (0, 8)]
+    truth = rows(*(line + label for line, label in zip(here, labels, strict=True)))
+    kept, results = evaluated_rows(truth, rows(*here), DISTRACTORS)
+    assert kept.ids.tolist() == [0]
+    assert results.ids.tolist() == [0, 1, 3]  # two false positives
+    unlabeled = rows(*((*line, flag, -1) for line, (flag, _) in zip(here, labels, strict=True)))
+    kept, results = evaluated_rows(unlabeled, rows(*here), DISTRACTORS)
+    assert kept.ids.tolist() == [0, 2, 3]
+    assert len(results.ids) == 5
+
+
+def test_a_box_goes_to_whom_it_fits_best() -> None:
+    """A static person beside a pedestrian takes nothing away from him."""
+    truth = rows((1, 1, 0, 0, 10, 10, 1, 1), (1, 2, 3, 0, 10, 10, 1, 7))
+    assert len(evaluated_rows(truth, rows((1, 5, 1, 0, 10, 10)), DISTRACTORS)[1].ids) == 1
+    assert len(evaluated_rows(truth, rows((1, 5, 2, 0, 10, 10)), DISTRACTORS)[1].ids) == 0
+
+
+def test_sums_are_combined() -> None:
+    """Twice the same sequence gives its numbers again, and not the same objects."""
+    truth = rows(*line(1, range(1, 6)))
+    one = tally(truth, rows(*line(4, range(1, 4))), 5)
+    both = one + one
+    assert (both.frames, both.objects, both.matches) == (10, 2, 6)
+    assert both.hota == pytest.approx(one.hota)
+    assert both.idf1 == pytest.approx(one.idf1)
+
+
+# As TrackEval
+
+FRAMES = 6
+
+
+@st.composite
+def crowds(draw: st.DrawFn, columns: st.SearchStrategy[tuple[int, int]]) -> Rows:
+    """Return some rows; boxes are whole numbers, so that there are ties."""
+    side = st.sampled_from([4, 6, 8])
+    box = st.tuples(st.integers(0, 12), st.integers(0, 4), side, side)
+    keys = draw(st.sets(st.tuples(st.integers(1, FRAMES), st.integers(1, 4))))
+    order = draw(st.permutations(sorted(keys)))
+    return rows(*(key + draw(box) + draw(columns) for key in order))
+
+
+PLAIN = crowds(st.just((1, 1)))
+LABELED = crowds(st.tuples(st.sampled_from([0, 1, 1]), st.sampled_from([1, 1, 2, 3, 6, 7, 12])))
+NOTHING = rows()
+
+
+@pytest.mark.slow
+@settings(max_examples=150)
+@given(PLAIN, PLAIN)
+@example(NOTHING, NOTHING)
+@example(NOTHING, rows(*line(1, range(1, 4))))
+@example(rows(*line(1, range(1, 4))), NOTHING)
+@example(  # two that swap
+    rows(*line(1, range(1, 7)), *line(2, range(1, 7), x=30)),
+    rows(
+        *line(1, range(1, 4)), *line(2, range(1, 4), x=30),
+        *line(2, range(4, 7)), *line(1, range(4, 7), x=30),
+    ),
+)  # fmt: skip
+@example(rows((1, 1, 0, 0, 0.6, 1)), rows((1, 1, 0.4, 0, 0.6, 1)))  # 0.2, but for rounding
+def test_as_trackeval(truth: Rows, results: Rows) -> None:
+    assert_equal(tally(truth, results, FRAMES), theirs(truth, results, FRAMES))
+
+
+@pytest.mark.slow
+@settings(max_examples=100)
+@given(LABELED, PLAIN)
+def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:
+    for benchmark, distractors in (("MOT17", DISTRACTORS), ("MOT20", (*DISTRACTORS, 6))):
+        found = ours(truth, results, FRAMES, distractors)
+        assert_equal(found, theirs(truth, results, FRAMES, benchmark))
+
+
+@pytest.mark.slow
+@settings(max_examples=50)
+@given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
+def test_combined_as_trackeval(pairs: list[tuple[Rows, Rows]]) -> None:
+    # For sequences without any truth, TrackEval's MOTA depends on whether they are combined.
+    assume(any(len(truth.ids) for truth, _ in pairs))
+    total = reduce(add, (tally(truth, results, FRAMES) for truth, results in pairs))
+    assert_equal(total, combined([theirs(*pair, FRAMES) for pair in pairs]))
+
+
+def test_real_sequences_as_trackeval(data: Path, tmp_path: Path) -> None:
+    """Perturbed truth as results, through files."""
+    trackeval()
+    folder, found, other = tmp_path / "mine", [], []
+    folder.mkdir()
+    for seed, name in enumerate(SEQUENCES):
+        home = data / "mot" / name
+        frames = len(list((home / "img1").iterdir()))
+        truth = read_rows(home / "gt" / "gt.txt", frames, "truth")
+        results = perturbed(np.random.default_rng(seed), truth, frames)
+        write_rows(folder / f"{name}.txt", results)
+        results = read_rows(folder / f"{name}.txt", frames, "results")
+        found.append(ours(truth, results, frames, DISTRACTORS))
+        other.append(from_files(data / "mot", folder, name))
+        assert_equal(found[-1], other[-1])
+    total = reduce(add, found)
+    assert_equal(total, combined(other))
+    assert min(total.switches, total.fragmentations, total.false_positives) > 0
+    assert 0.2 < total.hota.mean() < total.idf1 < total.mota + 0.4 < 1.4

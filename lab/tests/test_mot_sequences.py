@@ -1,0 +1,274 @@
+"""Rows of the MOTChallenge, and datasets in its layout, good and bad."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crowds import rows
+from evaluations import pictures
+from motes.core.errors import FormatError, SourceError
+from motes.formats.mot_files import Kind, Rows, read_rows, write_rows
+from motes.synthetic.clips import still
+from motes.video.sources import open_source
+from motes.video.writer import VideoWriter
+from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
+
+INI = "[Sequence]\nname=other\nimDir=img1\nframeRate=12.5\nseqLength=4\nimExt=.png\n"
+TRUTH = "1,1,5,6,20,30,1,1,1\n2,1,6,6,20,30,1,1,0.5\n\n1,2,50,6,20,30,0,1,1\n"
+DETECTIONS = "2,-1,6,6,20,30,0.7\n2,-1,40,6,20,30,0.2\n"
+
+
+def write(folder: Path, name: str = "film", text: str = TRUTH, ini: str = INI) -> Path:
+    """Make a sequence of four pictures."""
+    pictures(folder / name / "img1", 4)
+    for path, content in (("seqinfo.ini", ini), ("gt/gt.txt", text), ("det/det.txt", DETECTIONS)):
+        (folder / name / path).parent.mkdir(exist_ok=True)
+        (folder / name / path).write_text(content)
+    return folder / name
+
+
+def read(tmp_path: Path, text: str, kind: Kind = "truth") -> Rows:
+    (tmp_path / "gt").mkdir(exist_ok=True)
+    (tmp_path / "gt" / "gt.txt").write_text(text)
+    return read_rows(tmp_path / "gt" / "gt.txt", 9, kind)
+
+
+def test_rows(tmp_path: Path) -> None:
+    text = "2, 1, 5.5 ,6,20,30,1,7,0.3\n\n 1;-3;1;2;3;4;0.5;-1;1\n1 4 1 2 3 4 1 -1\t1\n"
+    found = read(tmp_path, text)
+    assert found.frames.tolist() == [1, 1, 2]  # and within a frame, as in the file
+    assert found.ids.tolist() == [-3, 4, 1]
+    assert found.boxes.tolist() == [[1, 2, 3, 4], [1, 2, 3, 4], [5.5, 6, 20, 30]]
+    assert found.scores.tolist() == [0.5, 1, 1]
+    assert found.classes.tolist() == [-1, -1, 7]
+    assert found.listed(1) == [(1, (4.5, 5, 20, 30), 1)]
+    assert found.listed(4) == []
+    assert found.at(1) == slice(0, 2)
+    many = read(tmp_path, "".join(f"{2 - i % 2},{i},1,2,3,4,1\n" for i in range(60)))
+    assert many.ids.tolist() == [*range(1, 60, 2), *range(0, 60, 2)]
+
+
+@pytest.mark.parametrize("more", ["3.5", "7,0.5,-1", "3.5,-2.5,0"])
+def test_classes_are_where_the_truth_has_them(tmp_path: Path, more: str) -> None:
+    """Not among coordinates in the world, and not in results."""
+    line = "1,1,5,6,20,30,1,"
+    assert read(tmp_path, line + "7\n").classes.tolist() == [7]
+    assert read(tmp_path, line + "7,0.5\n").classes.tolist() == [7]
+    assert read(tmp_path, f"{line}{more}\n", "results").classes.tolist() == [-1]
+    if more.count(",") > 1:
+        assert read(tmp_path, f"{line}{more}\n").classes.tolist() == [-1]
+
+
+def test_empty_rows(tmp_path: Path) -> None:
+    found = read(tmp_path, "\n")
+    assert (found.frames.shape, found.boxes.shape, found.listed(0)) == ((0,), (0, 4), [])
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("1,1,5,6,20,30\n", "line 1: 6 numbers, but a line has 7 to 10: frame, id, x"),
+        ("1,1,5,6,20,30,1\n1,2,5,6,20,thirty,1\n", "line 2: 'thirty' is not a number"),
+        ("1,1,5,6,20,nan,1\n", "line 1: nan is not finite"),
+        ("1,1,5,6,20,,1\n", "line 1: '' is not a number"),
+        ("1.5,1,5,6,20,30,1\n", "line 1: frame and id are whole numbers, not 1.5, 1"),
+        ("1,1.5,5,6,20,30,1\n", "line 1: frame and id are whole numbers, not 1, 1.5"),
+        ("0,1,5,6,20,30,1\n", "line 1: there is no frame 0; the video has the frames 1 to 9"),
+        ("10,1,5,6,20,30,1\n", "line 1: there is no frame 10;"),
+        (
+            "1,1,5,6,20,30,1\n\n1,1,5,6,20,30,1\n",
+            "line 3: frame 1 already has the identity 1, in line 1",
+        ),
+        ("1,1,5,6,20,30,1,7,1,-1,-1\n", "line 1: 11 numbers, but a line has 7 to 10"),
+        (
+            "1,1,5,6,20,30,1\n2,1,5,6,20,30,1,7,1\n",
+            "line 2: 9 fields, and the lines before it have 7",
+        ),
+        ("1,1,5,6,20,30,1,7,\n", "line 1: '' is not a number"),
+        ("1,1,5,6,20,30,1,x,y,z\n", "line 1: 'x' is not a number"),
+        ("1,1,5,6,20,30,1,7,0.5,nan\n", "line 1: nan is not finite"),
+        ("1,1,5,6,20,30,1,14\n", "line 1: 14 is not a class; classes are 1 to 13"),
+    ],
+)
+def test_bad_rows(tmp_path: Path, text: str, error: str) -> None:
+    with pytest.raises(FormatError) as caught:
+        read(tmp_path, text)
+    assert str(caught.value).startswith(f"gt/gt.txt, {error}")
+
+
+def test_detections(tmp_path: Path) -> None:
+    """They have no identity, and an area."""
+    two = "1,-1,5,6,20,30,0.5\n" * 2
+    assert len(read(tmp_path, two, "detections").ids) == 2
+    with pytest.raises(FormatError, match="line 1: a detection of 0x30 pixels has no area"):
+        read(tmp_path, "1,-1,5,6,0,30,0.5", "detections")
+    assert len(read(tmp_path, "1,-1,5,6,0,30,0.5\n", "results").ids) == 1
+
+
+def test_no_text(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_bytes(b"\xff\xfe1")
+    with pytest.raises(FormatError, match=r"a\.txt is not text"):
+        read_rows(tmp_path / "a.txt", 9, "results")
+
+
+def test_rows_are_read_back(tmp_path: Path) -> None:
+    given = rows((1, 3, 0.1 - 1 + 1, 1e-7, 1 / 3, 123456.123456, 0.25), (2, 3, 1, 2, 3, 4, -7))
+    write_rows(tmp_path / "a.txt", given)
+    found = read_rows(tmp_path / "a.txt", 9, "results")
+    np.testing.assert_allclose(found.boxes, given.boxes, rtol=0, atol=5e-10)
+    assert (found.ids.tolist(), found.scores.tolist()) == ([3, 3], [0.25, -7])
+    first, second = (tmp_path / "a.txt").read_text().splitlines()
+    assert first == "1,3,0.1,1e-07,0.333333333,123456.123456,0.25,-1,-1,-1"
+    assert second == "2,3,1,2,3,4,-7,-1,-1,-1"
+
+
+# Datasets
+
+
+def loaded(path: Path) -> MotSequence:
+    crowds, problems = load_mot_dataset(path)
+    assert problems == []
+    return crowds[0]
+
+
+def test_a_sequence(tmp_path: Path) -> None:
+    crowd = loaded(write(tmp_path))
+    assert (crowd.name, crowd.frames, crowd.rate) == ("film", 4, 12.5)
+    assert crowd.truth.ids.tolist() == [1, 2, 1]
+    assert crowd.detections is not None
+    assert crowd.detections.scores.tolist() == [0.7, 0.2]
+    with open_source(crowd.source) as film:
+        assert len(list(film)) == 4
+
+
+def test_vehicles_are_distractors_in_mot20(tmp_path: Path) -> None:
+    for name, classes in (("MOT20-01", {2, 6, 7, 8, 12}), ("MOT17-02-DPM", {2, 7, 8, 12})):
+        assert set(loaded(write(tmp_path, name)).distractors) == classes
+
+
+def test_a_dataset(tmp_path: Path) -> None:
+    for name in ("b", "a", "c"):
+        write(tmp_path, name)
+    pictures(tmp_path / "others", 2)
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / "c" / "gt" / "gt.txt").write_text("1,1,2\n")
+    crowds, problems = load_mot_dataset(tmp_path)
+    assert [crowd.name for crowd in crowds] == ["a", "b"]
+    assert [(problem.where, problem.what) for problem in problems] == [
+        (
+            "sequence c",
+            "gt/gt.txt, line 1: 3 numbers, but a line has 7 to 10: frame, id, x, y, width, "
+            "height, score, and up to three more",
+        )
+    ]
+
+
+def test_what_is_a_dataset_of_many_objects(tmp_path: Path) -> None:
+    assert not has_mot_sequences(tmp_path)
+    assert not has_mot_sequences(tmp_path / "missing")
+    folder = write(tmp_path)
+    assert has_mot_sequences(tmp_path)
+    assert has_mot_sequences(folder)
+    assert not has_mot_sequences(folder / "seqinfo.ini")
+    (folder / "seqinfo.ini").unlink()
+    assert has_mot_sequences(tmp_path)
+    (folder / "gt" / "gt.txt").unlink()
+    assert not has_mot_sequences(tmp_path)
+
+
+def test_other_places(tmp_path: Path) -> None:
+    """Pictures in another folder, a video instead of pictures, no detections."""
+    folder = write(tmp_path, ini=INI.replace("imDir=img1\n", "imDir=frames\n"))
+    (folder / "img1").rename(folder / "frames")
+    (folder / "det" / "det.txt").unlink()
+    assert loaded(folder).source == folder / "frames"
+    assert loaded(folder).detections is None
+    for path in (folder / "frames").iterdir():
+        path.unlink()
+    (folder / "frames").rmdir()
+    with VideoWriter(folder / "film.mp4", 25) as writer:
+        for frame, _ in still((160, 120), target=(30, 40), frames=4):
+            writer.write(frame.pixels)
+    assert loaded(folder).source == folder / "film.mp4"
+
+
+def test_a_digest_tells_truth_and_detections_apart(tmp_path: Path) -> None:
+    folder = write(tmp_path)
+    before = loaded(folder).digest
+    assert loaded(folder).digest == before
+    (folder / "det" / "det.txt").write_text(DETECTIONS.replace("0.7", "0.8"))
+    other = loaded(folder).digest
+    (folder / "gt" / "gt.txt").write_text(TRUTH.replace("2,1,6", "2,1,7"))
+    assert len({before, other, loaded(folder).digest}) == 3
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "error"),
+    [
+        ("seqinfo.ini", None, "it has no seqinfo.ini; add one with seqLength and frameRate"),
+        ("seqinfo.ini", "seqLength=4\n", "seqinfo.ini is not valid: File contains no section"),
+        ("seqinfo.ini", "[Other]\nseqLength=4\n", "seqinfo.ini does not have 'Sequence'"),
+        ("seqinfo.ini", "[Sequence]\nseqLength=4\n", "seqinfo.ini does not have 'frameRate'"),
+        ("seqinfo.ini", INI.replace("=4", "=four"), "seqinfo.ini is not valid: invalid literal"),
+        ("seqinfo.ini", INI.replace("=4", "=0"), "seqinfo.ini has 0 frames at 12.5 frames per"),
+        ("seqinfo.ini", INI.replace("12.5", "0"), "seqinfo.ini has 4 frames at 0 frames per"),
+        ("seqinfo.ini", INI.replace("=4", "=5"), "seqinfo.ini has 5 frames, but img1/ has 4"),
+        ("seqinfo.ini", INI.replace("img1", "no"), "it has no folder no/, and no videos instead"),
+        ("gt/gt.txt", None, "it has no truth; add a file gt/gt.txt"),
+        ("gt/gt.txt", "1,2,50,6,20,30,0,1,1\n", "gt/gt.txt has no row that counts"),
+        ("gt/gt.txt", "1,2,50,6,20,30,1,3,1\n", "gt/gt.txt has no row that counts"),
+        ("det/det.txt", "1,-1\n", "det/det.txt, line 1: 2 numbers"),
+        ("img1/0002.png", None, "the frame 0002.png is missing after 0001.png"),
+    ],
+)
+def test_bad_sequences(tmp_path: Path, path: str, text: str | None, error: str) -> None:
+    folder = write(tmp_path)
+    if text is None:
+        (folder / path).unlink()
+    else:
+        (folder / path).write_text(text)
+    crowds, problems = load_mot_dataset(folder)
+    assert crowds == []
+    assert problems[0].what.startswith(error)
+    assert "\n" not in problems[0].what
+
+
+def test_a_folder_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path)
+
+    def refuse(path: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(SourceError, match="cannot be read: Permission denied"):
+        load_mot_dataset(tmp_path)
+
+
+def test_real_sequences(data: Path) -> None:
+    crowds, problems = load_mot_dataset(data / "mot")
+    assert problems == []
+    found = {crowd.name: (crowd.frames, crowd.rate, len(crowd.truth.ids)) for crowd in crowds}
+    assert found == {
+        "PETS09-S2L1-first200": (200, 7, 1223),
+        "TUD-Campus": (71, 25, 359),
+        "TUD-Stadtmitte": (179, 25, 1156),
+    }
+    assert [len(crowd.detections.ids) for crowd in crowds if crowd.detections] == [1433, 322, 1129]
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("1,1,1e300,2,3,4,1,1,1", "1e300 is too large a number"),
+        ("1,1e300,1,2,3,4,1,1,1", "1e300 is too large a number"),
+        ("1,1,1,2,0,4,1,1,1", "an object of 0x4 pixels has no area"),
+        ("1,1,1,2,3,-4,1,1,1", "an object of 3x-4 pixels has no area"),
+    ],
+)
+def test_truth_of_no_picture_is_refused(row: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "gt.txt").write_text(f"1,7,1,2,3,4,1,1,1\n{row}\n")
+    with pytest.raises(FormatError, match=f"gt.txt, line 2: {message}"):
+        read_rows(tmp_path / "gt.txt", 9, "truth")

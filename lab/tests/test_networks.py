@@ -1,0 +1,83 @@
+"""OpenCV's trackers that are networks, with the files that a user names."""
+
+from __future__ import annotations
+
+import sys
+import types
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes_lab.adapters.registry import resolve, tracker_spec
+from networks import brightness_network
+
+
+@pytest.fixture(autouse=True)
+def _home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_networks_need_their_files() -> None:
+    pytest.importorskip("cv2")
+    Path("a.onnx").write_text("no network")
+    for files in ("", "=a.onnx", "=a.onnx,none.onnx"):
+        ((_, problem),) = [resolve([f"cv2:nano{files}"])]
+        assert "cv2:nano needs 2 ONNX files: cv2:nano=BACKBONE,HEAD" in problem[0].what
+    for files in ("", "=none.onnx", "=a.onnx,a.onnx"):
+        ((_, problem),) = [resolve([f"cv2:vit{files}"])]
+        assert "cv2:vit needs an ONNX file: cv2:vit=NETWORK" in problem[0].what
+    entries, problems = resolve(["cv2:nano=a.onnx,a.onnx", "cv2:vit=a.onnx"])
+    assert not entries
+    assert "cannot use a.onnx or a.onnx; give BACKBONE,HEAD of NanoTrack" in problems[0].what
+    assert "cannot use a.onnx; give NETWORK of VitTrack, as ONNX." in problems[1].what
+
+
+def test_a_network_is_the_same_with_the_same_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[tuple[str, str]] = []
+
+    def create(given: types.SimpleNamespace) -> mock.Mock:
+        made.append((given.backbone, given.neckhead))
+        return mock.Mock()
+
+    other = types.SimpleNamespace(
+        __version__="4.14",
+        setNumThreads=lambda _: None,
+        error=RuntimeError,
+        TrackerNano_Params=types.SimpleNamespace,
+        TrackerNano_create=create,
+    )
+    monkeypatch.setitem(sys.modules, "cv2", other)
+    Path("a.onnx").write_text("a"), Path("b.onnx").write_text("b")
+    spec = tracker_spec("cv2:nano=a.onnx,b.onnx")
+    assert (spec.stochastic, made) == (False, [("a.onnx", "b.onnx")])
+    assert tracker_spec("cv2:nano=a.onnx,b.onnx").configuration == spec.configuration
+    Path("b.onnx").write_text("c")
+    assert tracker_spec("cv2:nano=a.onnx,b.onnx").configuration != spec.configuration
+
+
+def test_vit_follows_what_its_network_sees() -> None:
+    """The target has a white spot in its middle; cells of the network are 7.5 pixels wide."""
+    pytest.importorskip("cv2")
+    brightness_network(Path("white.onnx"))
+    adapter = tracker_spec("cv2:vit=white.onnx").begin(0)
+    for i in range(10):
+        image = np.zeros((240, 320, 3), np.uint8)
+        image[110:120, 110 + 5 * i : 120 + 5 * i] = 255
+        box = Box(100 + 5 * i, 100, 30, 30)
+        frame = Frame(i, i / 25, image)
+        answer = adapter.update(frame) if i else adapter.init(frame, box)
+        assert answer.ellipse is not None
+        np.testing.assert_allclose(answer.ellipse.box, box, atol=5)
+    assert adapter.update(Frame(10, 1, np.zeros((240, 320, 3), np.uint8))).lost
+
+
+def test_a_network_of_another_kind_is_refused() -> None:
+    """OpenCV reads it, and fails on the first frame."""
+    pytest.importorskip("cv2")
+    brightness_network(Path("white.onnx"))
+    _, (problem,) = resolve(["cv2:nano=white.onnx,white.onnx"])
+    assert "cannot use white.onnx or white.onnx; give BACKBONE,HEAD of NanoTrack" in problem.what

@@ -1,0 +1,226 @@
+"""The measured tables of the documentation: their commands exist, and write tables of this form."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from motes_lab.cli import experiment
+from motes_lab.cli.app import app
+from motes_lab.cli.evaluate import evaluate
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "lab/docs").glob("*.md")])
+
+
+def load() -> ModuleType:
+    """Return docs/generate/results.py, which is no part of a package."""
+    spec = importlib.util.spec_from_file_location("results", ROOT / "docs/generate/results.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["results"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+results = load()
+BLOCKS = results.blocks(PAGES)
+BY_NAME = {block.name: block for block in BLOCKS}
+PAGE = """Before.
+
+<!-- results one | 2 min | All -->
+
+    motes-lab experiment nummiaro-leaps \\
+        --seeds 1
+    motes-lab evaluate MOT/a --tracker x
+
+| old |
+| --- |
+| 3 |
+
+Of an earlier version, not measured since.
+
+<!-- end one -->
+
+<!-- results other | 1 min | All -->
+
+    motes-lab experiment nummiaro-leaps
+
+<!-- end other -->
+
+After.
+"""
+WRITTEN = """# Run
+
+### All films
+
+| a | b |
+| --- | --- |
+| {} | 1 |
+
+A note.
+
+### Other
+
+| c |
+| - |
+"""
+
+
+def test_names_are_there_once() -> None:
+    assert len(BY_NAME) == len(BLOCKS) > 20
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        here = [block.name for block in BLOCKS if block.page == page]
+        assert re.findall(r"<!-- results ([\w-]+)", text) == here
+        assert re.findall(r"<!-- end ([\w-]+)", text) == here
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
+def test_every_command_is_one_of_the_lab(block: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    known = {experiment.app[name].default_command for name in experiment.app if name[0] != "-"}
+    for command in block.commands:
+        assert command.startswith("motes-lab "), command
+        arguments = [*results.arguments(command), "--out", "out"]
+        called, _, _ = app.parse_args(arguments, exit_on_error=False, print_error=False)
+        assert called in known | {evaluate}, command
+        for each in command.split():
+            if each.endswith(".toml"):
+                assert Path(each).exists(), command
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
+def test_every_table_has_rows_and_a_date(block: Any) -> None:
+    lines = [line for line in block.tables.splitlines() if line]
+    table = [line for line in lines if line.startswith("|")]
+    assert len(table) > 2
+    assert len({len(re.findall(r"(?<!\\)\|", line)) for line in table}) == 1
+    assert re.fullmatch(r"Measured on \d{4}-\d\d-\d\d\.", lines[-1]) or lines[-1] == results.EARLIER
+
+
+@pytest.mark.slow
+def test_a_page_has_the_form_that_the_command_writes(tmp_path: Path) -> None:
+    shortest = min(BLOCKS, key=lambda block: block.minutes)
+    assert shortest.minutes <= 0.1
+    (found,), date = results.measure(shortest, tmp_path)
+    (there,) = results.written(f"### {shortest.title}\n\n{shortest.tables}")
+    assert there.head == found.head
+    names = [[row.split("|")[1] for row in each.rows] for each in (there, found)]
+    assert names[0] == names[1]
+    assert there.note.startswith(found.note)
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", date)
+
+
+def test_numbers_of_claims_are_those_of_the_tables() -> None:
+    """The table of claims of papers.md repeats numbers; each is in a measured table or its text."""
+    claims, others = list[str](), list[str]()
+    for page in PAGES:
+        inside = False
+        for line in page.read_text(encoding="utf-8").splitlines():
+            inside = line.startswith("|") and (
+                inside or line.startswith("| figure, table or claim")
+            )
+            (claims if inside else others).append(line)
+    assert len(claims) > 50
+    everywhere = "\n".join(others)
+    for line in claims:
+        for number in re.findall(r"[\d.]+[%°]? ± [\d.]*\d[%°]?|\d\.\d{3,}", line):
+            assert number in everywhere, (number, line)
+
+
+@pytest.fixture
+def docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a page of its own, and have commands write a table instead of running."""
+    (tmp_path / "page.md").write_text(PAGE)
+    monkeypatch.setattr(results, "DOCS", (tmp_path,))
+    monkeypatch.setattr(results, "KEPT", tmp_path / "kept")
+    monkeypatch.setattr(results, "DATA", Path("films"))
+    return tmp_path / "page.md"
+
+
+Lines = list[list[str]]
+
+
+@pytest.fixture
+def ran(docs: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
+    """Return the arguments of the commands that were run."""
+    lines: Lines = []
+
+    def run(line: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        lines.append(line[3:])
+        folder = Path(line[line.index("--out") + 1])
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "it.md").write_text(WRITTEN.format(line[3]))
+        return subprocess.CompletedProcess(line, 6 if "fails" in line else 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    return lines
+
+
+def test_a_table_is_replaced_by_what_its_commands_write(docs: Path, ran: Lines) -> None:
+    assert results.main(["one"]) == 0
+    assert [line[: line.index("--out")] for line in ran] == [
+        ["experiment", "nummiaro-leaps", "--seeds", "1"],
+        ["evaluate", "films/mot/a", "--tracker", "x"],
+    ]
+    text = docs.read_text()
+    before, after = PAGE[: PAGE.index("| old")], PAGE[PAGE.index("<!-- end one") :]
+    table = "| a | b |\n| --- | --- |\n| experiment | 1 |\n| evaluate | 1 |\n\nA note.\n\n"
+    assert (
+        re.sub(r"\d{4}-\d\d-\d\d", "DATE", text) == f"{before}{table}Measured on DATE.\n\n{after}"
+    )
+
+
+def test_what_was_run_is_not_run_again(docs: Path, ran: Lines) -> None:
+    assert results.main(["one"]) == 0
+    first = docs.read_text()
+    assert results.main([]) == 0
+    assert len(ran) == 3
+    assert docs.read_text().startswith(first[:200])
+    (marker, *_) = sorted((docs.parent / "kept").glob("evaluate-*/done.json"))
+    assert json.loads(marker.read_text())["command"] == "motes-lab evaluate MOT/a --tracker x"
+    marker.unlink()
+    assert results.main(["one"]) == 0
+    assert ran[-1][-1] == "--resume"  # an evaluation goes on with the tracks that it has
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda text: text.replace("--seeds 1", "fails"), "ended with exit code 6"),
+        (
+            lambda text: text.replace("| All", "| Mean"),
+            "No table begins with 'Mean'; there are All",
+        ),
+    ],
+)
+def test_a_table_that_cannot_be_made_stays(
+    change: Callable[[str], str],
+    why: str,
+    docs: Path,
+    ran: Lines,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    docs.write_text(change(PAGE))
+    assert results.main(["one"]) == 1
+    assert docs.read_text() == change(PAGE)
+    assert why in capfd.readouterr().err
+
+
+def test_an_unknown_name_is_answered_with_the_known_ones(
+    docs: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        results.main(["two"])
+    assert "there is no table two; known are one, other." in capfd.readouterr().err

@@ -1,0 +1,449 @@
+"""What a pass is worth, results.csv, references, and means over sequences and seeds."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evaluations import Floats, outcome, sequence, shifted, trace
+from motes.core.errors import FormatError, SourceError
+from motes.core.geometry import Ellipse, iou
+from motes_lab.aggregate import Evaluation, success_curve
+from motes_lab.datasets.sot import Sequence
+from motes_lab.protocols.trace import save_trace
+from motes_lab.report.reference import Reference
+from motes_lab.scores import COLUMNS, Outcome, score, write_results
+
+# A pass
+
+
+def test_score_by_hand() -> None:
+    """Two of four frames fit; one is half a width away (IoU 1/3), one far off."""
+    said = trace(shifted([0, 0, 10, 40]), [1, 0.9, 0.6, 0.2], [False, False, False, True])
+    found = score(said, sequence(frames=4))
+    thresholds_passed = 20 + 20 + 7 + 0  # 1/3 exceeds 0, 0.05 … 0.3
+    assert found["auc"] == pytest.approx(thresholds_passed / 84)
+    assert found["precision_20"] == 3 / 4
+    assert found["iou"] == pytest.approx((1 + 1 + 1 / 3 + 0) / 4)
+    assert found["lost_frame"] == 3
+    assert (found["lost_recall"], found["lost_precision"], found["lost_f1"]) == (1, 1, 1)
+    # Confidence 1 and 0.9 in one bin, both right; 0.6 and 0.2 in two, both wrong.
+    assert found["ece"] == pytest.approx((2 * 0.05 + 0.6 + 0.2) / 4)
+    assert (found["ms_median"], found["ms_95"]) == pytest.approx((2, 2))
+    assert found["fps"] == pytest.approx(500)
+    assert found["frames"] == 4
+    assert [found[name] for name in ("accuracy", "robustness", "failures")] == [None] * 3
+    # Two ellipses side by side by half their width: the share of a disk beyond its chord.
+    common = 2 / math.pi * (math.acos(0.5) - 0.5 * math.sqrt(0.75))
+    assert found["od"] == pytest.approx((0 + 0 + 1 - common + 1) / 4, abs=2e-3)
+
+
+def test_score_without_a_target() -> None:
+    """Frames without a target count for what is said about being lost, and for nothing else."""
+    there = sequence(frames=4, absent=[1, 2])
+    said = trace(shifted([0, 0, 0, 0]), [1, 1, 0, 1], [False, False, True, False])
+    found = score(said, there)
+    assert (found["auc"], found["iou"], found["precision_20"]) == pytest.approx((20 / 21, 1, 1))
+    assert found["od"] == pytest.approx(0, abs=1e-9)
+    assert found["lost_frame"] is None
+    assert (found["lost_recall"], found["lost_precision"]) == (0.5, 1)
+    assert found["ece"] == pytest.approx((3 * abs(2 / 3 - 1) + 0) / 4)
+
+
+def test_score_of_a_pass_that_sees_no_target() -> None:
+    nothing = Sequence("Fog", "fog.mp4", np.full((3, 4), np.nan), np.full((3, 5), np.nan))
+    found = score(trace(shifted([0, 0, 0]), lost=[False, True, True]), nothing)
+    assert [found[name] for name in ("auc", "precision_20", "iou", "od", "lost_frame")] == [
+        None
+    ] * 5
+    assert found["lost_recall"] == pytest.approx(2 / 3)
+
+
+def test_score_of_no_region() -> None:
+    """A tracker that gives nothing is as wrong as can be."""
+    found = score(trace(shifted([0, math.nan])), sequence(frames=2))
+    assert (found["iou"], found["precision_20"]) == (0.5, 0.5)
+    assert found["od"] == pytest.approx(0.5)
+    assert found["lost_frame"] == 1
+
+
+def test_score_of_a_tracker_that_says_nothing() -> None:
+    found = score(trace(shifted([0, 90])), sequence(frames=2))
+    assert found["ece"] is None
+    assert (found["lost_recall"], found["lost_f1"]) == (0, 0)
+    assert found["lost_precision"] is None
+
+
+def test_score_with_some_confidence() -> None:
+    said = trace(shifted([0, 0, 90]), [math.nan, 0.8, math.nan])
+    assert score(said, sequence(frames=3))["ece"] == pytest.approx(0.2)
+
+
+def test_score_of_a_start_alone() -> None:
+    found = score(trace(shifted([0])), sequence(frames=1))
+    assert (found["ms_median"], found["fps"]) == (None, None)
+    assert found["auc"] == pytest.approx(20 / 21)
+
+
+def test_score_from_a_later_start() -> None:
+    found = score(trace(shifted([0, 0, 90]), start=7), sequence(frames=10))
+    assert found["lost_frame"] == 9
+    assert found["frames"] == 3
+
+
+def test_score_of_resets() -> None:
+    dx = [0.0] * 11 + [10, 90] + [math.nan] * 5 + [0.0] * 2
+    events = [1, *[0] * 11, 2, *[3] * 5, 1, 0]
+    found = score(trace(shifted(dx), 0.5, events=events), sequence(frames=20), "reset")
+    assert found["accuracy"] == pytest.approx((1 + 1 / 3) / 2)  # of the frames 10 and 11
+    assert found["failures"] == 1
+    assert found["robustness"] == pytest.approx(math.exp(-30 / 20))
+    assert [found[name] for name in ("auc", "precision_20", "iou", "od", "lost_frame")] == [
+        None
+    ] * 5
+    # Fourteen frames of 15 are not missed, and 13 are right; the five of waiting do not count.
+    assert found["lost_recall"] == 0
+    assert found["ece"] == pytest.approx(abs(13 / 15 - 0.5))
+
+
+def test_score_frame_by_frame() -> None:
+    """A second implementation, a frame at a time."""
+    rng = np.random.default_rng(0)
+    there = sequence(frames=60, absent=[5, 6, 30])
+    boxes = shifted(rng.normal(0, 12, 60).tolist()) + rng.uniform(-3, 3, (60, 4))
+    confidence, lost = rng.uniform(0, 1, 60), rng.uniform(size=60) < 0.3
+    found = score(trace(boxes, confidence.tolist(), lost.tolist()), there)
+    overlaps, distances, hits, said, missed = [], [], 0, 0, 0
+    for i in range(60):
+        gone = bool(np.isnan(there.boxes[i, 0]))
+        overlap = 0.0 if gone else float(iou(boxes[i], there.boxes[i]))
+        if not gone:
+            overlaps.append(overlap)
+            ours, true = Ellipse.from_box(boxes[i]), Ellipse.from_box(there.boxes[i])
+            distances.append(math.dist(ours[:2], true[:2]))
+        wrong = overlap < 0.1
+        hits, said, missed = hits + (lost[i] and wrong), said + lost[i], missed + wrong
+    assert found["iou"] == pytest.approx(sum(overlaps) / 57)
+    assert found["auc"] == pytest.approx(
+        sum(overlap > k / 20 for overlap in overlaps for k in range(21)) / 21 / 57
+    )
+    assert found["precision_20"] == pytest.approx(sum(d <= 20 for d in distances) / 57)
+    assert found["lost_recall"] == pytest.approx(hits / missed)
+    assert found["lost_precision"] == pytest.approx(hits / said)
+
+
+def test_score_of_losses() -> None:
+    """Lost twice, once for good."""
+    dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
+    found = score(trace(shifted(dx)), sequence(frames=82))
+    assert (found["losses"], found["recovered"]) == (2, 1)
+    found = score(trace(shifted(dx)), sequence(frames=82), "reset")
+    assert (found["losses"], found["recovered"]) == (None, None)
+
+
+def test_score_of_coverage() -> None:
+    """What counts is neither the start nor an absent target nor a tracker that is lost."""
+    dx, lost = [50.0, 0, 4.8, 5.0, 0, 50], [False, False, False, False, False, True]
+    said = trace(shifted(dx), lost=lost, covariance=(4.0, 0.0, 1.0))
+    assert score(said, sequence(frames=6))["coverage"] == 0.75
+    assert score(said, sequence(frames=6), "reset")["coverage"] == 0.75
+    assert score(said, sequence(frames=6, absent=[1]))["coverage"] == pytest.approx(2 / 3)
+    assert score(trace(shifted(dx)), sequence(frames=6))["coverage"] is None
+
+
+# results.csv
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_results(tmp_path: Path) -> None:
+    book = sequence()
+    said = trace(shifted([0.0] * 13 + [90.0] * 7), 0.75)
+    write_results(tmp_path, [outcome("a,b", book, said), outcome("c", book, "It broke,\nso.")])
+    first, second = read(tmp_path / "results.csv")
+    assert tuple(first) == COLUMNS
+    assert first["tracker"] == "a,b"
+    assert (first["sequence"], first["protocol"], first["start"]) == ("Book", "ope", "")
+    assert (first["seed"], first["frames"], first["lost_frame"]) == ("0", "20", "13")
+    assert (first["auc"], first["ece"], first["fps"]) == ("0.619048", "0.1", "500")
+    assert (first["failures"], first["error"]) == ("", "")
+    assert second["error"] == "It broke, so."
+    assert {second[name] for name in COLUMNS[5:-1]} == {""}
+    assert [path.name for path in tmp_path.iterdir()] == ["results.csv"]
+
+
+def test_an_error_with_a_name_that_is_not_utf_8(tmp_path: Path) -> None:
+    write_results(tmp_path, [outcome("a", sequence(), "caf\udce9 is damaged")])
+    assert "caf\\udce9 is damaged" in (tmp_path / "results.csv").read_text()
+
+
+def test_order_of_results(tmp_path: Path) -> None:
+    """Trackers and sequences as they came first; the rest does not depend on who was ready when."""
+    book, ant = sequence("Book"), sequence("Ant")
+    said = trace(shifted([0.0] * 20))
+    given = [
+        outcome("z", book, said),
+        outcome("z", ant, said),
+        *(outcome("z", book, said, 0, "tre", f"from-{k:03d}", k) for k in (15, 0, 5)),
+        outcome("z", book, said, 1, "reset"),
+        outcome("z", book, said, 0, "reset"),
+        *(outcome("z", book, said, 0, "sre", label) for label in ("shift-up", "scale-0.8")),
+        outcome("a", ant, said, 1),
+        outcome("a", ant, said, 0),
+        outcome("a", book, said),
+    ]
+    write_results(tmp_path, given)
+    text = (tmp_path / "results.csv").read_bytes()
+    rows = read(tmp_path / "results.csv")
+    assert [tuple(row[name] for name in COLUMNS[:5]) for row in rows] == [
+        ("z", "Book", "ope", "", "0"),
+        ("z", "Book", "sre", "scale-0.8", "0"),
+        ("z", "Book", "sre", "shift-up", "0"),
+        ("z", "Book", "tre", "from-000", "0"),
+        ("z", "Book", "tre", "from-005", "0"),
+        ("z", "Book", "tre", "from-015", "0"),
+        ("z", "Book", "reset", "", "0"),
+        ("z", "Book", "reset", "", "1"),
+        ("z", "Ant", "ope", "", "0"),
+        ("a", "Book", "ope", "", "0"),
+        ("a", "Ant", "ope", "", "0"),
+        ("a", "Ant", "ope", "", "1"),
+    ]
+    write_results(tmp_path, [*given[:2], *reversed(given[2:])])
+    assert (tmp_path / "results.csv").read_bytes() == text
+
+
+def test_results_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="cannot be written"):
+        write_results(tmp_path / "missing", [])
+
+
+# References
+
+
+def reference(tmp_path: Path, text: str) -> Reference:
+    path = tmp_path / "others.csv"
+    path.write_text(text, encoding="utf-8")
+    return Reference.load(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sequence,MIL_AUC,TLD_AUC,speed\nDavid,0.4,0.7,fast\nGirl2,,0.5,\n",
+        "name,MIL,TLD\nDavid,0.4,0.7\nGirl2,,0.5\n\n",
+        "\ufeffsequence;MIL;TLD\r\nDavid; 0.4;0.7\r\nGirl2;NaN;0.5\r\n",
+        "sequence\tMIL_AUC\tTLD_AUC\nDavid\t.4\t7e-1\nGirl2\t\t0.5",
+    ],
+)
+def test_references(tmp_path: Path, text: str) -> None:
+    found = reference(tmp_path, text)
+    assert list(found.values) == ["MIL", "TLD"]
+    assert (found.of("MIL", "david"), found.of("TLD", "DAVID")) == (0.4, 0.7)
+    assert (found.of("MIL", "Girl2"), found.of("TLD", "Girl2")) == (None, 0.5)
+    assert found.of("MIL", "Ant") is None
+    assert found.name == "others.csv"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "first line must name at least two columns"),
+        ("sequence\nDavid\n", "first line must name at least two columns"),
+        ("sequence,MIL,MIL\nDavid,0.1,0.2\n", "a different name"),
+        ("sequence,MIL,\nDavid,0.1,0.2\n", "a different name"),
+        ("sequence,MIL\n", "no sequence after"),
+        ("sequence,MIL\nDavid,0.1,0.2\n", "line 2 has 3 columns"),
+        ("sequence,MIL\nDavid,0.1\ndavid,0.2\n", "line 3 must name another sequence"),
+        ("sequence,MIL\n,0.2\n", "line 2 must name another sequence"),
+        ("sequence,MIL\nDavid,good\n", "line 2, column MIL: 'good' is not a number"),
+        ("sequence,MIL\nDavid,38.4\n", "from 0 to 1, not 38.4"),
+        ("sequence,MIL\nDavid,inf\n", "from 0 to 1, not inf"),
+    ],
+)
+def test_what_is_no_reference(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(FormatError, match=message) as caught:
+        reference(tmp_path, text)
+    assert "others.csv" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_references_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="cannot be read"):
+        Reference.load(tmp_path / "missing.csv")
+    with pytest.raises(SourceError, match="cannot be read"):
+        Reference.load(tmp_path)
+    (tmp_path / "picture.csv").write_bytes(b"\xff\xd8\xff\xe0")
+    with pytest.raises(FormatError, match="is not text"):
+        Reference.load(tmp_path / "picture.csv")
+
+
+def test_published_reference(data: Path) -> None:
+    path = data / "reference" / "otb2015_auc.csv"
+    if not path.exists():
+        pytest.skip(f"no {path}")
+    found = Reference.load(path)
+    assert len(found.values) == 34
+    assert found.of("CPF", "basketball") == 0.496
+    names = ["Bird2", "Couple", "Crossing", "David", "Diving", "Dog1", "DragonBaby", "FaceOcc1"]
+    names += ["Football1", "Girl", "Jogging-1", "Skiing", "Surfer"]
+    assert np.mean([found.of("CPF", name) for name in names]) == pytest.approx(0.417, abs=5e-4)
+
+
+# Means
+
+
+def fits(good: int, of: int = 20) -> Floats:
+    """Return boxes of which so many fit, so that the AUC is their share times 20/21."""
+    return shifted([0.0] * good + [90.0] * (of - good))
+
+
+UNIT = 20 / 21
+
+
+def two_trackers() -> list[Outcome]:
+    book, ant, cow = sequence("Book"), sequence("Ant"), sequence("Cow")
+    return [
+        *(outcome("a", book, trace(fits(k)), seed) for seed, k in enumerate((10, 20))),
+        *(outcome("a", ant, trace(fits(k)), seed) for seed, k in enumerate((10, 10))),
+        *(outcome("a", cow, trace(fits(k)), seed) for seed, k in enumerate((4, 6))),
+        outcome("b", book, trace(fits(18))),
+        outcome("b", ant, trace(fits(10))),
+        outcome("b", cow, "broken"),
+    ]
+
+
+def test_mean_over_sequences_then_seeds() -> None:
+    found = Evaluation(two_trackers())
+    assert (found.trackers, found.sequences) == (["a", "b"], ["Book", "Ant", "Cow"])
+    assert found.protocols == ["ope"]
+    first, second = UNIT * (0.5 + 0.5 + 0.2) / 3, UNIT * (1 + 0.5 + 0.3) / 3
+    assert found.per_seed("a", "ope", "auc") == pytest.approx(np.array([first, second]))
+    mean, deviation = found.mean("a", "ope", "auc")
+    assert mean == pytest.approx((first + second) / 2)
+    assert deviation == pytest.approx((second - first) / math.sqrt(2))
+    assert found.mean("a", "ope", "auc", ["Ant"]) == pytest.approx((UNIT / 2, 0))
+
+
+def test_mean_over_what_was_finished() -> None:
+    found = Evaluation(two_trackers())
+    assert found.attempted("b", "ope") == ["Book", "Ant", "Cow"]
+    assert found.finished("b", "ope") == ["Book", "Ant"]
+    mean, deviation = found.mean("b", "ope", "auc")
+    assert mean == pytest.approx(UNIT * (0.9 + 0.5) / 2)
+    assert math.isnan(deviation)  # of a single seed
+    assert math.isnan(found.mean("b", "ope", "auc", ["Cow"]).mean)
+
+
+def test_a_sequence_with_one_failed_seed_is_not_finished() -> None:
+    book = sequence("Book")
+    found = Evaluation([outcome("a", book, trace(fits(9))), outcome("a", book, "broken", 1)])
+    assert found.finished("a", "ope") == []
+    assert math.isnan(found.mean("a", "ope", "auc").mean)
+    assert found.seconds("a", "ope").size == 0
+
+
+def test_mean_over_starts() -> None:
+    """A sequence counts once, however many starts it has."""
+    book, ant = sequence("Book"), sequence("Ant")
+    found = Evaluation(
+        [
+            outcome("a", book, trace(fits(20)), 0, "tre", "from-000"),
+            outcome("a", book, trace(fits(5, 10), start=10), 0, "tre", "from-010", 10),
+            outcome("a", ant, trace(fits(5)), 0, "tre", "from-000"),
+        ]
+    )
+    assert found.mean("a", "tre", "auc").mean == pytest.approx(UNIT * (0.75 + 0.25) / 2)
+    curve = found.per_seed("a", "tre", success_curve)
+    assert curve.shape == (1, 21)
+    assert curve.mean() == pytest.approx(UNIT * 0.5)
+
+
+def test_comparisons_are_over_common_sequences() -> None:
+    (found,) = Evaluation(two_trackers()).comparisons("ope")
+    assert (found.tracker, found.sequences, found.won, found.drawn) == ("b", 2, 1, 1)
+    assert found.difference.mean == pytest.approx(UNIT * ((0.9 - 0.75) + 0) / 2)
+    assert found.difference.low == pytest.approx(0)
+    assert found.difference.high == pytest.approx(UNIT * 0.15)
+
+
+def test_comparisons_of_what_cannot_be_compared() -> None:
+    book = sequence()
+    outcomes = [outcome("a", book, "broken"), outcome("b", book, trace(fits(3)))]
+    (found,) = Evaluation(outcomes).comparisons("ope")
+    assert (found.sequences, found.won) == (0, 0)
+    assert np.isnan(found.difference).all()
+
+
+def test_lost_status_is_over_all_frames() -> None:
+    book, ant = sequence("Book"), sequence("Ant", 10)
+    right = [True] * 4 + [False] * 6
+    found = Evaluation(
+        [
+            outcome("a", book, trace(fits(20))),
+            outcome("a", ant, trace(shifted([90.0] * 5 + [0.0] * 5), lost=right)),
+        ]
+    ).lost_status("a", "ope")
+    assert found.missed.mean == pytest.approx(5 / 30)
+    assert found.reported.mean == pytest.approx(4 / 30)
+    assert (found.recall.mean, found.precision.mean) == pytest.approx((0.8, 1))
+    assert found.f1.mean == pytest.approx(8 / 9)
+
+
+def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
+    long, short = sequence("Long", 90), sequence("Short", 32)
+    often = trace(shifted([0.0, *[90.0] * 20, 0, *[90.0] * 20, 0, *[90.0] * 47]))
+    never = trace(shifted([0.0, *[1.0] * 31]), covariance=(1.0, 0.0, 1.0))
+    apart = trace(shifted([0.0, *[9.0] * 9]), covariance=(1.0, 0.0, 1.0))
+    found = Evaluation(
+        [
+            outcome("a", long, often),
+            outcome("a", short, never),
+            outcome("a", sequence("Third", 10), apart),
+            outcome("b", short, trace(shifted([0.0, *[90.0] * 31]))),
+            outcome("b", short, trace(shifted([0.0, *[90.0] * 30, 0.0])), 1),
+            outcome("c", short, trace(shifted([0.0] * 32))),
+        ]
+    )
+    assert found.recovery("a", "ope").total.mean == 3
+    assert found.recovery("a", "ope").share.mean == pytest.approx(2 / 3)
+    assert found.coverage("a", "ope").total.mean == 31 + 9
+    assert found.coverage("a", "ope").share.mean == pytest.approx(31 / 40)
+    share = found.recovery("b", "ope").share
+    assert share == pytest.approx((0.5, math.sqrt(0.5)))
+    assert found.recovery("c", "ope").total.mean == 0
+    assert math.isnan(found.recovery("c", "ope").share.mean)
+    assert found.coverage("c", "ope").total.mean == 0
+
+
+def test_calibration_counts_passes_alike() -> None:
+    long, short = sequence("Long", 20), sequence("Short", 2)
+    found = Evaluation(
+        [
+            outcome("a", long, trace(fits(20), 0.95)),
+            outcome("a", short, trace(fits(0, 2), 0.95)),
+            outcome("b", long, trace(fits(20))),
+        ]
+    )
+    diagram = found.reliability("a", "ope")
+    assert diagram is not None
+    assert diagram.frames[9] == 22
+    assert diagram.accuracy[9] == pytest.approx(0.5)
+    assert found.calibration("a", "ope").mean == pytest.approx(0.45)
+    assert found.reliability("b", "ope") is None
+    assert math.isnan(found.calibration("b", "ope").mean)
+
+
+@pytest.mark.parametrize("frames", [19, 21])
+def test_a_track_of_another_length_is_refused(tmp_path: Path, frames: int) -> None:
+    """A file may have been cut at the end of a line."""
+    save_trace(tmp_path / "a.csv", trace(shifted([0.0] * frames)))
+    with pytest.raises(FormatError, match=rf"a\.csv is for {frames} frames, .* has 20\."):
+        Outcome.load(tmp_path / "a.csv", sequence(frames=20))

@@ -1,0 +1,651 @@
+"""Datasets written by hand in every layout, against boxes worked by hand, and the real ones."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence as Rows
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from PIL import Image
+
+import arena
+from motes import Tracker, open_source
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.geometry import Ellipse
+from motes.formats.regions import ABSENT, Region, read_mask, read_regions
+from motes.output.track_rows import TrackWriter
+from motes_lab.datasets.sot import Problem, Sequence, load_dataset
+
+NAN = [math.nan] * 4
+
+
+def frames(folder: Path, names: Rows[str] | int = 2) -> None:
+    """Write small pictures, 00000001.jpg … or of these names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if isinstance(names, int):
+        names = [f"{number:08}.jpg" for number in range(1, names + 1)]
+    for number, name in enumerate(names):
+        Image.new("RGB", (32, 24), (number, 0, 0)).save(folder / name)
+
+
+def otb(folder: Path, truth: str, count: int = 2) -> Path:
+    frames(folder / "img", count)
+    (folder / "groundtruth_rect.txt").write_text(truth)
+    return folder
+
+
+def load(path: Path, first_pixel: dict[str, int] | None = None) -> Sequence:
+    """Load a dataset of one sequence and no problem."""
+    sequences, problems = load_dataset(path, first_pixel or {})
+    assert not problems
+    (sequence,) = sequences
+    return sequence
+
+
+def refusal(path: Path, annotation: Path | None = None) -> str:
+    """Return what is wrong with a dataset of one sequence."""
+    sequences, problems = load_dataset(path, annotation=annotation)
+    assert not sequences
+    (problem,) = problems
+    assert problem.where.startswith("sequence ")
+    assert "\n" not in problem.what
+    return problem.what
+
+
+# Rows → regions.
+
+
+def only(text: str) -> Region:
+    (region,) = read_regions(text)
+    return region
+
+
+@pytest.mark.parametrize(
+    "row",
+    ["1,2,30,40", "1\t2\t30\t40", "1 2  30 40", " 1, 2, 30, 40 ", "1;2;30;40", "1.0,2,3e1,40,"],
+)
+def test_delimiters(row: str) -> None:
+    assert only(row + "\r\n\r\n") == ((1, 2, 30, 40), Ellipse.from_box((1, 2, 30, 40)), True)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        *["NaN,NaN,NaN,NaN", "nan", "1,2,nan,4", "0,0,0,0", "5,5,0,9", "5,5,9,0", "5,5,-3,9"],
+        *["0", "1", "2", "NaN,NaN,NaN,NaN,NaN,NaN,NaN,NaN", "0,0,0,0,0,0,0,0"],
+        *["3,4,9,4,9,4,3,4", "m0,0,0,0,0", "m3,4,2,2,4", "m3,4,2,2"],
+    ],
+)
+def test_rows_without_target(row: str) -> None:
+    assert only(row) is ABSENT
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("1,2,3", "not 3"),
+        ("1,2,3,4,5", "not 5"),
+        ("1,2,3,4,5,6", "not 6"),
+        ("1,2,3,4,5,6,7,8,9", "not 9"),
+        ("3", "not 1"),
+        ("1,b,3,4", "'b' is not a number"),
+        ("1,,3,4", "not 3"),
+        ("1,2,inf,4", "finite"),
+        ("m1,2,3", "whole numbers"),
+        ("m1,2,2,2,0.5", "whole numbers"),
+        ("m1,2,2,2,1,4", "do not fit into its 2x2"),
+        ("m1,2,2,2,-1,2", "do not fit"),
+        ("0,0,4,4,4,0,0,4", "crosses itself"),
+    ],
+)
+def test_rows_that_are_none(tmp_path: Path, row: str, said: str) -> None:
+    what = refusal(otb(tmp_path / "A", f"1,2,3,4\n\n{row}\n"))
+    assert what.startswith("groundtruth_rect.txt, line 3: ")
+    assert said in what
+
+
+def rectangle(
+    center: tuple[float, float], half: tuple[float, float], angle: float
+) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of a turned rectangle."""
+    along = np.array([math.cos(angle), math.sin(angle)])
+    across = np.array([-along[1], along[0]])
+    signs = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    return np.array([center + s * half[0] * along + t * half[1] * across for s, t in signs])
+
+
+def written(corners: NDArray[np.float64]) -> str:
+    return ",".join(str(value) for value in corners.ravel().tolist())
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 0.7, -0.5, -0.78])
+@pytest.mark.parametrize("half", [(40.0, 10.0), (10.0, 40.0), (20.0, 19.0)])
+@pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
+def test_turned_rectangle(turn: float, half: tuple[float, float], order: slice) -> None:
+    corners = rectangle((300.0, 200.0), half, turn)
+    region = only(written(corners[order]))
+    # Corners are on the outline, so pixel centers are half a pixel less.
+    np.testing.assert_allclose(region.ellipse, (299.5, 199.5, *half, turn), atol=1e-6)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    np.testing.assert_allclose(region.box, (*low, *(high - low)))
+
+
+@given(
+    st.tuples(*[st.floats(-500, 2000)] * 2, *[st.floats(0.5, 900)] * 2).map(
+        lambda box: tuple(round(value, 2) for value in box)
+    )
+)
+def test_a_box_is_the_same_as_a_polygon(box: tuple[float, float, float, float]) -> None:
+    x, y, width, height = box
+    corners = [(x, y + height), (x, y), (x + width, y), (x + width, y + height)]
+    region = only(written(np.array(corners)))
+    np.testing.assert_allclose(region.box, box, atol=1e-6)
+    ellipse = Ellipse.from_box(box)
+    if abs(width - height) > 1e-3:
+        np.testing.assert_allclose(region.ellipse, ellipse, rtol=1e-6, atol=1e-6)
+    else:  # a circle has no angle
+        np.testing.assert_allclose(region.ellipse[:4], ellipse[:4], rtol=1e-3, atol=1e-6)
+
+
+def test_four_corners_that_are_no_rectangle_keep_their_area() -> None:
+    region = only("0,0,60,10,70,50,5,30")
+    assert 4 * region.ellipse.a * region.ellipse.b == pytest.approx((2300 + 1850) / 2)  # shoelace
+    assert region.box == (0, 0, 70, 50)
+
+
+def lit(ellipse: Ellipse, width: int, height: int) -> NDArray[np.bool_]:
+    """Return the mask of the pixels in an ellipse."""
+    y, x = np.mgrid[:height, :width]
+    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+    u = (x - ellipse.x) * cos + (y - ellipse.y) * sin
+    v = (y - ellipse.y) * cos - (x - ellipse.x) * sin
+    return np.asarray((u / ellipse.a) ** 2 + (v / ellipse.b) ** 2 <= 1)
+
+
+TURNED = Ellipse(150.0, 90.0, 80.0, 30.0, 0.4)
+
+
+def test_an_ellipse_is_found_again_in_its_outline_and_mask(tmp_path: Path) -> None:
+    outline = only(written(TURNED.polygon(400) + 0.5))
+    np.testing.assert_allclose(outline.ellipse, TURNED, rtol=1e-3)
+    Image.fromarray(lit(TURNED, 300, 200)).save(tmp_path / "1.png")
+    mask = read_mask(tmp_path / "1.png")
+    np.testing.assert_allclose(mask.ellipse, TURNED, rtol=2e-3)
+    np.testing.assert_allclose(outline.box, mask.box, atol=1)
+
+
+def test_a_full_mask_has_the_moments_of_its_rectangle() -> None:
+    # Second moments of a rectangle are w²/12, of an ellipse a²/4, so a is w/√3.
+    region = only("m 10,20,6,4,0,24")
+    np.testing.assert_array_equal(region.box, (10, 20, 6, 4))
+    np.testing.assert_allclose(region.ellipse, (12.5, 21.5, 6 / 3**0.5, 4 / 3**0.5, 0))
+    assert only("m7,8,1,1,0,1").box == (7, 8, 1, 1)
+    six = written(np.array([(10, 20), (16, 20), (16, 22), (16, 24), (10, 24), (10, 22)], float))
+    np.testing.assert_allclose(only(six).ellipse, region.ellipse)
+
+
+def decoded(row: str) -> set[tuple[int, int]]:
+    """Return the pixels (x, y) of a mask in VOT's form, one after the other."""
+    x, y, width, _, *runs = (int(value) for value in row[1:].split(","))
+    pixels, place, inside = set(), 0, False
+    for run in runs:
+        for _ in range(run):
+            if inside:
+                pixels.add((x + place % width, y + place // width))
+            place += 1
+        inside = not inside
+    return pixels
+
+
+@given(st.data())
+def test_runs(data: st.DataObject) -> None:
+    width, height = data.draw(st.integers(1, 7)), data.draw(st.integers(1, 7))
+    runs: list[int] = []
+    while (rest := width * height - sum(runs)) and len(runs) < 9:
+        runs.append(data.draw(st.integers(0, rest)))
+    row = f"m{data.draw(st.integers(-3, 9))},5,{width},{height}," + ",".join(map(str, runs))
+    pixels = decoded(row)
+    region = only(row)
+    if not pixels:
+        assert region is ABSENT
+        return
+    x, y = np.array(sorted(pixels)).T
+    assert region.box == (x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1)
+    assert region.ellipse[:2] == pytest.approx((x.mean(), y.mean()))
+    a, b, theta = region.ellipse[2:]
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    moments = turn @ np.diag([a * a, b * b]) @ turn.T / 4
+    expected = np.cov(x, y, bias=True) + np.eye(2) / 12
+    np.testing.assert_allclose(moments, expected, atol=1e-9)
+    assert abs(theta) <= math.pi / 4 + 1e-12
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "P", "RGB", "RGBA", "LA", "I;16"])
+def test_mask_pictures(tmp_path: Path, mode: str) -> None:
+    mask = np.zeros((20, 30), np.uint8)
+    mask[4:9, 7:17] = 3
+    if mode in ("L", "P"):
+        picture = Image.fromarray(mask)
+        if mode == "P":
+            picture.putpalette([0, 0, 0] * 256)  # what a palette shows does not matter
+    elif mode == "I;16":
+        picture = Image.fromarray(mask.astype(np.uint16) * 500)
+    else:
+        picture = Image.fromarray(mask * 85).convert(mode)
+    assert picture.mode == mode
+    picture.save(tmp_path / "1.png")
+    assert read_mask(tmp_path / "1.png").box == (7, 4, 10, 5)
+
+
+# Folders → sequences.
+
+
+def test_otb_is_one_based(tmp_path: Path) -> None:
+    sequence = load(otb(tmp_path / "David", "11,21,30,40\nNaN,NaN,NaN,NaN\n"))
+    assert sequence.name == "David"
+    assert sequence.source == tmp_path / "David" / "img"
+    np.testing.assert_array_equal(sequence.boxes, [[10, 20, 30, 40], NAN])
+    np.testing.assert_array_equal(sequence.ellipses[0], [24.5, 39.5, 15, 20, 0])
+    assert np.isnan(sequence.ellipses[1]).all()
+
+
+def test_otb_with_two_targets(tmp_path: Path) -> None:
+    frames(tmp_path / "Jogging" / "img")
+    for number in (1, 2):
+        row = f"{number}1,5,10,20\n"
+        (tmp_path / "Jogging" / f"groundtruth_rect.{number}.txt").write_text(row * 2)
+    sequences, problems = load_dataset(tmp_path)
+    assert not problems
+    assert [(s.name, s.boxes[0, 0]) for s in sequences] == [("Jogging-1", 10), ("Jogging-2", 20)]
+    assert sequences[0].source == sequences[1].source
+    otb(tmp_path / "Jogging", "7,7,7,7\n7,7,7,7")  # the plain file comes first
+    assert load(tmp_path).name == "Jogging"
+
+
+@pytest.mark.parametrize("mark", ["color", "sequence", "camera_motion.tag"])
+def test_vot_is_zero_based(tmp_path: Path, mark: str) -> None:
+    folder = tmp_path / "ball"
+    frames(folder / "color" if mark == "color" else folder, 3)
+    if mark != "color":
+        (folder / mark).touch()
+    (folder / "groundtruth.txt").write_text("1\n10,20,30,40\n0\n")
+    sequence = load(folder)
+    np.testing.assert_array_equal(sequence.boxes, [NAN, [10, 20, 30, 40], NAN])
+    with open_source(sequence.source) as source:
+        assert source.frame_count == 3
+
+
+@pytest.mark.parametrize("row", ["m10,20,30,40,0,1200", "10,20,40,20,40,60,10,60"])
+def test_vot_by_its_masks_or_polygons(tmp_path: Path, row: str) -> None:
+    frames(tmp_path / "ball")
+    (tmp_path / "ball" / "groundtruth.txt").write_text(f"10,20,30,40\n{row}\n")
+    sequence = load(tmp_path)
+    np.testing.assert_array_equal(sequence.boxes, [[10, 20, 30, 40]] * 2)
+    np.testing.assert_allclose(sequence.ellipses[:, :2], [[24.5, 39.5]] * 2)
+
+
+def test_got10k_is_one_based_and_has_absence(tmp_path: Path) -> None:
+    folder = tmp_path / "GOT-10k_Val_000001"
+    frames(folder, 3)
+    (folder / "groundtruth.txt").write_text("11.5,21,30,40\n12,22,30,40\n13,23,30,40\n")
+    (folder / "absence.label").write_text("0\n1\n0\n")
+    sequence = load(tmp_path)
+    np.testing.assert_array_equal(sequence.boxes, [[10.5, 20, 30, 40], NAN, [12, 22, 30, 40]])
+    assert np.isnan(sequence.ellipses[1]).all()
+    (folder / "absence.label").write_text("0\n1\n")
+    assert refusal(tmp_path) == "absence.label is for 2 frames, not 3"
+
+
+def masks(folder: Path, count: int, ending: str = "png") -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(count):
+        mask = np.zeros((24, 32), np.uint8)
+        mask[5:15, 8 + number : 20 + number] = number != 1
+        Image.fromarray(mask).save(folder / f"{number:05}.{ending}")
+
+
+def test_masks(tmp_path: Path) -> None:
+    frames(tmp_path / "swan" / "img", 12)
+    masks(tmp_path / "swan" / "masks", 12)
+    boxes = load(tmp_path, {"*": 1}).boxes  # pictures have no first pixel
+    np.testing.assert_array_equal(boxes[[0, 1, 11]], [[8, 5, 12, 10], NAN, [19, 5, 12, 10]])
+    annotated, problems = load_dataset(
+        tmp_path / "swan" / "img", annotation=tmp_path / "swan" / "masks"
+    )
+    assert not problems
+    np.testing.assert_array_equal(annotated[0].boxes, boxes)
+
+
+def test_a_dataset_with_a_sequence_called_masks(tmp_path: Path) -> None:
+    otb(tmp_path / "masks", "1,1,5,5\n" * 2)
+    assert load(tmp_path).name == "masks"
+
+
+def test_first_pixel_by_pattern(tmp_path: Path) -> None:
+    for name in ("seg-a", "seg-b", "c"):
+        otb(tmp_path / name, "10,10,5,5\n" * 2)
+
+    def lefts(first_pixel: dict[str, int]) -> dict[str, float]:
+        sequences, problems = load_dataset(tmp_path, first_pixel)
+        assert not problems
+        return {s.name: s.boxes[0, 0] for s in sequences}
+
+    assert lefts({}) == {"c": 9, "seg-a": 9, "seg-b": 9}
+    assert lefts({"seg-*": 0}) == {"c": 9, "seg-a": 10, "seg-b": 10}
+    assert lefts({"*": 0, "seg-b": 1}) == {"c": 10, "seg-a": 10, "seg-b": 9}
+    with pytest.raises(ConfigError, match="'sge-\\*' fits no sequence"):
+        lefts({"sge-*": 0})
+    with pytest.raises(ConfigError, match="is 2; it is 0 or 1"):
+        lefts({"seg-*": 2})
+
+
+def test_list(tmp_path: Path) -> None:
+    for name in ("a", "b", "c"):
+        otb(tmp_path / name, "10,10,5,5\n" * 2)
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "x.md").touch()
+    (tmp_path / "list.txt").write_text("c\na\n\nmissing\nnotes\nc\n")
+    sequences, problems = load_dataset(tmp_path)
+    assert [s.name for s in sequences] == ["c", "a"]
+    assert [p.where for p in problems] == [f"sequence {n}" for n in ("missing", "notes", "c")]
+    assert "no such folder" in problems[0].what
+    assert "it has no truth" in problems[1].what
+    assert "two of this name" in problems[2].what
+
+
+def test_names_that_meet(tmp_path: Path) -> None:
+    otb(tmp_path / "A" / "unused", "")
+    frames(tmp_path / "A")
+    (tmp_path / "A" / "groundtruth_rect.1.txt").write_text("1,1,5,5\n" * 2)
+    otb(tmp_path / "A-1", "2,2,5,5\n" * 2)
+    sequences, problems = load_dataset(tmp_path)
+    assert [s.name for s in sequences] == ["A-1"]
+    assert sequences[0].boxes[0, 0] == 0
+    assert problems == [Problem("sequence A-1", "there are two of this name; rename one")]
+
+
+# Which pictures are the frames.
+
+
+@pytest.mark.parametrize("stray", ["preview.png", "preview.jpg", "00000001.png", "x1.jpg"])
+def test_other_pictures_beside_the_frames(tmp_path: Path, stray: str) -> None:
+    folder = tmp_path / "a [1]*"  # nor do such names confuse the pattern
+    frames(folder, 12)
+    Image.new("RGB", (5, 5)).save(folder / stray)
+    (folder / "groundtruth.txt").write_text("1,1,5,5\n" * 12)
+    with open_source(load(tmp_path).source) as source:
+        assert source.frame_count == 12
+        assert [frame.width for frame in source] == [32] * 12
+
+
+def test_pictures_that_cannot_be_kept_apart(tmp_path: Path) -> None:
+    frames(tmp_path, 3)
+    (tmp_path / "groundtruth.txt").write_text("1,1,5,5\n" * 3)
+    Image.new("RGB", (5, 5)).save(tmp_path / "0_mask.jpg")
+    assert refusal(tmp_path).startswith("0_mask.jpg is among the frames")
+    frames(tmp_path, ["1.png", "2.png", "3.png"])
+    assert "frames are either like" in refusal(tmp_path)
+
+
+def test_numbers_are_ordered_as_open_source_does(tmp_path: Path) -> None:
+    frames(tmp_path / "img", [f"frame_{number}.png" for number in range(5, 105, 5)])  # every fifth
+    (tmp_path / "groundtruth_rect.txt").write_text("1,1,5,5\n" * 20)
+    with open_source(load(tmp_path).source) as source:
+        assert [int(frame.pixels[0, 0, 0]) for frame in source] == list(range(20))
+
+
+def test_a_sequence_in_a_relative_folder_of_digits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames(tmp_path / "0")
+    (tmp_path / "0" / "groundtruth.txt").write_text("1,1,5,5\n" * 2)
+    monkeypatch.chdir(tmp_path)
+    with open_source(load(Path()).source) as source:  # not camera 0
+        assert source.frame_count == 2
+    monkeypatch.chdir(tmp_path / "0")
+    assert load(Path()).name == "0"
+
+
+# A video of one's own.
+
+
+def test_annotation_is_zero_based(tmp_path: Path) -> None:
+    video = tmp_path / "cat.mp4"
+    video.touch()  # only its decoder opens it
+    truth = tmp_path / "cat.txt"
+    truth.write_text("10;20;30;40\nNaN;NaN;NaN;NaN\n10,20,40,20,40,60,10,60\n")
+    (sequence,), problems = load_dataset(video, annotation=truth)
+    assert not problems
+    assert (sequence.name, sequence.source) == ("cat", video)
+    np.testing.assert_array_equal(sequence.boxes, [[10, 20, 30, 40], NAN, [10, 20, 30, 40]])
+    (sequence,), _ = load_dataset(video, {"cat": 1}, truth)
+    assert sequence.boxes[0, 0] == 9
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl"])
+def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
+    frames(tmp_path / "clip", 6)
+    path = tmp_path / f"track.{form}"
+    ellipse = Ellipse(15, 12, 6, 4, 0.25)
+    with TrackWriter(path) as writer, open_source(tmp_path / "clip") as source:
+        tracker = Tracker("mean_shift")
+        first = next(source)
+        track = tracker.init(first, ellipse)
+        writer.write(0, 0.0, track)
+        writer.write(2, 0.1, None)  # searching; frame 1 was left out, as by a stride
+        writer.write(5, 0.2, track)
+    sequence = load_dataset(tmp_path / "clip", annotation=path)[0][0]
+    assert sequence.boxes.shape == (6, 4)
+    np.testing.assert_allclose(sequence.ellipses[[0, 5]], [ellipse] * 2, atol=1e-3)
+    np.testing.assert_allclose(sequence.boxes[0], ellipse.box, atol=1e-2)
+    assert np.isnan(sequence.boxes[1:5]).all()
+    path.write_text(path.read_text().replace("tracking", "lost", 1))
+    sequence = load_dataset(tmp_path / "clip", annotation=path)[0][0]
+    assert np.isnan(sequence.boxes[0]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("frame,x,y,a,b\n1,2,3,4,5\n", "line 2: a track has the column theta"),
+        ("frame,x,y,a,b,theta\n1,2,3,4\n", "line 2: 4 values for 6 columns"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "line 3: frame 0 is repeated"),
+        ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "line 2: frame -1"),
+        ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "line 2: inf is not the index"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "line 2: 'b' is not a number"),
+        ("frame,x,y,a,b,theta\n", "has no frame with a target"),
+        ('{"frame": 0, "x": 1}\n', "line 1: a track has the column y"),
+        ('{"frame": 0, \n', "line 1: "),
+        ("[1]", "line 1: "),
+        ("frame,x,y,a,b,theta\n0,2,3,4,0,0\n", "has no frame with a target"),
+    ],
+)
+def test_annotation_that_is_none(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "a.mp4").touch()
+    (tmp_path / "a.csv").write_text(text)
+    what = refusal(tmp_path / "a.mp4", tmp_path / "a.csv")
+    assert what.startswith("a.csv")
+    assert said in what
+
+
+# Bad input: named, while the others go on.
+
+
+def broken(folder: Path, how: str) -> None:
+    row = "1,1,5,5\n"
+    otb(folder, row * 4, 4)
+    truth = folder / "groundtruth_rect.txt"
+    match how:
+        case "no truth":
+            truth.unlink()
+        case "empty truth":
+            truth.write_text("\n")
+        case "no text":
+            truth.write_bytes(b"\xff\xfe1\x00")
+        case "truth is a folder":
+            truth.unlink()
+            truth.mkdir()
+        case "few rows":
+            truth.write_text(row * 3)
+        case "many rows":
+            truth.write_text(row * 5)
+        case "gap":
+            (folder / "img" / "00000003.jpg").unlink()
+        case "no frames":
+            for path in (folder / "img").iterdir():
+                path.unlink()
+        case "no img":
+            for path in (folder / "img").iterdir():
+                path.unlink()
+            (folder / "img").rmdir()
+        case "no target":
+            truth.write_text("0,0,0,0\n" * 4)
+        case "empty":
+            broken(folder, "no img")
+            truth.unlink()
+        case "JPEG masks":
+            truth.unlink()
+            masks(folder / "masks", 4, "jpg")
+        case "bad mask":
+            truth.unlink()
+            masks(folder / "masks", 4)
+            (folder / "masks" / "00002.png").write_bytes(b"none")
+        case "few masks":
+            truth.unlink()
+            masks(folder / "masks", 3)
+
+
+BROKEN = {
+    "no truth": "it has no truth; add groundtruth_rect.txt",
+    "empty truth": "groundtruth_rect.txt is for 0 frames, but there are 4",
+    "no text": "groundtruth_rect.txt is not text; save it as UTF-8",
+    "truth is a folder": "there are no pictures in groundtruth_rect.txt/",
+    "few rows": "groundtruth_rect.txt is for 3 frames, but there are 4",
+    "many rows": "groundtruth_rect.txt is for 5 frames, but there are 4",
+    "gap": "the frame 00000003.jpg is missing after 00000002.jpg",
+    "no frames": "there are no pictures in img/",
+    "no img": "there are no pictures in bad/",
+    "no target": "groundtruth_rect.txt has no frame with a target",
+    "empty": "the folder is empty",
+    "JPEG masks": "the mask 00000.jpg is JPEG, which alters zeros; save masks as PNG",
+    "bad mask": "the mask 00002.png cannot be read; replace it",
+    "few masks": "masks is for 3 frames, but there are 4",
+}
+
+
+@pytest.mark.parametrize("how", BROKEN)
+def test_a_bad_sequence_is_named_and_the_others_go_on(tmp_path: Path, how: str) -> None:
+    broken(tmp_path / "bad", how)
+    otb(tmp_path / "good", "1,1,5,5\n" * 2)
+    sequences, problems = load_dataset(tmp_path)
+    assert [s.name for s in sequences] == ["good"]
+    (problem,) = problems
+    assert problem.where == "sequence bad"
+    assert problem.what.startswith(BROKEN[how])
+
+
+def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
+    otb(tmp_path / "good", "1,1,5,5\n" * 2)
+    for name in ("code/main.py", ".thumbnails/1.jpg", "README.md"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert load(tmp_path).name == "good"
+
+
+def test_frames_before_the_target_are_kept(tmp_path: Path) -> None:
+    sequence = load(otb(tmp_path, "0,0,0,0\nNaN,NaN,NaN,NaN\n5,6,7,8\n", 3))
+    np.testing.assert_array_equal(sequence.boxes, [NAN, NAN, [4, 5, 7, 8]])
+
+
+def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9"))
+    arena.write_sequence(folder, arena.still())
+    (loaded,), _ = load_dataset(tmp_path)
+    assert loaded.name == "caf\\udce9"
+    with open_source(loaded.source) as film:
+        assert film.width == arena.SIZE[0]
+    (single,), _ = load_dataset(folder / "img", annotation=folder / "groundtruth_rect.txt")
+    assert single.name == "img"
+
+
+def test_a_truth_that_the_disk_does_not_give(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    otb(tmp_path / "bad", "1,1,5,5\n" * 2)
+
+    def fail(path: Path, **_: object) -> str:
+        raise OSError(5, "Input/output error", str(path))
+
+    monkeypatch.setattr(Path, "read_text", fail)
+    assert refusal(tmp_path).endswith("groundtruth_rect.txt: Input/output error")
+
+
+def test_byte_order_mark(tmp_path: Path) -> None:
+    otb(tmp_path, "")
+    (tmp_path / "groundtruth_rect.txt").write_text("3,4,5,6\n" * 2, encoding="utf-8-sig")
+    assert load(tmp_path).boxes[0].tolist() == [2, 3, 5, 6]
+
+
+def test_nothing_to_load(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"There is no file or folder .*nowhere; check the name"):
+        load_dataset(tmp_path / "nowhere")
+    with pytest.raises(SourceError, match=r"There is no sequence in .*groundtruth_rect\.txt"):
+        load_dataset(tmp_path)
+    (tmp_path / "a.mp4").touch()
+    with pytest.raises(SourceError, match=r"a\.mp4 is one file; give the truth"):
+        load_dataset(tmp_path / "a.mp4")
+    with pytest.raises(SourceError, match=r"no file or folder .*b\.txt"):
+        load_dataset(tmp_path / "a.mp4", annotation=tmp_path / "b.txt")
+    frames(tmp_path)  # pictures alone are no dataset
+    with pytest.raises(SourceError, match="There is no sequence"):
+        load_dataset(tmp_path)
+    (tmp_path / "list.txt").write_bytes(b"\xff\xfe")
+    with pytest.raises(SourceError, match=r"list\.txt is not text"):
+        load_dataset(tmp_path)
+
+
+# The real ones.
+
+
+def test_real_sequences(data: Path) -> None:
+    sequences, problems = load_dataset(data / "sot", {"seg-*": 0})
+    assert not problems
+    by_name = {sequence.name: sequence for sequence in sequences}
+    assert len(by_name) == 24
+    absent = {name: int(np.isnan(s.boxes).any(axis=1).sum()) for name, s in by_name.items()}
+    assert {name: count for name, count in absent.items() if count} == {"tld-pedestrian3": 28}
+    assert by_name["David"].boxes.shape == (471, 4)
+    assert by_name["David"].boxes[0].tolist() == [128, 79, 64, 78]
+    assert by_name["seg-swan"].boxes[0].tolist() == [67, 38, 187, 153]
+    for sequence in sequences:
+        there = np.isfinite(sequence.boxes[:, 0])
+        assert there[0]
+        np.testing.assert_array_equal(np.isfinite(sequence.ellipses).all(axis=1), there)
+        boxes = [Ellipse(*row).box for row in sequence.ellipses[there]]
+        np.testing.assert_allclose(boxes, sequence.boxes[there], atol=1e-9)
+        with open_source(sequence.source) as source:
+            assert source.frame_count == len(sequence.boxes)
+
+
+def test_real_polygons_agree_with_their_boxes(data: Path) -> None:
+    folder = data / "sot" / "vot14-car"
+    polygons = read_regions((folder / "groundtruth_poly.txt").read_text())
+    boxes = read_regions((folder / "groundtruth_rect.txt").read_text())
+    assert len(polygons) == len(boxes) == 252
+    for polygon, box in zip(polygons, boxes, strict=True):
+        assert polygon.box == box.box
+        np.testing.assert_allclose(polygon.ellipse, box.ellipse, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "row", ["1e300,0,5,5", "0,0,-1e300,5", "m0,0,1e200,2,3", "1e16,0,9,0,9,9,0,9"]
+)
+def test_numbers_of_no_picture_are_refused(row: str) -> None:
+    with pytest.raises(FormatError, match=r"line 2: .* is too large a number"):
+        read_regions(f"1,2,3,4\n{row}\n")

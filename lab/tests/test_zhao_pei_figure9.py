@@ -1,0 +1,234 @@
+"""Objects detected over objects present, on made-up crowds and from the command line."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import arena
+from crowds import rows, write_crowd
+from evaluations import TARGET, pictures, sequence
+from motes import synthetic
+from motes.core.detection import Detection, Detector
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.formats.mot_files import Rows
+from motes.mot.association import Association
+from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
+from motes.mot.scene import Scene
+from motes_lab.cli import experiment_scenes, experiment_zhao_pei, main
+from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.papers import zhao_pei_figure9
+from motes_lab.papers.result import Result
+
+
+def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
+    (found,), problems = load_mot_dataset(write_crowd(folder, shift))
+    assert not problems
+    return found
+
+
+def counted(
+    each: MotSequence, detector: Detector | None = None
+) -> tuple[Result, list[list[float]]]:
+    """Return the last result, and there, followed and detected of every frame."""
+    finder = detector or zhao_pei_figure9.default_detector(each)
+    steps = zhao_pei_figure9.figure9(each, lambda seed: Scene(finder), "it", 0, each.frames)
+    *_, result = steps
+    assert result.share == 1
+    table, all_frames = result.tables.values()
+    (row,) = all_frames.rows
+    assert [cell.text for cell in row[:3]] == [each.name, "it", str(each.frames)]
+    assert row[3:] == table.foot[0][1:]
+    assert table.head[1:4] == ("present", "followed", "detected accurately")
+    return result, [[cell.value or 0.0 for cell in row[1:4]] for row in table.rows]
+
+
+def test_objects_are_followed_from_their_third_frame_on(tmp_path: Path) -> None:
+    result, counts = counted(crowd(tmp_path))
+    assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 10
+    table = result.tables[""]
+    assert [row[0].value for row in table.rows] == list(range(12))
+    assert [row[4].text for row in table.rows] == ["0.000"] * 2 + ["1.000"] * 10
+    assert [cell.text for cell in table.foot[0]] == ["all", "24", "20", "20", "0.833"]
+
+
+def test_what_is_followed_elsewhere_is_not_detected_accurately(tmp_path: Path) -> None:
+    assert counted(crowd(tmp_path, shift=7))[1][-1] == [2, 2, 0]  # IoU 13 / 27
+    assert counted(crowd(tmp_path / "b", shift=6))[1][-1] == [2, 2, 2]  # 14 / 26
+
+
+def test_what_need_not_be_found_does_not_count(tmp_path: Path) -> None:
+    truth = write_crowd(tmp_path) / "gt" / "gt.txt"
+    lines = truth.read_text().splitlines()
+    others = [",".join([*line.split(",")[:7], "12", "1"]) for line in lines[1::2]]
+    truth.write_text("\n".join([*lines[::2], *others]))
+    (each,), _ = load_mot_dataset(tmp_path)
+    assert counted(each)[1] == [[1, 0, 0]] * 2 + [[1, 1, 1]] * 10
+
+
+def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
+    seen: list[Frame] = []
+
+    class Nobody:
+        warnings = {"light": "It is dark."}  # noqa: RUF012
+
+        def __call__(self, frame: Frame) -> list[Detection]:
+            seen.append(frame)
+            return []
+
+    each = crowd(tmp_path)
+    result, counts = counted(
+        MotSequence(each.name, each.source, 5, 4.0, each.truth, None), Nobody()
+    )
+    assert counts == [[2, 0, 0]] * 5
+    assert [frame.time for frame in seen] == [0, 0.25, 0.5, 0.75, 1]
+    assert result.tables[""].note.endswith(" It is dark.")
+
+
+def test_the_hidden_are_followed_and_the_lost_are_not(tmp_path: Path) -> None:
+    """Detections end; 0.4 seconds later, in frame 16, a scene gives up."""
+    (each,), _ = load_mot_dataset(write_crowd(tmp_path, frames=18))
+    assert each.detections is not None
+    early = each.detections.where(each.detections.frames <= 6)
+    _, counts = counted(MotSequence(each.name, each.source, 18, 25, each.truth, early))
+    assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 14 + [[2, 0, 0]] * 2
+
+
+def test_frames_without_objects_have_no_ratio(tmp_path: Path) -> None:
+    each = crowd(tmp_path)
+    later = each.truth.where(each.truth.frames > 6)
+    result, counts = counted(
+        MotSequence(each.name, each.source, each.frames, each.rate, later, each.detections)
+    )
+    assert counts[4:8] == [[0, 2, 0]] * 2 + [[2, 2, 2]] * 2
+    assert [row[4].text for row in result.tables[""].rows[4:8]] == ["–", "–", "1.000", "1.000"]
+    assert result.draw is not None
+    (axes,) = result.draw().axes
+    _, followed, right = (np.asarray(line.get_ydata(), float) for line in axes.lines)
+    np.testing.assert_array_equal(followed, [np.nan] * 6 + [1] * 6)
+    np.testing.assert_array_equal(right, [np.nan] * 6 + [1] * 6)
+
+
+def test_as_many_are_right_as_can_be() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        truth, said = (some(rng, int(rng.integers(1, 5))) for _ in range(2))
+        few, many = sorted((truth, said), key=lambda each: len(each.ids))
+        fits = iou(few.boxes[:, None], many.boxes) >= 0.5
+        best = max(
+            sum(fits[i, j] for i, j in enumerate(order))
+            for order in permutations(range(len(many.ids)), len(few.ids))
+        )
+        assert zhao_pei_figure9.count_accurate(truth, said) == (len(truth.ids), len(said.ids), best)
+
+
+def some(rng: np.random.Generator, count: int) -> Rows:
+    """Return so many boxes in one frame, near to each other."""
+    return rows(*((1, i, *rng.integers(0, 8, 2), 20, 20) for i in range(count)))
+
+
+def test_one_object_is_a_crowd(tmp_path: Path) -> None:
+    film = sequence(frames=4, absent=[1], source=pictures(tmp_path / "img", 4))
+    each = zhao_pei_figure9.as_mot_sequence(film)
+    assert (each.name, each.source, each.frames, each.rate) == (film.name, film.source, 4, 25)
+    assert [each.truth.listed(i) for i in range(4)] == [
+        [(1, Box(*TARGET), 1.0)], [], [(1, Box(*TARGET), 1.0)], [(1, Box(*TARGET), 1.0)]
+    ]  # fmt: skip
+    assert counted(each)[1] == [[1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]]  # nothing moves
+
+
+# The command line
+
+
+def test_many_objects_on_the_command_line(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder, out = write_crowd(tmp_path / "film"), tmp_path / "out"
+    line = ["experiment", "zhao-figure9", str(folder), "--out", str(out)]
+    assert main(line) == 0, capfd.readouterr().err
+    assert sorted(path.name for path in out.iterdir()) == [
+        "zhao-figure9-all.csv",
+        *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")),
+    ]
+    table = list(csv.DictReader((out / "zhao-figure9.csv").read_text().splitlines()))
+    assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]
+    (row,) = csv.DictReader((out / "zhao-figure9-all.csv").read_text().splitlines())
+    assert (row["found by"], row["ratio"]) == ("det.txt", "0.833333")
+    assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
+    assert main([*line, "--overwrite", "--preset", "nummiaro", "--seed", "3"]) == 0
+
+
+def test_lookalikes_are_associated_as_motes_watch_does() -> None:
+    overlaps = [
+        experiment_scenes.scene_factory(None, "nummiaro:adaptive", lookalikes=likes)(
+            0
+        ).config.association.overlap
+        for likes in (False, True)
+    ]
+    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
+
+
+def test_a_part_of_the_film_unless_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(experiment_zhao_pei, "FIGURE9_FRAMES", 5)
+    line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path))]
+    assert main(line) == 0
+    out, error = capfd.readouterr()
+    assert "first 5 of 12 frames" in out
+    assert re.match(r"motes: 5 frames: about \d+ s\. The whole table: --full\.\n", error)
+    assert main([*line, "--full"]) == 0
+    out, error = capfd.readouterr()
+    assert "first" not in out
+    assert re.match(r"motes: 12 frames: about \d+ s\.\n", error)
+
+
+def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    clip = synthetic.still(arena.SIZE, target=(30, 40), frames=3)
+    arena.write_sequence(tmp_path / "beetle", clip)
+    assert main(["experiment", "zhao-figure9", str(tmp_path / "beetle")]) == 0
+    out, error = capfd.readouterr()
+    assert "Objects detected over objects present, beetle" in out
+    assert "For the plot, give a folder with --out" in error
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "why"),
+    [
+        (["."], 3, "has 2 sequences; give the folder of one."),
+        (["nowhere"], 3, "no file or folder nowhere"),
+        (["empty"], 3, "No sequence of empty can be used. sequence empty: it has no seqinfo.ini"),
+        (["a", "--detector", "dog"], 2, "A detector is mog2"),
+        (["a", "--preset", "dog"], 2, "No preset 'dog'"),
+        (["a", "--preset", "mean_shift"], 2, "Objects are followed by particle filters"),
+        (["a", "--seed", "-1"], 2, "A seed is a whole number"),
+    ],
+)
+def test_bad_input_is_answered_in_one_line(
+    options: list[str],
+    code: int,
+    why: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in "ab":
+        write_crowd(tmp_path / name)
+    (tmp_path / "empty" / "gt").mkdir(parents=True)
+    (tmp_path / "empty" / "gt" / "gt.txt").write_text("")
+    if options == ["."]:
+        shutil.rmtree("empty")
+    assert main(["experiment", "zhao-figure9", *options]) == code
+    out, error = capfd.readouterr()
+    assert out == ""
+    assert error.startswith("motes: error: ")
+    assert why in error
+    assert error.count("\n") == 1

@@ -1,0 +1,83 @@
+"""`motes track --save-histogram`: the histograms of a target, to search for it later."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_not_source, numbers_of, point_out_leftovers, refuse
+from motes.cli.messages import log
+from motes.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from motes.cli.options import FrameOptions
+    from motes.cli.track_options import TrackOutputs
+    from motes.cli.track_target import TargetOptions
+    from motes.sot.presets import TrackerConfig
+
+
+def save_histogram(
+    source: str,
+    output: Path,
+    target: TargetOptions,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    config: TrackerConfig,
+    preset: str,
+) -> int:
+    """Save the histograms of the target in the first frame, without tracking; return the exit code.
+
+    Raises
+    ------
+    ConfigError
+        If the tracker cannot search for a known target, the target is not one region, or another
+        output is given.
+    SourceError
+        If there is no such frame.
+    FormatError
+        If the file exists and must not be overwritten, or cannot be written.
+    """
+    from motes.core.geometry import region_within
+    from motes.output.track_rows import check_writable
+    from motes.sot.discriminative.tracker import Discriminative
+    from motes.sot.known_target import Target
+    from motes.video.sources import open_source
+
+    if isinstance(config, Discriminative):
+        raise ConfigError(
+            f"Preset {preset} cannot search for a known target; choose another, such as nummiaro."
+        )
+    refuse(
+        {
+            "-o": outputs.output, "--overlay": outputs.overlay, "--figures": outputs.figures,
+            "--masks": outputs.masks, "--show": outputs.show, "--resume": outputs.resume,
+        },
+        "for tracks, and --save-histogram tracks nothing",
+    )  # fmt: skip
+    refuse(
+        {"--histogram": target.histogram, "--detect": target.detect, "--places": target.places},
+        "for a search, and --save-histogram tracks nothing",
+    )
+    regions = target.boxes()
+    if target.ellipse is not None:
+        regions.append(numbers_of("--ellipse", target.ellipse, "x,y,a,b,theta"))
+    if len(regions) != 1:
+        raise ConfigError(
+            "--save-histogram is of one target; give one --init x,y,width,height or --ellipse."
+        )
+    check_not_source(source, output)
+    point_out_leftovers(output)
+    check_writable(output, outputs.overwrite)
+    with open_source(source, start=frames.start, end=frames.start + 1) as film:
+        picture = next(film)
+    known = Target.learn(
+        config.cues, picture, region_within(regions[0], picture.width, picture.height)
+    )
+    known.save(output)
+    occupied = (
+        f"{(model.histogram > 0).sum()} of {model.histogram.size} bins of {name}"
+        for name, model in known.models.items()
+    )
+    log(f"wrote {output}: {' and '.join(occupied)} are occupied.")
+    return DONE

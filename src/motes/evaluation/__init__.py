@@ -1,1 +1,0 @@
-"""Measuring trackers on sequences with ground truth."""

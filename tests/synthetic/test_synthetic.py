@@ -1,0 +1,271 @@
+"""The rendered clips against what their pixels show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes import synthetic
+from motes.core.errors import ConfigError
+from motes.core.geometry import Ellipse
+from motes.synthetic.beetle import Target
+from motes.synthetic.clips import Clip, Stem
+from motes.synthetic.scenery import GRAIN
+
+CLIPS: list[Callable[..., Clip]] = [
+    synthetic.demo,
+    synthetic.jumping,
+    synthetic.turning,
+    synthetic.rolling,
+    synthetic.growing,
+    synthetic.occluded,
+    synthetic.crossing,
+    synthetic.still,
+]
+SMALL = (160, 120)
+
+
+def masks(clip: Clip) -> NDArray[np.bool_]:
+    """Return (frames, H, W): where the first target shows, as its color makes a difference."""
+    first, second = (
+        np.stack(
+            [
+                frame.pixels
+                for frame, _ in replace(
+                    clip,
+                    targets=(Target(clip.targets[0].states, (color,) * 3), *clip.targets[1:]),
+                )
+            ]
+        ).astype(int)
+        for color in ((250, 0, 250), (0, 250, 0))
+    )
+    # The skin's rim has about 0.6 of the full difference, and half of that where it is half seen.
+    return np.asarray(np.abs(first - second).sum(axis=3) > 0.3 * 3 * 227)
+
+
+def moments(mask: NDArray[np.bool_]) -> Ellipse:
+    """Return the ellipse with a mask's center and second moments; theta in [-π/2, π/2]."""
+    y, x = np.nonzero(mask)
+    values, vectors = np.linalg.eigh(np.cov(x, y, bias=True))
+    theta = math.atan(vectors[1, 1] / vectors[0, 1])
+    return Ellipse(x.mean(), y.mean(), 2 * math.sqrt(values[1]), 2 * math.sqrt(values[0]), theta)
+
+
+def test_the_truth_is_the_ellipse_that_the_pixels_show() -> None:
+    rng = np.random.default_rng(4)
+    states = rng.uniform((50, 50, 20, 0.4, -math.pi), (110, 70, 45, 0.8, math.pi), (60, 5))
+    states[:, 3] *= states[:, 2]
+    states[0, 4], states[1, 4] = 0, math.pi / 2
+    clip = Clip(SMALL, (Target(states),))
+    for mask, (_, (truth,)) in zip(masks(clip), clip, strict=True):
+        found = moments(mask)
+        assert found[:4] == pytest.approx(truth.ellipse[:4], abs=0.3)
+        difference = (found.theta - truth.ellipse.theta + math.pi / 2) % math.pi - math.pi / 2
+        assert math.degrees(abs(difference)) < 1
+
+
+def test_the_visible_fraction_is_that_of_the_pixels() -> None:
+    places = [(60, 60), (2, 60), (-10, 60), (80, 118), (155, -5), (75, 60), (100, 60), (300, 60)]
+    states = np.array([[x, y, 30, 18, 0.4] for x, y in places], float)
+    clip = Clip(SMALL, (Target(states),), (Stem(90, 30, 0.2),))
+    for mask, (_, (truth,)) in zip(masks(clip), clip, strict=True):
+        assert truth.visible == pytest.approx(mask.sum() / truth.ellipse.area, abs=0.02)
+        assert 0 <= truth.visible <= 1
+
+
+def test_a_target_in_front_hides_the_one_behind() -> None:
+    states = np.array([[[80.0, 60, 30, 20, 0.0]], [[100.0, 64, 28, 20, 0.5]]])
+    clip = Clip(SMALL, (Target(states[0]), Target(states[1])))
+    behind, front = clip[0][1]
+    assert front.visible == pytest.approx(1, abs=0.01)
+    assert behind.visible == pytest.approx(masks(clip).sum() / behind.ellipse.area, abs=0.02)
+    assert 0.3 < behind.visible < 0.7
+
+
+def test_a_target_that_is_not_visible_leaves_no_trace() -> None:
+    clip = synthetic.occluded(SMALL)
+    states = clip.targets[0].states
+    other = replace(clip, targets=(Target(states, ((255, 0, 255),) * 3),))
+    without = replace(clip, targets=(Target(states + np.array([9000, 0, 0, 0, 0])),))
+    hidden = [index for index, (_, (truth,)) in enumerate(clip) if truth.visible == 0]
+    assert len(hidden) >= 12
+    for index in hidden:
+        assert np.array_equal(clip[index][0].pixels, other[index][0].pixels)
+    middle = hidden[6]  # at either end of its way behind the stem its shadow may still be seen
+    assert np.array_equal(clip[middle][0].pixels, without[middle][0].pixels)
+
+
+def test_the_head_points_along_a() -> None:
+    pixels = Clip(SMALL, (Target(np.array([[80.0, 60, 40, 30, 0]])),))[0][0].pixels.astype(int)
+    red, _, blue = pixels[58:63, 100:116].mean(axis=(0, 1))
+    assert red > 2 * blue
+    tail = pixels[45:75, 50:70]
+    assert tail.std(axis=0).mean() > 1.5 * tail.std(axis=1).mean()  # stripes along a
+
+
+def test_the_texture_turns_with_the_target() -> None:
+    states = np.array([[79.5, 59.5, 40, 40, quarter * math.pi / 2] for quarter in range(4)])
+    clip = Clip(SMALL, (Target(states),))
+    y, x = np.mgrid[-59.5:60, -79.5:80]
+    inside = np.hypot(x, y)[:, 20:-20] < 38
+    upright = clip[0][0].pixels[:, 20:-20].astype(float)
+    for quarter in range(4):
+        turned = np.rot90(upright, -quarter)  # clockwise, as theta
+        pixels = clip[quarter][0].pixels[:, 20:-20].astype(float)
+        assert np.abs(pixels - turned)[inside].mean() < 8
+        if quarter:
+            assert np.abs(pixels - upright)[inside].mean() > 30
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", CLIPS)
+def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]) -> None:
+    clip, again = make(SMALL, frames=30, seed=5), make(SMALL, frames=30, seed=5)
+    last = again[29][0].pixels
+    for index, (frame, truths) in enumerate(clip):
+        assert frame.index == index
+        assert frame.time == pytest.approx(index / 25)
+        assert frame.pixels.shape == (120, 160, 3)
+        assert frame.pixels.dtype == np.uint8
+        assert frame.pixels.flags.c_contiguous
+        assert frame.pixels.flags.writeable
+        assert len(truths) == len(clip.targets)
+    assert np.array_equal(frame.pixels, last)
+    assert np.array_equal(frame.pixels, clip[-1][0].pixels)
+    assert not np.array_equal(frame.pixels, make(SMALL, frames=30, seed=6)[29][0].pixels)
+    assert np.array_equal(again.targets[0].states, make(SMALL, frames=30).targets[0].states)
+    with pytest.raises(IndexError):
+        clip[30]
+
+
+def test_the_grain_differs_from_frame_to_frame_and_is_faint() -> None:
+    clip = Clip(SMALL, (Target(np.tile([80.0, 60, 20, 12, 0.0], (2, 1))),))
+    first, second = (frame.pixels.astype(int) for frame, _ in clip)
+    assert 4 < (first - second).std() < 10
+    assert np.abs(first - second).max() <= 2 * GRAIN
+
+
+def test_demo_meets_every_difficulty() -> None:
+    clip = synthetic.demo()
+    states = clip.targets[0].states
+    visible = np.array([truth.visible for _, (truth,) in clip])
+    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
+
+    assert len(clip) == 300
+    assert np.flatnonzero(visible[:200] == 0).tolist() == list(range(58, 70))
+    assert visible[0] == pytest.approx(1, abs=0.01)
+    assert visible[299] == pytest.approx(1, abs=0.01)
+    assert np.sum(visible[200:] == 0) > 10  # outside
+    assert np.flatnonzero(steps > 2 * states[1:, 2]).tolist() == [199]  # the jump
+    assert np.max(np.delete(steps, 199)) < 10
+    assert states[:, 2].max() > 1.9 * states[:, 2].min()
+    turned = np.ptp(states[:200, 4])
+    assert turned > math.pi
+    assert np.abs(np.diff(states[:200, 4])).max() < 0.3
+
+
+def test_demo_begins_again_or_ends_early() -> None:
+    states = synthetic.demo(frames=650).targets[0].states
+    assert np.array_equal(states[300:600], states[:300])
+    assert np.array_equal(synthetic.demo(frames=7).targets[0].states, states[:7])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("leap", [1.3, 3.0])
+def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
+    clip = synthetic.jumping(leap=leap, frames=160)
+    states = clip.targets[0].states
+    width = 2 * states[0, 3]
+    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
+    assert steps.max() / width == pytest.approx(leap, rel=0.06)
+    assert states[:, 0].min() > width
+    assert states[:, 0].max() < 640 - width
+    shown = masks(replace(clip, targets=(Target(states[:40]),)))
+    apart = ~(shown[:-1] & shown[1:]).any(axis=(1, 2))
+    assert np.count_nonzero(apart) >= 5
+    assert np.array_equal(apart, steps[:39] > width + 1)
+    changes = np.abs(np.diff(np.diff(states[:, 0])))
+    assert changes.max() < 0.35 * leap * leap * width  # no single frame makes the whole leap
+
+
+def test_turning_turns_once_and_keeps_its_size() -> None:
+    states = synthetic.turning(frames=80).targets[0].states
+    assert np.allclose(np.diff(states[:, 4]), 2 * math.pi / 80)
+    assert len(np.unique(states[:, :4], axis=0)) == 1
+
+
+def test_rolling_shows_the_other_side_in_the_end() -> None:
+    """And halfway both, the first one going out of sight over the upper rim."""
+    clip = synthetic.rolling(SMALL, frames=40)
+    (target,) = clip.targets
+    assert target.roll is not None
+    assert (target.roll[[0, 9, 30, 39]] == [0, 0, math.pi, math.pi]).all()
+    assert (np.diff(target.roll[10:30]) > 0).all()
+    steps = np.diff(target.states[:, 0])
+    assert steps == pytest.approx(steps[0])
+    upper, lower = replace(target, roll=None), replace(target, roll=None, colors=target.belly)
+    for index, first, second in ((0, upper, upper), (39, lower, lower), (20, upper, lower)):
+        pixels = clip[index][0].pixels.astype(int)
+        ellipse = Ellipse(*target.states[index].tolist())
+        y, x = np.mgrid[: SMALL[1], : SMALL[0]]
+        u, v = (x - ellipse.x) / ellipse.a, (y - ellipse.y) / ellipse.b
+        for half, like in ((v < -0.2, first), (v > 0.2, second)):
+            inside = half & (np.hypot(u, v) < 0.8)
+            blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
+            assert blue == (like is lower), index
+
+
+def test_growing_grows_and_shrinks() -> None:
+    states = synthetic.growing(frames=80, factor=4).targets[0].states
+    assert states[40, 2:4] / states[0, 2:4] == pytest.approx([4, 4])
+    assert np.allclose(states[1:40, 2], states[:40:-1, 2])
+    assert np.allclose(states[:, 2] / states[:, 3], states[0, 2] / states[0, 3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [1, 2, 7, 12, 40])
+def test_occluded_hides_for_the_given_length(length: int) -> None:
+    visible = np.array([t.visible for _, (t,) in synthetic.occluded((320, 240), 235, length)])
+    hidden = "".join("x" if value == 0 else " " for value in visible).split()
+    assert hidden == ["x" * length] * 2
+
+
+def test_crossing_meets_in_the_middle() -> None:
+    truths = [truths for _, truths in synthetic.crossing(SMALL, frames=40)]
+    assert min(behind.visible for behind, _ in truths) < 0.6
+    assert min(front.visible for _, front in truths) > 0.99
+    assert truths[0][0].ellipse.x > truths[0][1].ellipse.x
+    assert truths[-1][0].ellipse.x < truths[-1][1].ellipse.x
+
+
+@pytest.mark.parametrize("target", [(28, 44), (60, 100), (120, 200)])
+def test_still_has_the_size_asked_for_and_moves_slowly(target: tuple[int, int]) -> None:
+    clip = synthetic.still((640, 480), target)
+    for state in clip.targets[0].states:
+        assert Ellipse(*state).box[2:] == pytest.approx(target)
+    assert np.hypot(*np.diff(clip.targets[0].states[:, :2], axis=0).T).max() < 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(32, 32), (97, 73), (120, 200), (400, 90)])
+@pytest.mark.parametrize("make", CLIPS)
+def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:
+    options = {"length": 1} if make is synthetic.occluded else {}
+    if make is synthetic.occluded and size == (120, 200):
+        options = {"length": 3}
+    frame, _ = make(size, **options)[3]
+    assert (frame.width, frame.height) == size
+
+
+def test_what_cannot_be_rendered_is_refused() -> None:
+    with pytest.raises(ConfigError, match="hides the target for 200 frames; choose a shorter"):
+        synthetic.occluded(length=200)
+    with pytest.raises(ConfigError, match="20x480 is too small; take 32x32"):
+        synthetic.demo((20, 480))
+    with pytest.raises(ConfigError, match="ask for 1 or more"):
+        synthetic.demo(frames=0)
