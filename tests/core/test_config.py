@@ -414,8 +414,6 @@ def test_a_value_that_is_no_utf8_is_named() -> None:
     [
         (ParticleFilter, {"color": {}, "budget": {"least": 30}}, "budget.min"),
         (ParticleFilter, {"color": {}, "presence": {"step": 2}}, "presence.stride"),
-        (Discriminative, {"trust": {"keep": 0}}, "gate"),
-        (Discriminative, {"gate": {"of_first": 0.5}}, "gate.relative_to_start"),
         (Discriminative, {"posterior": {"rate": 0.1}}, "posterior.learning_rate"),
         (WatchConfig, {"patience": 3.0}, "termination.max_age"),
         (WatchConfig, {"max_age": 3.0}, "termination.max_age"),
