@@ -18,12 +18,14 @@ from unittest.mock import patch
 
 from motes import Tracker
 from motes.cues.color_posterior import Posterior
+from motes.cues.confined_filter import ConfinedFilter
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import Grid
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
+from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import Reporter
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
@@ -41,7 +43,11 @@ PARTS = {
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),
-    "place: particles, certainty": (Localizer, "localize"),
+    "place: particles, evidence": (Localizer, "localize"),
+    "wide: window, features, transform": (ConfinedFilter, "_spectra"),
+    "wide: response": (ConfinedFilter, "view"),
+    "wide: learned": (ConfinedFilter, "_solve"),
+    "evidence: color histogram": (Redetection, "color_distance"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
     "size: weighed": (SizeEstimator, "estimate"),
     "learn: filter": (Correlation, "updated"),

@@ -13,7 +13,8 @@
 
 from __future__ import annotations
 
-from motes.sot.discriminative.confidence_gate import ConfidenceGate
+from motes.cues.confined_filter import ConfinedFilter
+from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -46,9 +47,10 @@ __all__ = [
     "Autoregressive",
     "BestParticle",
     "Calibration",
-    "ConfidenceGate",
+    "ConfinedFilter",
     "ConstantVelocity",
     "EllipseWalk",
+    "Evidence",
     "Exponential",
     "ExponentialForgetting",
     "Fixed",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Any
 
@@ -15,10 +14,11 @@ from PIL import Image, ImageDraw
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
-from motes.sot.discriminative.localization import Localizer
+from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size_estimate import SizeEstimator
+from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 
@@ -249,59 +249,71 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
     look = config.localizer.localize(rng, state, frames[1], state.ellipse)
-    turned = config._turn(rng, state, frames[1], look)
+    turned = config._turned(rng, state, frames[1], look)
     assert turned.pose.theta == side * config.turn
-    assert turned.certainty >= look.certainty
+    assert turned.evidence >= look.evidence
     assert turned.pose[:2] == pytest.approx((160, 120), abs=3)
 
 
-def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
-    frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    standing = TargetStatus(Status.SEARCHING, frames_missed=5, reference=0.9, seen=10)
-    state = replace(state, target=standing)
-    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-    look = config.localizer.localize(rng, state, empty, state.ellipse)
-    after, info, learned = config._observe(state, empty, look, None, jumped=False)
-    assert (after.target.status, learned) == (Status.SEARCHING, False)
-    assert info.ellipses.shape == (0, 5)  # nobody knows where else it may be
-
-
-@pytest.mark.parametrize(("certainty", "moves"), [(0.22, True), (0.15, False)])
-def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, moves: bool) -> None:
+def test_a_lost_target_is_followed_by_what_is_most_like_it() -> None:
+    """It may only look different for a while, and must not be left behind."""
     frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(evidence=Evidence(prior=-30.0)), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, standing=Standing(Status.SEARCHING, missed=5))
+    after, info = config.step(rng, state, frames[1])
+    assert (after.standing.status, after.standing.missed) == (Status.SEARCHING, 6)
+    assert after.ellipse[:2] == pytest.approx((168.0, 100.0), abs=1)
+    assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
+    assert after.correlation is state.correlation  # nothing is learned
+    assert len(info.ellipses) == config.particles  # those of the search
+
+
+def twins(apart: float, count: int) -> tuple[list[Frame], list[Box]]:
+    """Return a target that passes another one just like it."""
+    places = [(100.0 + 3 * index, 100.0) for index in range(count)]
+    frames, boxes = film(places, (30, 40), wall(240, 320))
+    other = coat(40, 30)
+    for frame in frames:
+        top, left = round(100 + apart - 19.5), 160
+        frame.pixels[top : top + 40, left : left + 30] = other
+    return frames, boxes
+
+
+def test_a_twin_near_by_is_not_taken_for_the_target() -> None:
+    frames, boxes = twins(55.0, 40)
+    _, tracks = follow(frames, boxes[0])
+    overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
+    assert min(overlaps) > 0.5
+
+
+def test_nothing_is_learned_while_a_rival_lives() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(
-        state, target=TargetStatus(Status.SEARCHING, frames_missed=5, reference=0.9, seen=10)
-    )
-    look = config.localizer.localize(rng, state, frames[1], state.ellipse)
-    look = dataclasses.replace(look, certainty=certainty)
-    after, info, learned = config._observe(state, frames[1], look, None, jumped=False)
-    assert (after.target.status, learned) == (Status.SEARCHING, False)
-    assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
-    assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
+    twin = coat(40, 30)
+    frames[1].pixels[80:120, 200:230] = twin
+    rival = Rival(state.ellipse._replace(x=214.5, y=99.5), 0.0, alive=True)
+    after, _ = config.step(rng, replace(state, rival=rival), frames[1])
+    assert after.rival.alive
+    assert after.rival.place[:2] == pytest.approx((214.5, 99.5), abs=2)
+    assert after.correlation is state.correlation
+    assert after.confined is state.confined
+    alone, _ = config.step(rng, state, film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))[0][1])
+    assert not alone.rival.alive
+    assert alone.confined is not state.confined
 
 
-@pytest.mark.parametrize(("shift", "looks"), [(0.0, 1), (10.0, 2)])
-def test_it_looks_again_where_the_target_has_moved(
-    monkeypatch: pytest.MonkeyPatch, shift: float, looks: int
-) -> None:
-    frames, boxes = film([(160.0, 100.0), (160.0 + shift, 100.0)], (30, 40), wall(240, 320))
-    tracker = Tracker()
-    tracker.init(frames[0], boxes[0])
-    places, look = [], Localizer.localize
-
-    def seen(*arguments: Any) -> Any:
-        places.append(arguments[-1])
-        return look(*arguments)
-
-    monkeypatch.setattr(Localizer, "localize", seen)
-    track = tracker.update(frames[1])
-    assert len(places) == looks
-    assert places[-1].x == pytest.approx(160 + shift, abs=2)
-    assert track.ellipse.x == pytest.approx(160 + shift, abs=1)
+def test_a_rival_with_more_evidence_becomes_the_target() -> None:
+    """As when a place on the background is followed by mistake."""
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    wrong = replace(state, ellipse=state.ellipse._replace(x=110.0))
+    after, info = config.step(rng, wrong, frames[1])
+    assert after.ellipse[:2] == pytest.approx((160.0, 100.0), abs=2)
+    assert not after.rival.alive
+    assert info.track.status is Status.TRACKING
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:
@@ -323,21 +335,6 @@ def test_the_shares_follow_the_color_contrast() -> None:
     plain, _ = follow(colorless(frames), boxes[0])
     assert sum(colored.info.cue_weights.values()) == pytest.approx(1)
     assert colored.info.cue_weights["posterior"] >= plain.info.cue_weights["posterior"]
-
-
-@pytest.mark.parametrize("first", [0.0, -0.2, 0.1, 0.5])
-def test_color_counts_in_the_certainty_as_the_target_stood_out_first(first: float) -> None:
-    frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state, localizer = replace(state, first_contrast=first), config.localizer
-    whole = localizer.certainty(state, 0.4, first)
-    half = localizer.certainty(state, 0.4, first / 2)
-    weight = max(first, 0) / (1 + max(first, 0))
-    assert whole == pytest.approx(0.4 ** (1 - weight))
-    assert half == pytest.approx(whole * 0.5**weight)
-    assert localizer.certainty(state, 0.4, 2 * abs(first)) == pytest.approx(whole)
-    assert (localizer.certainty(state, 0.4, -0.1) == 0) == (first > 0)
 
 
 def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty() -> None:
@@ -369,10 +366,9 @@ def test_without_color_the_filter_alone_decides() -> None:
 
 def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
-    doubting = replace(Discriminative(), gate=ConfidenceGate(relative_to_start=1.0))
-    tracker, done = Tracker(doubting), list[str]()
+    tracker, done = Tracker(), list[str]()
     tracker.init(frames[0], boxes[0])
-    for owner, name in ((SizeEstimator, "estimate"), (Discriminative, "_turn")):
+    for owner, name in ((SizeEstimator, "estimate"), (Discriminative, "_turned")):
         method = getattr(owner, name)
 
         def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
@@ -380,12 +376,10 @@ def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPat
             return method(*arguments)
 
         monkeypatch.setattr(owner, name, noted)
+    monkeypatch.setattr("motes.sot.discriminative.tracker.CLEAR", 99.0)  # always in doubt
     for picture in frames[1:]:
-        # Always a little less certain than at first.
-        state: Any = tracker._state
-        tracker._state = replace(state, target=TargetStatus(reference=1.0, seen=10))
         tracker.update(picture)
-    assert done == ["estimate", "_turn"] * 3
+    assert done == ["estimate", "_turned"] * 3
 
 
 def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:

@@ -68,4 +68,54 @@ inline void teach(Plane<const Complex> spectra, Row<const Complex> label, double
     }
 }
 
+// Writes the filter (K, F) that answers spectra (K, F) with a label (F,) and stays near to two
+// others.
+//
+// It minimizes, at each frequency of a square window, |sum_k conj(filter_k) spectra_k -
+// conj(label)|² / n²
+// + penalty |filter - copied + multiplier / penalty|² + inertia |filter - before|², by the formula
+// of Sherman and Morrison.
+inline void solve(Volume<const Complex> spectra, Plane<const Complex> label,
+                  Volume<const Complex> before, Volume<const Complex> copied,
+                  Volume<const Complex> multiplier, double penalty, double inertia,
+                  Volume<Complex> out) {
+    const Index size = label.rows * label.columns;
+    const float both = float(penalty + inertia), near = float(penalty), kept = float(inertia);
+    const float scaled = both * float(label.rows * label.rows);
+    Scratch<float> power(size), share(size), turned(size);  // |x|², and the two parts of x^H a
+    std::fill_n(power.begin(), size, 0.0f);
+    std::fill_n(share.begin(), size, 0.0f);
+    std::fill_n(turned.begin(), size, 0.0f);
+    float* __restrict p = power, * __restrict u = share, * __restrict v = turned;
+    for (Index k = 0; k < spectra.planes; ++k) {
+        const Complex *x = spectra[k].data, *f = before[k].data;
+        const Complex *h = copied[k].data, *l = multiplier[k].data;
+        Complex* to = out[k].data;
+        for (Index i = 0; i < size; ++i) {
+            const float a = near * h[i].real() - l[i].real() + kept * f[i].real();
+            const float b = near * h[i].imag() - l[i].imag() + kept * f[i].imag();
+            const float c = x[i].real(), d = x[i].imag();
+            p[i] += c * c + d * d;
+            u[i] += c * a + d * b;
+            v[i] += c * b - d * a;
+            to[i] = Complex(a, b);
+        }
+    }
+    for (Index i = 0; i < size; ++i) {
+        const float all = p[i] + scaled;
+        u[i] = (both * label.data[i].real() - u[i]) / all;
+        v[i] = (both * label.data[i].imag() - v[i]) / all;
+    }
+    const float inverse = 1.0f / both;
+    for (Index k = 0; k < spectra.planes; ++k) {
+        const Complex* x = spectra[k].data;
+        Complex* to = out[k].data;
+        for (Index i = 0; i < size; ++i) {
+            const float c = x[i].real(), d = x[i].imag();
+            to[i] = Complex((to[i].real() + c * u[i] - d * v[i]) * inverse,
+                            (to[i].imag() + c * v[i] + d * u[i]) * inverse);
+        }
+    }
+}
+
 }  // namespace motes::fourier_ridge

@@ -6,3 +6,13 @@ def center(plane: Singles, out: Singles) -> None: ...
 def teach(
     spectra: Spectra, label: Spectra, rate: float, numerator: Spectra, power: Singles
 ) -> None: ...
+def solve(
+    spectra: Spectra,
+    label: Spectra,
+    before: Spectra,
+    copied: Spectra,
+    multiplier: Spectra,
+    penalty: float,
+    inertia: float,
+    out: Spectra,
+) -> None: ...

@@ -13,6 +13,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
+from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
 from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,
@@ -21,8 +22,13 @@ from motes.cues.correlation_filter import (
     sample_response,
 )
 from motes.cues.search_window import CELL_SIZE
+from motes.sot.discriminative.evidence import Evidence, Voices
+from motes.sot.discriminative.redetection import Redetection, RedetectionModel
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
+
+TRUSTED_RESPONSE = 0.3
+"""From this response on, relative to the first frames, the confined filter's place counts."""
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
@@ -32,17 +38,20 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     ----------
     correlation, posterior
         The correlation filter, and the color posterior.
+    confined
+        The confined filter.
+    appearance
+        The histograms of the target's first region.
     contrast
         Running mean of the color contrast between the target and its surroundings. It sets the
         weight of the color posterior.
-    first_contrast
-        The contrast in the first frame. It sets the weight of color in the certainty.
     """
 
     correlation: CorrelationModel
     posterior: PosteriorModel
+    confined: ConfinedModel
+    appearance: RedetectionModel
     contrast: float
-    first_contrast: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,34 +62,36 @@ class WindowEstimate:
     ----------
     window_pose
         The ellipse at the center of the window.
-    window, spectra, integral
+    window, spectra, integral, view
         The samples of the window; the transform of its features; the integral image of the
-        posterior.
+        posterior; what the confined filter sees.
     centers, weights
         (N, 2), (N,) the particles.
     pose
-        The mean of the particles, with the size and angle of `window_pose`.
+        The mean of the particles' place and that of the confined filter, if it is near; with the
+        size and angle of `window_pose`.
     box
         (4,) the pose in samples of the window: x and y from its center, and half sides.
     contrast
         Color contrast between the box and its surroundings.
-    certainty
-        Certainty that the target is at the pose, 0 to 1; see `Localizer.certainty`.
-    response
-        Response of the learned filter at the pose.
+    similarity
+        Response of the first frame's filter at the pose.
+    evidence
+        Log odds that the target is at the pose; see `Evidence`.
     """
 
     window_pose: Ellipse
     window: Singles
     spectra: Spectra
     integral: Floats
+    view: ConfinedView
     centers: Floats
     weights: Weights
     pose: Ellipse
     box: Floats
     contrast: float
-    certainty: float
-    response: float
+    similarity: float
+    evidence: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,18 +102,35 @@ class Localizer:
     budget: KldSampling
     correlation: Correlation
     posterior: Posterior
+    confined: ConfinedFilter
+    redetection: Redetection
+    evidence: Evidence
     color_gain: float
     sigma: float
     resampling: Resampling
 
     def localize(
-        self, rng: np.random.Generator, known: TargetModels, frame: Frame, place: Ellipse
+        self,
+        rng: np.random.Generator,
+        known: TargetModels,
+        frame: Frame,
+        place: Ellipse,
+        view: ConfinedView | None = None,
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
         Half of the particles are spread over the window, the others around the maximum of the
-        response. Then they are weighted, resampled and moved by less and less noise.
+        response. Then they are weighted, resampled and moved by less and less noise. Where the
+        confined filter responds near by, the target is half-way between both.
+
+        Parameters
+        ----------
+        view
+            What the confined filter sees in this frame, if it has been read; it is read again for
+            a place that it does not cover.
         """
+        if view is None or not view.covers(place):
+            view = self.confined.view(known.confined, frame, place)
         samples = known.correlation.grid
         half = np.array(samples.half)
         window = samples.sample_window(frame, place)
@@ -138,35 +166,19 @@ class Localizer:
         centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
         weighed = weights(samples.offsets(place, centers))
         x, y = (weighed.values @ centers).tolist()
-        box = np.append(samples.offsets(place, np.array((x, y))), half)
-        stands_out = contrast(integral, box)
-        alike = min(peak_near(first, box[0], box[1]), 1.0)
-        certainty = self.certainty(known, alike, stands_out)
         found = place._replace(x=x, y=y)
-        response = float(sample_response(plane, box[None, :2])[0])
-        seen, said = (window, spectra, integral), (stands_out, certainty, response)
-        return WindowEstimate(place, *seen, centers, weighed, found, box, *said)
-
-    def certainty(self, known: TargetModels, similarity: float, contrast: float) -> float:
-        """Return the certainty that the target is at a place, 0 to 1.
-
-        It is similarity^(1 - w) · (contrast / first contrast)^w, a weighted geometric mean. Color
-        counts relative to the first frame, and by the weight w that it has there: a target that
-        never differed in color from its surroundings is judged by its gradients alone.
-
-        Neither factor adapts to what the tracker follows. The response of the learned filter would
-        not do: it also rises while the filter learns a wrong object.
-
-        Parameters
-        ----------
-        similarity
-            Response of the first frame's filter.
-        contrast
-            Color contrast between the target's box and its surroundings.
-        """
-        weight = self.color_weight(known.first_contrast)
-        relative = min(max(contrast, 0.0) / known.first_contrast, 1.0) if weight else 1.0
-        return float(max(similarity, 0.0) ** (1 - weight) * relative**weight)
+        confined, beside = view.near(found)
+        if confined > TRUSTED_RESPONSE:
+            found = found._replace(x=(x + beside.x) / 2, y=(y + beside.y) / 2)
+            centers += np.subtract(found[:2], (x, y))
+        box = np.append(samples.offsets(place, np.array(found[:2])), half)
+        stands_out = contrast(integral, box)
+        similarity = peak_near(first, box[0], box[1])
+        colors = self.redetection.color_distance(known.appearance, frame, found)
+        voices = Voices(similarity, stands_out, confined, colors)
+        seen = window, spectra, integral, view
+        judged = stands_out, similarity, self.evidence.log_odds(voices)
+        return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
 
     def color_weight(self, contrast: float) -> float:
         """Return the weight of color, from 0 to 1; it grows with the color contrast."""

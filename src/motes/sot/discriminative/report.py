@@ -15,13 +15,15 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Floats
+from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
-from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Weights
 
+NO_PARTICLES = np.empty((0, 5))
+"""The particles where the user has placed the target."""
 DRIFT_SIGMA = 0.15
 """Standard deviation of a center, as a share of the mean side, that the particles do not show: the
 learned filter may have drifted from the center of the target."""
@@ -32,30 +34,44 @@ class Reporter:
     """Makes the reports; the fields are those of `Discriminative`."""
 
     particles: int
-    calibration: Calibration
     localizer: Localizer
 
-    def report(
-        self,
-        state: DiscriminativeState,
-        frame: Frame,
-        ellipses: Floats,
-        weights: Weights | None,
-        certainty: float,
-    ) -> DiscriminativeInfo:
-        """Return the estimate and the particles in the form of the first region.
+    def placed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeInfo:
+        """Return the report where the user has placed the target: it has no particles."""
+        return self._report(state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
 
-        Without weights, all particles have the same. Without particles, the track has the
-        covariance and the effective sample size of particles that all lie at the estimate.
+    def report(
+        self, state: DiscriminativeState, frame: Frame, look: WindowEstimate, ellipses: Floats
+    ) -> DiscriminativeInfo:
+        """Return the report of an estimate.
+
+        While a lost target is searched for, the particles are those of the search.
 
         Parameters
         ----------
         state
             The state after the frame.
-        ellipses, weights
-            (N, 5) the particles, turned and as large as `state.ellipse`, and their weights.
-        certainty
-            How certain it is that the target is at the estimate, from 0 to 1.
+        ellipses
+            (N, 5) the particles of the estimate; their weights are those of `look`.
+        """
+        weights: Weights | None = look.weights
+        if not state.standing.trusted and len(state.search_particles):
+            ellipses, weights = state.search_particles, None
+        return self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
+
+    def _report(
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        ellipses: Floats,
+        weights: Weights | None,
+        evidence: float,
+        similarity: float,
+    ) -> DiscriminativeInfo:
+        """Return the estimate and the particles in the form of the first region.
+
+        Without weights, all particles have the same. Without particles, the track has the
+        covariance and the effective sample size of particles that all lie at the estimate.
         """
         count = len(ellipses)
         if not count:
@@ -70,16 +86,16 @@ class Reporter:
         shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
         found = reported_ellipse(state.shape, state.ellipse, state.size, turn)
         covariance = mean_ellipse(shaped, weights.values)[1]
-        if certainty < 1:
+        if count:
             covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=found,
             covariance=covariance,
-            confidence=self.calibration.probability(1 - certainty),
-            status=state.target.status,
-            distance=1 - certainty,
+            confidence=probability(evidence),
+            status=state.standing.status,
+            distance=1 - min(max(similarity, 0.0), 1.0),
             effective_sample_size=weights.effective_sample_size,
         )
         share = self.localizer.color_weight(state.contrast)
@@ -87,25 +103,25 @@ class Reporter:
             track,
             shaped[:count],
             weights.values[:count],
-            certainty,
+            evidence,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
 
 
-def particles_of(look: WindowEstimate, factors: Floats, found: Ellipse) -> Floats:
+def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellipse) -> Floats:
     """Return the particles (N, 5) of place and size.
 
     Parameters
     ----------
     look
         The estimate of the place; N particles.
-    factors
-        (M,) the particles of the size, as factors; they are repeated for N particles.
+    state
+        Its (M,) particles of the size are repeated for N particles.
     found
         The estimate. Its size is the most likely one; the particles show its uncertainty.
     """
-    factors = np.resize(factors, len(look.centers))
+    factors = np.resize(state.factors, len(look.centers))
     ellipses = np.tile(np.array(found), (len(factors), 1))
     ellipses[:, :2] = look.centers
     ellipses[:, 2:4] *= (factors / (look.weights.values @ factors))[:, None]
@@ -115,8 +131,8 @@ def particles_of(look: WindowEstimate, factors: Floats, found: Ellipse) -> Float
 def reported_size(
     state: DiscriminativeState,
     found: Ellipse,
-    half_axis: float | None,
     *,
+    sized: bool,
     learned: bool,
     jumped: bool,
 ) -> Trend:
@@ -128,19 +144,18 @@ def reported_size(
         The state before the frame.
     found
         The estimate.
-    half_axis
-        The half-axis a in pixels, if the size was estimated.
-    learned, jumped
-        Whether the models learned from this frame, and whether the search has found this place.
+    sized, learned, jumped
+        Whether the size was estimated, whether the models learned from this frame, and whether the
+        search has found this place.
     """
     first = Ellipse.from_box(state.shape.box).a
     if jumped:
         return Trend(math.log(found.a / first), rough=True)
     if not learned:
         return state.size._replace(growth=0.0)
-    if half_axis is None:
+    if not sized:
         return state.size.predicted()
-    return state.size.measured(math.log(half_axis / first))
+    return state.size.measured(math.log(found.a / first))
 
 
 def reported_ellipse(shape: Ellipse, place: Ellipse, size: Trend, turn: float) -> Ellipse:

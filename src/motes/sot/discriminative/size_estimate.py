@@ -8,7 +8,7 @@ import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats, Spectra
+from motes.core.types import Floats
 from motes.cues.color_posterior import borders
 from motes.cues.scale_filter import ScaleFilter, ScaleModel
 from motes.sot.discriminative.localization import WindowEstimate
@@ -17,28 +17,6 @@ from motes.sot.filtering.resampling import Resampling, Weights
 
 BORDER_SHARPNESS = 50.0
 """The border term is exp(-BORDER_SHARPNESS · squared difference to the border's running mean)."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SizeEstimate:
-    """The size of the target at one place.
-
-    Attributes
-    ----------
-    pose
-        The place with the likeliest of the compared sizes.
-    factors
-        (N,) particles of the size, as factors of the size before.
-    half_axis
-        The half-axis a in pixels at the maximum between the compared sizes.
-    spectra
-        The transform over sizes, from which the scale filter learns.
-    """
-
-    pose: Ellipse
-    factors: Floats
-    half_axis: float
-    spectra: Spectra
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +35,12 @@ class SizeEstimator:
         border: Floats,
         frame: Frame,
         look: WindowEstimate,
-    ) -> SizeEstimate:
-        """Return the size at the place of a window's estimate.
+    ) -> tuple[Ellipse, Floats]:
+        """Return a window's estimate with its size, and particles of the size as factors, (N,).
 
         Each size is weighted by the scale filter, and by how close the posterior just inside and
-        outside of its border is to its running mean `border`, (2,). The likeliest size is taken for
-        the pose, not the mean: changes below half a step are ignored, so that noise does not add
-        up.
+        outside of its border is to its running mean `border`, (2,). The size is at the maximum
+        between the compared ones.
         """
         sizes, low, high = self.scale, *limits(look.pose, frame)
         factors = np.clip(sizes.factors, low, high)
@@ -75,7 +52,6 @@ class SizeEstimator:
         pool += self.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
-        likeliest = float(factors[np.argmax(pool)])
-        pose = look.pose._replace(a=likeliest * look.pose.a, b=likeliest * look.pose.b)
-        between = min(max(sizes.between(pool), low), high)
-        return SizeEstimate(pose, chosen, between * look.pose.a, spectra)
+        grown = min(max(sizes.between(pool), low), high)
+        pose = look.pose._replace(a=grown * look.pose.a, b=grown * look.pose.b)
+        return pose, chosen

@@ -14,11 +14,11 @@ from motes.core.types import Floats
 from motes.cues.color_posterior import PosteriorModel
 from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
-from motes.sot.discriminative.confidence_gate import TargetStatus
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.prediction import MotionHistory
-from motes.sot.discriminative.redetection import RedetectionModel
+from motes.sot.discriminative.rival import Rival
+from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
 
@@ -34,8 +34,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         The last estimate: the ellipse in the target's box, turned as the target since the start.
     shape
         The first region; a track reports it moved, scaled and turned.
-    scale, appearance
-        The model of the size, and the model of the search.
+    scale
+        The model of the size.
     border
         (2,) running means of the posterior just inside and just outside of the target's border.
     search_particles
@@ -47,8 +47,10 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         (N,) particles of the size from its last estimate, as factors of the size before.
     size, turn
         The size and the turn that are reported.
-    target
+    standing
         The status of the target.
+    rival
+        Another place that may be the target's.
     motion
         The last motion of the target and of the camera.
     light
@@ -59,14 +61,14 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     ellipse: Ellipse
     shape: Ellipse
     scale: ScaleModel
-    appearance: RedetectionModel
     border: Floats
     search_particles: Annotated[Floats, ELLIPSES]
     scale_due: bool
     factors: Annotated[Floats, Array(least=1e-6)]
     size: Trend
     turn: TurnEstimate
-    target: TargetStatus
+    standing: Standing
+    rival: Rival
     motion: MotionHistory
     light: Light
 
@@ -83,8 +85,8 @@ class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):
         the particles of the search. There are none where the user has placed the target.
     weights
         (N,) their probabilities after this frame.
-    certainty
-        How certain it is that the target is at the estimate, from 0 to 1.
+    evidence
+        Log odds that the target is at the estimate.
     models
         The models of the target after this frame.
     cue_weights
@@ -94,7 +96,7 @@ class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):
     track: Track
     ellipses: Floats
     weights: Floats
-    certainty: float
+    evidence: float
     models: Mapping[str, CorrelationModel | PosteriorModel]
     cue_weights: Mapping[str, float]
 

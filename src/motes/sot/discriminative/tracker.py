@@ -1,17 +1,18 @@
-"""The default tracker: particles over cues that learn the target against its surroundings.
+"""The default tracker: experts of different kinds that check each other, joined by particles.
 
 A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first the place, then the
-size, then the exact place. Particles look their likelihood up in dense results: the response of a
-correlation filter, and sums of the pixels' color posterior. The filter of the first frame is kept.
-Its response and the color contrast at the estimate give the certainty. The tracker learns only
-while it is certain; when it is not, it searches in the same frame.
+size. Two experts learn the target and propose its place: a near window with gradients and colors
+(`localization.py`), and a filter that is confined to the target in a wide window. Where they part,
+both places are followed until the evidence of the next frames decides, and nothing is learned
+meanwhile (`rival.py`). What all experts say of a place is added to one evidence (`evidence.py`). It
+decides whether the target is there, and so whether the tracker learns or searches.
 """
 
 from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -23,12 +24,13 @@ from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color_posterior import Posterior, borders, contrast
+from motes.cues.confined_filter import ConfinedFilter, ConfinedView
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
+from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection
@@ -38,19 +40,23 @@ from motes.sot.discriminative.report import (
     reported_ellipse,
     reported_size,
 )
+from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.small_picture import small_picture
+from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
-from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
-TURN_GAIN = 1.15
-"""A turned window must be this many times as certain; otherwise noise would turn the target."""
+CLEAR = 1.0
+"""Log odds above which a place is clear: it is not looked at elsewhere or turned, and what the
+search finds must have them, since it has had more than one chance to be wrong."""
+TURN_GAIN = 0.3
+"""A turned window must have so much more evidence; otherwise noise would turn the target."""
 FAR = 0.25
 """A prediction farther than this from the last place, in mean sides of the target, is checked if
 the target is in doubt there."""
@@ -58,6 +64,27 @@ CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
 NO_PARTICLES = np.empty((0, 5))
 """The search particles while nothing is searched for."""
+
+
+class Found(NamedTuple):
+    """Where the target is in a frame, before its size is known.
+
+    Attributes
+    ----------
+    look
+        The estimate of the place.
+    rival
+        Another place that may be the target's.
+    jumped
+        Whether the search has found this place.
+    searchers
+        (N, 5) the particles of the search.
+    """
+
+    look: WindowEstimate
+    rival: Rival
+    jumped: bool = False
+    searchers: Floats = NO_PARTICLES
 
 
 class Discriminative(
@@ -76,12 +103,14 @@ class Discriminative(
     budget
         Number of particles after the first of three rounds: fewer where fewer places are likely.
     correlation
-        Cue for the place: the correlation filter.
+        Near expert: the correlation filter.
     posterior
-        Cue for the place: the color posterior.
+        Near expert: the color posterior.
+    confined
+        Wide expert: the filter that is confined to the target.
     color_gain
-        Weight of color, relative to the color contrast of the target. With 0, gradients alone
-        count, for the place and for the certainty.
+        Weight of color in the near window, relative to the color contrast of the target. With 0,
+        gradients alone count for the place.
     sigma
         The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
         value, the estimate is a mean over a larger area.
@@ -96,10 +125,8 @@ class Discriminative(
         weight 1.
     turn
         Angle of the turned windows that are tried when the tracker is not certain, in radians.
-    gate
-        How certain the tracker must be to learn, and to keep the target.
-    calibration
-        The map from 1 - certainty to the confidence.
+    evidence
+        How the experts' voices are added to the log odds that the target is at a place.
     """
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
@@ -109,6 +136,7 @@ class Discriminative(
     budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
     correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
+    confined: ConfinedFilter = ConfinedFilter()
     color_gain: NonNegative = 1.0
     sigma: Positive = 0.02
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
@@ -116,8 +144,7 @@ class Discriminative(
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
     turn: Positive = 0.25
-    gate: ConfidenceGate = ConfidenceGate()
-    calibration: Calibration = Calibration(middle=0.73, width=0.05)
+    evidence: Evidence = Evidence()
 
     @cached_property
     def cues(self) -> dict[str, Correlation | Posterior]:
@@ -132,6 +159,9 @@ class Discriminative(
             budget=self.budget,
             correlation=self.correlation,
             posterior=self.posterior,
+            confined=self.confined,
+            redetection=self.redetection,
+            evidence=self.evidence,
             color_gain=self.color_gain,
             sigma=self.sigma,
             resampling=self.resampling,
@@ -145,7 +175,7 @@ class Discriminative(
     @cached_property
     def reporter(self) -> Reporter:
         """The maker of reports, with the values of this configuration."""
-        return Reporter(self.particles, self.calibration, self.localizer)
+        return Reporter(self.particles, self.localizer)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -156,75 +186,80 @@ class Discriminative(
         posterior = self.posterior.learn(frame, box)
         integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
-        first_contrast = contrast(integral, middle)
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
             shape=region,
             correlation=correlation,
             posterior=posterior,
+            confined=self.confined.learn(frame, box),
             scale=self.scale.learn(frame, box),
             appearance=self.redetection.learn(frame, box),
-            contrast=first_contrast,
-            first_contrast=first_contrast,
+            contrast=contrast(integral, middle),
             border=borders(integral, middle[None])[0],
             search_particles=NO_PARTICLES,
             scale_due=True,
             factors=np.ones(1),
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
-            target=TargetStatus(),
+            standing=Standing(),
+            rival=Rival(box),
             motion=prediction.started(small_picture(frame)),
             light=Light(),
         )
-        return state, self.reporter.report(state, frame, NO_PARTICLES, None, 1.0)
+        return state, self.reporter.placed(state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
-        picture, before = small_picture(frame), state
+        picture = small_picture(frame)
         sight = prediction.predictions(state.motion, picture, frame)
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
-        look = self._look(rng, state, frame, sight.likeliest(state.motion))
-        state = replace(state, ellipse=look.window_pose)
-        turning = self._doubted(state, look) and not state.scale_due
-        if turning:
-            look = self._turn(rng, state, frame, look)
-        missed = not self.gate.is_present(look.certainty, state.target.reference)
-        elsewhere = None
-        if missed and not (turning and state.target.frames_missed):
-            state, elsewhere = self._search(rng, state, frame, look.certainty)
-        look = elsewhere or look
-        place, sized = look.pose, None
-        if state.scale_due and elsewhere is None and self.gate.was_present(state.target):
-            sized = self.sizes.estimate(rng, state.scale, state.border, frame, look)
-            state, place = replace(state, factors=sized.factors), sized.pose
-        spectra = sized.spectra if sized else None
-        if place != look.pose or math.hypot(*look.box[:2].tolist()) > CENTERED:
-            look, spectra = self.localizer.localize(rng, state, frame, place), None
-        half_axis = sized.half_axis if sized else None
-        jumped = elsewhere is not None
-        after, info, learned = self._observe(state, frame, look, half_axis, jumped=jumped)
-        if learned and state.scale_due:
-            if spectra is None:
-                spectra = self.scale.spectra(state.scale, frame, after.ellipse)
-            after = replace(
-                after, scale=self.scale.updated(state.scale, spectra, self.scale.learning_rate)
-            )
-        seen = elsewhere is None and not (before.target.frames_missed or after.target.frames_missed)
-        motion = sight.update(before.motion, before.ellipse, after.ellipse if seen else None)
-        light = light.learned(self.posterior.learning_rate) if learned else light
-        return replace(after, motion=motion, light=light, scale_due=not state.scale_due), info
+        found = self._place(rng, state, frame, sight.likeliest(state.motion))
+        if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
+            found = found._replace(look=self._turned(rng, state, frame, found.look))
+        if found.look.evidence < 0:
+            found = self._search(rng, state, frame, found)
+        look, jumped = found.look, found.jumped
+        standing = state.standing.after(look.evidence, jumped=jumped)
+        learned = not (standing.missed or found.rival.alive)
+        pose, sized = look.pose, learned and state.scale_due
+        if sized:
+            pose, factors = self.sizes.estimate(rng, state.scale, state.border, frame, look)
+            state = replace(state, factors=factors)
+        elif not (learned or jumped):  # an uncertain size is ignored
+            pose = pose._replace(a=state.ellipse.a, b=state.ellipse.b)
+        size = reported_size(state, pose, sized=sized, learned=learned, jumped=jumped)
+        place = reported_ellipse(state.shape, pose, size, pose.theta)
+        turned, seen = pose.theta - state.ellipse.theta, standing.status is Status.TRACKING
+        after = replace(
+            state,
+            time=frame.time,
+            ellipse=pose,
+            size=size,
+            turn=state.turn.followed(frame, place, pose.theta, turned, seen=seen),
+            standing=standing,
+            rival=found.rival,
+            search_particles=found.searchers if standing.missed else NO_PARTICLES,
+            scale_due=not state.scale_due,
+        )
+        if learned:
+            after = self._learned(after, frame, look)
+            light = light.learned(self.posterior.learning_rate)
+        steady = not (jumped or state.standing.missed or standing.missed)
+        motion = sight.update(state.motion, state.ellipse, pose if steady else None)
+        after = replace(after, motion=motion, light=light)
+        return after, self.reporter.report(after, frame, look, particles_of(look, state, pose))
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> DiscriminativeState:
         """Return the state with learned models of both looks.
 
-        The windows keep the proportions of the first box, as in all frames. The filter of the first
-        frame, by which the certainty is judged, stays.
+        The windows keep the proportions of the first box, as in all frames. The filter and the
+        histograms of the first frame, which never learn, stay.
         """
         first, box = Ellipse.from_box(state.shape.box), Ellipse.from_box(region.box)
         grown = box.side / first.side
@@ -233,24 +268,25 @@ class Discriminative(
             state,
             correlation=self.correlation.learn_also(state.correlation, frame, place),
             posterior=self.posterior.learn_also(state.posterior, frame, place),
+            confined=self.confined.learn_also(state.confined, frame, place),
         )
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Put the target at `region` of the current frame; the learned models are kept."""
+        box = Ellipse.from_box(region.box)
         state = replace(
             state,
-            ellipse=Ellipse.from_box(region.box),
+            ellipse=box,
             shape=region,
             search_particles=NO_PARTICLES,
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
-            target=state.target._replace(
-                status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
-            ),
+            standing=Standing(),
+            rival=Rival(box),
         )
-        return state, self.reporter.report(state, frame, NO_PARTICLES, None, 1.0)
+        return state, self.reporter.placed(state, frame)
 
     def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
         """Return a saved state; raise a ValueError if no frame leaves such a one."""
@@ -267,125 +303,120 @@ class Discriminative(
         check(state, fresh, "state")
         return state
 
-    def _doubted(self, state: DiscriminativeState, look: WindowEstimate) -> bool:
-        """Return whether the target is less certain than its first frames were."""
-        return look.certainty < self.gate.relative_to_start * state.target.reference
-
-    def _look(
+    def _place(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, shift: Floats
-    ) -> WindowEstimate:
-        """Return the estimate in the window at the predicted place, or at the last one.
+    ) -> Found:
+        """Return the target's place near the predicted one, or where the wide expert sees it.
 
-        A far prediction may be wrong: if it is in doubt, the more certain of both places is taken.
+        A far prediction may be wrong: if it is in doubt, the last place is looked at as well.
         """
         last = state.ellipse
-        x, y = np.clip(last[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
-        look = self.localizer.localize(rng, state, frame, last._replace(x=x, y=y))
-        far = math.hypot(*shift.tolist()) > FAR * last.side
-        if not (far and self._doubted(state, look)):
-            return look
-        there = self.localizer.localize(rng, state, frame, last)
-        return max(look, there, key=lambda look: look.certainty)
+        predicted = moved(last, shift, frame)
+        view = self.confined.view(state.confined, frame, predicted)
+        look = self.localizer.localize(rng, state, frame, predicted, view)
+        if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
+            there = self.localizer.localize(rng, state, frame, last, view)
+            look = max(look, there, key=lambda look: look.evidence)
+        return self._compare(rng, state, frame, look, shift, view)
 
-    def _turn(
+    def _compare(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
+        shift: Floats,
+        view: ConfinedView,
+    ) -> Found:
+        """Return the place that has more evidence so far: that of a window, or its rival's.
+
+        The rival is followed from frame to frame. Without one, it is where the confined filter
+        responds most, if that is elsewhere.
+        """
+        rival = state.rival
+        if rival.alive:
+            place = moved(rival.place, shift, frame)
+            other = self.localizer.localize(rng, state, frame, place, view)
+            rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
+        if not rival.alive:
+            place = moved(view.peak(), np.zeros(2), frame)
+            if not rival.parts(place, look.pose):
+                return Found(look, Rival(look.pose))
+            other = self.localizer.localize(rng, state, frame, place, view)
+            if not rival.parts(other.pose, look.pose):
+                return Found(look, Rival(look.pose))
+        rival = rival.after(other.pose, other.evidence - look.evidence)
+        if rival.wins:
+            return Found(other, Rival(other.pose))
+        return Found(look, Rival(look.pose) if rival.loses else rival)
+
+    def _turned(
         self,
         rng: np.random.Generator,
         state: DiscriminativeState,
         frame: Frame,
         look: WindowEstimate,
     ) -> WindowEstimate:
-        """Return the estimate, or a more certain one of a window turned to either side."""
+        """Return the estimate, or one of a window turned to either side with more evidence."""
         looks = [
             self.localizer.localize(
-                rng, state, frame, look.window_pose._replace(theta=look.window_pose.theta + turn)
+                rng, state, frame, look.pose._replace(theta=look.pose.theta + turn)
             )
             for turn in (-self.turn, self.turn)
         ]
-        best = max(looks, key=lambda look: look.certainty)
-        return best if best.certainty > TURN_GAIN * look.certainty else look
+        best = max(looks, key=lambda look: look.evidence)
+        return best if best.evidence > look.evidence + TURN_GAIN else look
 
     def _search(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
-    ) -> tuple[DiscriminativeState, WindowEstimate | None]:
-        """Return the state after the search, and the estimate at another place, if one is accepted.
-
-        Parameters
-        ----------
-        here
-            Certainty at the place without the search.
-        """
-        searchers = state.search_particles
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, found: Found
+    ) -> Found:
+        """Return the target's place, or another one that the search finds and that is clear."""
+        searchers, last = state.search_particles, state.ellipse
         if not len(searchers):
-            searchers = np.tile(np.array(state.ellipse), (self.particles, 1))
+            searchers = np.tile(np.array(last), (self.particles, 1))
         searchers, places = self.redetection.step(
-            rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
+            rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
         looks = [self.localizer.localize(rng, state, frame, place) for place in places]
-        best = max(looks, key=lambda look: look.certainty)
-        there = best.certainty > here
-        there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
-        return replace(state, search_particles=searchers), best if there else None
+        best = max(looks, key=lambda look: look.evidence)
+        if best.evidence > max(found.look.evidence, CLEAR):
+            return Found(best, Rival(best.pose), True, searchers)
+        return found._replace(searchers=searchers)
 
-    def _observe(
-        self,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-        half_axis: float | None,
-        *,
-        jumped: bool,
-    ) -> tuple[DiscriminativeState, DiscriminativeInfo, bool]:
-        """Return the next state, the report, and whether the models learned from this frame.
-
-        Parameters
-        ----------
-        half_axis
-            The half-axis a in pixels, if the size was estimated.
-        jumped
-            Whether the search has found this place.
-        """
-        standing, there, learned = self.gate.update(
-            state.target, look.certainty, look.response, jumped=jumped
-        )
-        followed = there or self.gate.may_move(look.certainty, state.target)
-        found = look.pose if followed else state.ellipse
-        if not learned and not jumped:  # an uncertain size is ignored
-            found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
-        size = reported_size(state, found, half_axis, learned=learned, jumped=jumped)
-        place = reported_ellipse(state.shape, found, size, found.theta)
-        turned = found.theta - state.ellipse.theta
-        seen = standing.status is Status.TRACKING
-        after = replace(
-            state,
-            time=frame.time,
-            ellipse=found,
-            size=size,
-            turn=state.turn.followed(frame, place, found.theta, turned, seen=seen),
-            target=standing,
-            search_particles=state.search_particles if standing.frames_missed else NO_PARTICLES,
-        )
-        if learned:
-            after = self._learned(after, look)
-        if not followed:  # perhaps without a search: only the last window was uncertain
-            info = self.reporter.report(after, frame, state.search_particles, None, look.certainty)
-            return after, info, learned
-        ellipses = particles_of(look, state.factors, found)
-        info = self.reporter.report(after, frame, ellipses, look.weights, look.certainty)
-        return after, info, learned
-
-    def _learned(self, state: DiscriminativeState, look: WindowEstimate) -> DiscriminativeState:
-        """Return the state after learning from a frame."""
-        x, y = look.box[:2].tolist()
-        border = borders(look.integral, look.box[None])[0]
-        correlation, posterior = self.correlation, self.posterior
+    def _learned(
+        self, state: DiscriminativeState, frame: Frame, look: WindowEstimate
+    ) -> DiscriminativeState:
+        """Return the state after learning from a frame, in a window at the target."""
+        correlation, posterior, pose = self.correlation, self.posterior, state.ellipse
+        window, spectra, integral, box = look.window, look.spectra, look.integral, look.box
+        resized = pose[2:4] != look.window_pose[2:4]
+        if resized or math.hypot(*box[:2].tolist()) > CENTERED:
+            samples = state.correlation.grid
+            window = samples.sample_window(frame, pose)
+            spectra = correlation.spectra(samples, window)
+            integral = posterior.integral(state.posterior, window)
+            box = np.array([0.0, 0.0, *samples.half])
+        x, y = box[:2].tolist()
+        scale = state.scale
+        if not state.scale_due:  # it was in this frame
+            sizes = self.scale.spectra(scale, frame, pose)
+            scale = self.scale.updated(scale, sizes, self.scale.learning_rate)
+        kept = 1 - RUNNING_MEAN_RATE
+        border = borders(integral, box[None])[0]
         return replace(
             state,
             correlation=correlation.updated(
-                state.correlation, look.spectra, correlation.learning_rate, x, y
+                state.correlation, spectra, correlation.learning_rate, x, y
             ),
-            posterior=posterior.updated(
-                state.posterior, look.window, posterior.learning_rate, x, y
-            ),
-            contrast=(1 - RUNNING_MEAN_RATE) * state.contrast + RUNNING_MEAN_RATE * look.contrast,
-            border=(1 - RUNNING_MEAN_RATE) * state.border + RUNNING_MEAN_RATE * border,
+            posterior=posterior.updated(state.posterior, window, posterior.learning_rate, x, y),
+            confined=self.confined.updated(state.confined, frame, look.view, pose),
+            scale=scale,
+            contrast=kept * state.contrast + RUNNING_MEAN_RATE * look.contrast,
+            border=kept * state.border + RUNNING_MEAN_RATE * border,
         )
+
+
+def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
+    """Return a place moved by a shift (2,) in pixels, its center inside the frame."""
+    x, y = np.clip(place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
+    return place._replace(x=x, y=y)

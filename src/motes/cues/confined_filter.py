@@ -1,0 +1,341 @@
+"""The place of the target: a correlation filter that is confined to the target, in a wide window.
+
+Its filter is zero outside of the target's box, so that it learns the target and not what lies
+around it, although it learns to tell the target from all of the window (Kiani Galoogahi et al.,
+Learning background-aware correlation filters, ICCV 2017). A temporal term keeps it close to the
+filter of the frame before, so that one wrong frame changes little (Li et al., Learning
+spatial-temporal regularized correlation filters, CVPR 2018).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
+
+from motes import kernels
+from motes.core.config import Config, Positive
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import SAME
+from motes.core.types import Singles, Spectra
+from motes.cues.fourier_ridge import centered, frequencies, gaussian, half_frequencies
+from motes.cues.search_window import CELL_SIZE, cut, features
+
+UPSAMPLING = 4
+"""Number of a response's values per side of a cell."""
+LEAST_SAMPLES, MOST_SAMPLES = 120, 200
+"""Side of the window in samples: one to a pixel where that lies between these."""
+FIRST_PENALTY, PENALTY = 1.0, 0.1
+"""Weight of the confinement in the first iteration, and in the others."""
+FIRST_ITERATIONS = 4
+"""Iterations in the first frame."""
+REFERENCE_FRAMES = 10
+"""The mean response to the target in this many frames, from the start, is the reference."""
+LEARNED_RESPONSE = 0.7
+"""Until then: this share of the response to the very frame that was learned."""
+SAME_SIZE = 0.08
+"""A window serves for targets whose size differs by no more than this share."""
+PEAK_RADIUS = 1.5
+"""A target's response is the largest within this many standard deviations of the label."""
+
+
+class ConfinedModel(msgspec.Struct, frozen=True, eq=False, tag="confined"):
+    """A learned filter.
+
+    Attributes
+    ----------
+    a, b
+        Half-axes of the target's first region in pixels, from which the window follows.
+    filter
+        (30, n, n // 2 + 1): the filter's transform.
+    reference
+        The mean response to the target in the first frames.
+    seen
+        Number of these frames.
+    """
+
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
+    filter: Spectra
+    reference: Annotated[float, Meta(ge=1e-6)]
+    seen: int
+
+
+@dataclass(frozen=True, eq=False)
+class ConfinedGrid:
+    """The window around a target: square, `cells` to a side.
+
+    Attributes
+    ----------
+    cells
+        Number of cells to a side.
+    pixels
+        Pixels from one sample to the next at the target's first size.
+    target
+        The target's mean side in pixels at its first size.
+    wide, high
+        The target's width and height in cells.
+    sigma
+        Standard deviation of the label, in cells.
+    """
+
+    cells: int
+    pixels: float
+    target: float
+    wide: float
+    high: float
+    sigma: float
+
+    @property
+    def taper(self) -> Singles:
+        """Hann's window (n, n)."""
+        return _taper(self.cells)
+
+    @property
+    def mask(self) -> Singles:
+        """(n, n): 1 where the filter may differ from 0, its origin in the middle."""
+        return _mask(self.cells, max(round(self.wide), 2), max(round(self.high), 2))
+
+    def step(self, place: Ellipse) -> float:
+        """Return the pixels from one sample to the next for a target of another size."""
+        return self.pixels * 2 * math.sqrt(place.a * place.b) / self.target
+
+    def label(self, x: float, y: float) -> Spectra:
+        """Return the conjugate transform (n, n // 2 + 1) of the response that is to be learned.
+
+        It is a Gaussian at the target, x, y cells off the center.
+        """
+        down = gaussian(frequencies(self.cells), self.sigma, y)
+        across = gaussian(half_frequencies(self.cells), self.sigma, x)
+        out: Spectra = np.outer(down, across).astype(np.complex64)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class ConfinedView:
+    """What the filter sees in a frame, in a window around one place.
+
+    Attributes
+    ----------
+    place
+        The ellipse at the window's center.
+    pixels
+        Pixels from one sample to the next.
+    spectra
+        (30, n, n // 2 + 1): the transform of the window's features.
+    plane
+        (UPSAMPLING n, UPSAMPLING n): the response relative to that in the first frames.
+    reach
+        Side of the window, in mean sides of the target.
+    radius
+        Within this many pixels of a place, the largest response is that of the place.
+    """
+
+    place: Ellipse
+    pixels: float
+    spectra: Spectra
+    plane: Singles
+    reach: float
+    radius: float
+
+    def covers(self, place: Ellipse) -> bool:
+        """Return whether the window also serves for a target elsewhere."""
+        off = math.hypot(place.x - self.place.x, place.y - self.place.y)
+        return (
+            place.theta == self.place.theta
+            and abs(math.log(place.side / self.place.side)) < SAME_SIZE
+            and off < (self.reach / 2 - 1) * self.place.side
+        )
+
+    def offset(self, place: Ellipse) -> tuple[float, float]:
+        """Return how far a place is from the window's center, in cells along its sides."""
+        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
+        x, y = place.x - self.place.x, place.y - self.place.y
+        size = self.pixels * CELL_SIZE
+        return (cosine * x + sine * y) / size, (cosine * y - sine * x) / size
+
+    def peak(self) -> Ellipse:
+        """Return where in the window the response is largest."""
+        rows, columns = self.plane.shape
+        row, column = divmod(int(np.argmax(self.plane)), columns)
+        return self._at(column - columns // 2, row - rows // 2)
+
+    def near(self, place: Ellipse) -> tuple[float, Ellipse]:
+        """Return the largest response near a place, and where it is; 0 outside of the window."""
+        across, down = self.offset(place)
+        size = len(self.plane)
+        column, row = (round(off * UPSAMPLING) + size // 2 for off in (across, down))
+        if not (0 <= row < size and 0 <= column < size):
+            return 0.0, place
+        reach = max(round(self.radius / self.pixels / CELL_SIZE * UPSAMPLING), UPSAMPLING)
+        top, left = max(row - reach, 0), max(column - reach, 0)
+        part = self.plane[top : row + reach + 1, left : column + reach + 1]
+        i, j = divmod(int(np.argmax(part)), part.shape[1])
+        return float(part[i, j]), self._at(left + j - size // 2, top + i - size // 2)
+
+    def _at(self, column: int, row: int) -> Ellipse:
+        """Return the place at values of the plane from its middle."""
+        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
+        step = self.pixels * CELL_SIZE / UPSAMPLING
+        x, y = column * step, row * step
+        return self.place._replace(
+            x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
+        )
+
+
+class ConfinedFilter(Config, frozen=True):
+    """Correlation filter in a wide window, zero outside of the target's box.
+
+    Attributes
+    ----------
+    reach
+        Side of the window, in mean sides of the target. A larger one finds faster targets.
+    sharpness
+        Width of the response's peak: standard deviation of the Gaussian that the filter learns, as
+        a share of the target's mean side.
+    inertia
+        Weight of the filter of the frame before. With a larger value the filter changes more
+        slowly.
+    iterations
+        Iterations in which a new filter and its confinement come together.
+    """
+
+    reach: Positive = 5.0
+    sharpness: Positive = 1 / 16
+    inertia: Positive = 15.0
+    iterations: Annotated[int, Meta(ge=1, le=20)] = 2
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
+        """Return the filter of the window around `ellipse`."""
+        samples = self.grid(ellipse.a, ellipse.b)
+        spectra = self._spectra(samples, frame, ellipse)
+        learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0))
+        model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
+        response, _ = self.view(model, frame, ellipse).near(ellipse)
+        return replace(model, reference=max(LEARNED_RESPONSE * response, 1e-6))
+
+    def view(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
+        """Return what the filter sees around a place, in a target's size and angle there."""
+        from scipy import fft  # takes a third of a second to import
+
+        samples = self.grid(model.a, model.b)
+        spectra = self._spectra(samples, frame, place)
+        response = np.einsum("kij,kij->ij", model.filter.conj(), spectra)
+        n = samples.cells
+        side = UPSAMPLING * n
+        padded = np.zeros((side, side // 2 + 1), np.complex64)
+        low, high = (n + 1) // 2, n // 2
+        padded[:low, : n // 2 + 1] = response[:low]
+        padded[side - high :, : n // 2 + 1] = response[low:]
+        plane = fft.irfft2(padded, (side, side))
+        plane *= UPSAMPLING**2 / model.reference
+        pixels = samples.step(place)
+        radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
+        return ConfinedView(place, pixels, spectra, centered(plane), self.reach, radius)
+
+    def updated(
+        self, model: ConfinedModel, frame: Frame, view: ConfinedView, target: Ellipse
+    ) -> ConfinedModel:
+        """Return the filter after it has learned from a frame.
+
+        Parameters
+        ----------
+        view
+            What it saw in this frame.
+        target
+            Where the target is.
+        """
+        samples, spectra = self.grid(model.a, model.b), view.spectra
+        x, y = view.offset(target)
+        near = math.hypot(x, y) < 0.4 * math.sqrt(samples.wide * samples.high)
+        if not (near and view.covers(target)):
+            spectra, x, y = self._spectra(samples, frame, target), 0.0, 0.0
+        learned = self._solve(samples, spectra, model.filter, samples.label(x, y))
+        seen, reference = model.seen, model.reference
+        if seen < REFERENCE_FRAMES:
+            response = view.near(target)[0] * reference
+            reference = max((seen * reference + response) / (seen + 1), 1e-6)
+            seen += 1
+        return replace(model, filter=learned, reference=reference, seen=seen)
+
+    def learn_also(self, model: ConfinedModel, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
+        """Return the filter that has also learned the target in another frame."""
+        return self.updated(model, frame, self.view(model, frame, ellipse), ellipse)
+
+    def grid(self, a: float, b: float) -> ConfinedGrid:
+        """Return the window of a target whose half-axes were first a and b pixels."""
+        return _grid(a, b, self.reach, self.sharpness)
+
+    def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
+        """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
+        from scipy import fft
+
+        side, step = samples.cells * CELL_SIZE, samples.step(place)
+        cells = features(cut(frame, place, (step, step), (side, side)))
+        energy = float(np.vdot(cells, cells))
+        cells *= samples.taper * np.float32(math.sqrt(cells.size / (energy + 1e-6)))
+        out: Spectra = fft.rfft2(cells)
+        return out
+
+    def _solve(
+        self, samples: ConfinedGrid, spectra: Spectra, before: Spectra | None, label: Spectra
+    ) -> Spectra:
+        """Return the filter of a window by alternating directions (Li et al., equations 6 to 9).
+
+        The filter is learned for all of the window, its copy is confined to the target, and a
+        multiplier makes them alike. `before` is the filter of the frame before.
+        """
+        from scipy import fft
+
+        shape = samples.cells, samples.cells
+        rounds = FIRST_ITERATIONS if before is None else self.iterations
+        inertia, penalty = 0.0 if before is None else self.inertia, FIRST_PENALTY
+        copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
+        before = copied if before is None else before
+        learned = np.empty_like(spectra)
+        for left in reversed(range(rounds)):
+            kernels.fourier_ridge.solve(
+                spectra, label, before, copied, multiplier, penalty, inertia, learned
+            )
+            if left:
+                confined = fft.irfft2(penalty * learned + multiplier, shape)
+                copied = fft.rfft2(confined * samples.mask) / np.float32(penalty)
+                multiplier += np.float32(penalty) * (learned - copied)
+            penalty = PENALTY
+        return learned
+
+
+@cache
+def _grid(a: float, b: float, reach: float, sharpness: float) -> ConfinedGrid:
+    """Return the window of a target whose half-axes were first a and b pixels."""
+    from scipy.fft import next_fast_len
+
+    target = 2 * math.sqrt(a * b)
+    samples = min(max(reach * target, LEAST_SAMPLES), MOST_SAMPLES)
+    cells = next_fast_len(round(samples / CELL_SIZE), real=True)
+    pixels = reach * target / (cells * CELL_SIZE)
+    wide, high = (2 * half / pixels / CELL_SIZE for half in (a, b))
+    return ConfinedGrid(cells, pixels, target, wide, high, sharpness * math.sqrt(wide * high))
+
+
+@cache
+def _taper(cells: int) -> Singles:
+    """Return Hann's window (n, n)."""
+    line = np.hanning(cells + 2)[1:-1]
+    return np.outer(line, line).astype(np.float32)
+
+
+@cache
+def _mask(cells: int, wide: int, high: int) -> Singles:
+    """Return (n, n): 1 in a box in the middle, wide x high cells; no larger than the window."""
+    out = np.zeros((cells, cells), np.float32)
+    top, left = (max(cells - size, 0) // 2 for size in (high, wide))
+    out[top : top + high, left : left + wide] = 1
+    return out

@@ -1,0 +1,58 @@
+"""Another place that may be the target's, followed until the evidence of some frames decides.
+
+Where two experts part, a single frame must not decide: a neighbor who looks alike is the surer one
+now and then. So the difference of their evidence is added up, as in Wald's sequential test (Annals
+of Mathematical Statistics 1945).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Self
+
+from motes.core.geometry import Ellipse
+
+APART = 0.3
+"""Two places are different targets from this distance on, in mean sides of the target."""
+DECIDED = 2.0
+"""Log odds between two places that decide for one of them: seven to one."""
+LARGEST_STEP = 2.5
+"""Largest share of a single frame in these log odds: a clear frame decides alone."""
+
+
+class Rival(NamedTuple):
+    """A second place, and the evidence for it.
+
+    Attributes
+    ----------
+    place
+        Where it is, if it is alive.
+    lead
+        Log odds that it is the target and not what is followed, added up over frames.
+    alive
+        Whether there is one.
+    """
+
+    place: Ellipse
+    lead: float = 0.0
+    alive: bool = False
+
+    @property
+    def wins(self) -> bool:
+        """Whether the rival is the target."""
+        return self.lead > DECIDED
+
+    @property
+    def loses(self) -> bool:
+        """Whether the rival is not the target."""
+        return self.lead < -DECIDED
+
+    @staticmethod
+    def parts(place: Ellipse, other: Ellipse) -> bool:
+        """Return whether two places are too far apart to be the same target."""
+        return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
+
+    def after(self, place: Ellipse, difference: float) -> Self:
+        """Return the rival after a frame: its place, and the log odds that it adds there."""
+        step = min(max(difference, -LARGEST_STEP), LARGEST_STEP)
+        return type(self)(place, self.lead + step, alive=True)

@@ -1,0 +1,51 @@
+"""Two places that may be the target's, until the evidence decides."""
+
+from __future__ import annotations
+
+import pytest
+
+from motes.core.geometry import Ellipse
+from motes.sot.discriminative.rival import APART, DECIDED, LARGEST_STEP, Rival
+
+HERE = Ellipse(50.0, 50.0, 10.0, 10.0, 0.0)
+THERE = HERE._replace(x=90.0)
+
+
+def followed(differences: list[float]) -> Rival:
+    rival = Rival(HERE)
+    for difference in differences:
+        rival = rival.after(THERE, difference)
+    return rival
+
+
+def test_a_rival_has_a_place_and_no_lead_at_first() -> None:
+    rival = followed([0.0])
+    assert rival.alive
+    assert rival.place == THERE
+    assert (rival.wins, rival.loses) == (False, False)
+    assert not Rival(HERE).alive
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_small_differences_add_up(sign: int) -> None:
+    assert not followed([sign * 0.8] * 2).wins
+    rival = followed([sign * 0.8] * 3)
+    assert (rival.wins, rival.loses) == (sign > 0, sign < 0)
+
+
+def test_a_clear_frame_decides_alone_and_no_frame_counts_for_more() -> None:
+    assert followed([9.0]).wins
+    assert followed([9.0]).lead == LARGEST_STEP > DECIDED
+    assert not followed([9.0, -9.0]).wins
+
+
+def test_single_frames_that_contradict_each_other_decide_nothing() -> None:
+    rival = followed([1.5, -1.5] * 20)
+    assert (rival.wins, rival.loses) == (False, False)
+
+
+def test_places_part_by_their_distance_in_sides_of_the_target() -> None:
+    near = HERE._replace(x=50.0 + 0.99 * APART * HERE.side)
+    far = HERE._replace(x=50.0 + 1.01 * APART * HERE.side)
+    assert not Rival.parts(near, HERE)
+    assert Rival.parts(far, HERE)
