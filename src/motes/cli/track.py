@@ -19,6 +19,7 @@ from motes.cli.input_checks import (
 )
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
+from motes.cli.network_option import NetworkFiles, open_network, with_network
 from motes.cli.options import (
     CONFIGURATION,
     ConfigOptions,
@@ -58,6 +59,7 @@ def track(
             "--budget.min 50 to --budget.max 500.",
         ),
     ] = None,
+    network_files: NetworkFiles = None,
     **settings: Settings,
 ) -> int:
     """Track one object, or several, through a video; or one through each of several videos.
@@ -81,7 +83,8 @@ def track(
     preset = preset or default_preset(
         known is not None or fps_target is not None or outputs.save_histogram is not None
     )
-    config = tracker_config(app, preset, values.config, settings, known)
+    changes = with_network(settings, preset, network_files)
+    config = tracker_config(app, preset, values.config, changes, known)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -91,6 +94,7 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
+    open_network(config)
     if keys.given:
         papers = bool(outputs.figures) and not motion_names(outputs.figures)
         unfit: dict[str, object] = {

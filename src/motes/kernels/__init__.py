@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         hog,
         illumination,
         mixture,
+        network_input,
         outlines,
         particles,
         planes,
@@ -68,6 +69,7 @@ else:
     hog = _compiled.hog
     illumination = _compiled.illumination
     mixture = _compiled.mixture
+    network_input = _compiled.network_input
     outlines = _compiled.outlines
     particles = _compiled.particles
     planes = _compiled.planes
@@ -92,6 +94,7 @@ __all__ = [
     "hog",
     "illumination",
     "mixture",
+    "network_input",
     "outlines",
     "particles",
     "planes",

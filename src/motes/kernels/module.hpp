@@ -15,6 +15,7 @@
 #include "hog.hpp"
 #include "illumination.hpp"
 #include "mixture.hpp"
+#include "network_input.hpp"
 #include "outlines.hpp"
 #include "particles.hpp"
 #include "planes.hpp"
@@ -109,6 +110,9 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<mixture::foreground>("foreground"),
                 unlocked<mixture::learn_picture>("learn"), unlocked<mixture::means>("means")},
                {{"MODES", mixture::MODES}, {"FIELDS", mixture::FIELDS}, {"PART", mixture::PART}}) &&
+           add(extension, "network_input",
+               {unlocked<network_input::read_square>("read_square"),
+                unlocked<network_input::mean_color>("mean_color")}) &&
            add(extension, "outlines", {brief<outlines::valleys>("valleys")}) &&
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),

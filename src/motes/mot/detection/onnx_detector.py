@@ -1,7 +1,8 @@
-"""A trained detector in an ONNX file, run by onnxruntime."""
+"""A trained detector in an ONNX file."""
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -13,6 +14,7 @@ from motes.core.config import Config, Count, Share, from_toml
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
+from motes.core.onnx_session import open_session
 from motes.mot.detection.adapters import Names, label_of, to_boxes
 from motes.mot.detection.onnx_heads import (
     INPUTS,
@@ -24,7 +26,6 @@ from motes.mot.detection.onnx_heads import (
     recognized,
     suppressed,
 )
-from motes.mot.detection.onnx_session import named_classes, one_line, session_of
 
 Channel = Annotated[float, Meta(gt=0)]
 
@@ -32,11 +33,7 @@ OPEN = 640
 """Width and height of an input that the file leaves open, as most detectors are trained."""
 GRAY = 114
 """The value of pixels beside a frame in a letterbox, as the YOLO models are trained."""
-TYPES = {
-    "tensor(float)": np.float32,
-    "tensor(float16)": np.float16,
-    "tensor(uint8)": np.uint8,
-}
+TYPES = {"float32": np.float32, "float16": np.float16, "uint8": np.uint8}
 
 
 class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
@@ -97,9 +94,9 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
         Raises
         ------
         MissingDependencyError
-            If onnxruntime is not installed.
+            If neither ONNX Runtime nor OpenCV is installed.
         SourceError
-            If the file cannot be read, or is no ONNX file.
+            If the file cannot be read, is no ONNX file, or does not run.
         ConfigError
             If the form of its outputs is not known.
         """
@@ -132,9 +129,9 @@ class OnnxDetector:
     Raises
     ------
     MissingDependencyError
-        If onnxruntime is not installed.
+        If neither ONNX Runtime nor OpenCV is installed.
     SourceError
-        If the file cannot be read, or is no ONNX file.
+        If the file cannot be read, is no ONNX file, or does not run.
     ConfigError
         If its input or its outputs have no known form.
     """
@@ -142,12 +139,12 @@ class OnnxDetector:
     def __init__(self, config: OnnxConfig | str) -> None:
         config = OnnxConfig(config) if isinstance(config, str) else config
         self.config = config
-        self._session = session_of(config.file, config.threads)
-        pictures, *others = self._session.get_inputs()
-        self._name, self._type = pictures.name, TYPES.get(pictures.type)
-        shape = pictures.shape
-        if self._type is None or len(shape) != 4:
-            raise self._error(f"Its input is {pictures.type} of {shape}, which is not a picture")
+        self._session = open_session(config.file, config.threads)
+        file = self._session.file
+        if not file.inputs or file.inputs[0].type not in TYPES or len(file.inputs[0].shape) != 4:
+            raise self._error(f"Its first input is not a picture: {file}")
+        (self._name, kind, shape), *others = file.inputs
+        self._type = TYPES[kind]
         channels_last = shape[3] == 3 and shape[1] != 3
         self._channels_last = channels_last if config.layout is None else config.layout == "nhwc"
         high, wide = shape[1:3] if self._channels_last else shape[2:]
@@ -155,11 +152,9 @@ class OnnxDetector:
         self._size: tuple[int, int] = config.size or open_size  # type: ignore[assignment]
         # RT-DETR and its kin also ask for the size in which they give boxes.
         self._also = {
-            each.name: np.array([self._size], np.int64)
-            for each in others
-            if each.type == "tensor(int64)"
+            each.name: np.array([self._size], np.int64) for each in others if each.type == "int64"
         }
-        self.classes: Names = config.classes or named_classes(self._session)
+        self.classes: Names = config.classes or named_classes(file.metadata.get("names", ""))
         blank = np.zeros((*self._size[::-1], 3), np.uint8)
         try:
             outputs = self._run(blank.astype(np.float64))
@@ -218,15 +213,21 @@ class OnnxDetector:
         """Return the model's outputs by name, for pixels (H, W, 3) in its units."""
         given = pixels if self._channels_last else np.moveaxis(pixels, 2, 0)
         batch = np.ascontiguousarray(given[None], self._type)
-        names = [each.name for each in self._session.get_outputs()]
-        try:
-            values = self._session.run(names, {self._name: batch, **self._also})
-        except Exception as error:  # onnxruntime has errors of many kinds
-            raise ConfigError(f"It does not run: {one_line(error)}") from None
-        return dict(zip(names, values, strict=True))
+        return self._session.run({self._name: batch, **self._also})
 
     def _error(self, text: str) -> ConfigError:
         return ConfigError(f"{self.config.file}: {text.rstrip('.')}.")
+
+
+def named_classes(text: str) -> Names:
+    """Return the names of classes in a text of the file's metadata, as Ultralytics writes them."""
+    try:
+        names = ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return ()
+    if isinstance(names, dict):
+        return {int(number): str(name) for number, name in names.items()}
+    return [str(name) for name in names] if isinstance(names, list | tuple) else ()
 
 
 def onnx_values(file: str) -> dict[str, Any]:

@@ -1,0 +1,173 @@
+"""Models in ONNX files, run by ONNX Runtime, or by OpenCV where only that is installed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.onnx_file import OnnxFile, read_onnx
+
+Arrays: TypeAlias = dict[str, NDArray[Any]]
+"""A model's inputs or outputs by name."""
+
+
+class Session(Protocol):
+    """A model that is ready to run. It may be used by several threads.
+
+    Attributes
+    ----------
+    file
+        What its file says of it.
+    """
+
+    file: OnnxFile
+
+    def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
+        """Return all outputs by name, in arrays of their own.
+
+        Raises
+        ------
+        SourceError
+            If the model does not run with these inputs.
+        """
+        ...
+
+
+def open_session(
+    path: str, threads: int | None = 1, provider: str | None = None, *, open_sizes: bool = False
+) -> Session:
+    """Return the model in an ONNX file, ready to run.
+
+    Parameters
+    ----------
+    path
+        The file.
+    threads
+        Number of threads; None for one on each core.
+    provider
+        What ONNX Runtime runs it on, such as CUDAExecutionProvider; None for the processor.
+    open_sizes
+        Whether it shall take inputs of other sizes than the file fixes.
+
+    Raises
+    ------
+    MissingDependencyError
+        If neither ONNX Runtime nor OpenCV is installed.
+    SourceError
+        If the file cannot be read, or holds operations that cannot be run.
+    ConfigError
+        If there is no such provider.
+    """
+    file = read_onnx(path)
+    try:
+        import onnxruntime
+    except ImportError:
+        return _with_opencv(file, threads, provider)
+    return RuntimeSession(onnxruntime, file, threads, provider, open_sizes)
+
+
+_FOLDER = "session.model_external_initializers_file_folder_path"
+
+
+class RuntimeSession:
+    """A model that ONNX Runtime runs. A `Session`."""
+
+    def __init__(
+        self, runtime: Any, file: OnnxFile, threads: int | None, provider: str | None, free: bool
+    ) -> None:
+        known = runtime.get_available_providers()
+        if provider is not None and provider not in known:
+            raise ConfigError(
+                f"There is no provider {provider!r}; this ONNX Runtime has {', '.join(known)}."
+            )
+        options = runtime.SessionOptions()
+        options.log_severity_level = 4  # its warnings are not for users
+        options.inter_op_num_threads = 1
+        if threads is not None:
+            options.intra_op_num_threads = threads
+        # A model that is no file has its weights there.
+        folder = str(Path(file.path).absolute().parent)
+        options.add_session_config_entry(_FOLDER, folder)
+        model = file.open_sizes() if free and file.dimensions else file.path
+        try:
+            self._session = runtime.InferenceSession(
+                model, options, providers=[provider or "CPUExecutionProvider"]
+            )
+        except Exception as error:  # onnxruntime has errors of many kinds
+            raise SourceError(f"{file.path} cannot be read as ONNX: {one_line(error)}") from None
+        self.file = file
+        self._names = [each.name for each in file.outputs]
+
+    def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
+        """Return all outputs by name; see `Session`."""
+        try:
+            return dict(zip(self._names, self._session.run(self._names, inputs), strict=True))
+        except Exception as error:  # onnxruntime has errors of many kinds
+            raise _does_not_run(self.file, error) from None
+
+
+def _with_opencv(file: OnnxFile, threads: int | None, provider: str | None) -> OpencvSession:
+    try:
+        import cv2
+    except ImportError:
+        raise MissingDependencyError(
+            "ONNX files need ONNX Runtime; install it with: pip install 'motes[onnx]'."
+        ) from None
+    if provider is not None:
+        raise MissingDependencyError(
+            f"Only ONNX Runtime has {provider}; install it with: pip install 'motes[onnx]'."
+        )
+    return OpencvSession(cv2, file, threads)
+
+
+class OpencvSession:
+    """A model that OpenCV runs. A `Session`.
+
+    OpenCV takes inputs of any size. Its number of threads is one for the whole process: it is set
+    for a run, and then put back.
+    """
+
+    def __init__(self, cv2: Any, file: OnnxFile, threads: int | None) -> None:
+        self.file, self._cv2, self._threads = file, cv2, threads
+        self._names = [each.name for each in file.outputs]
+        try:
+            self._net = cv2.dnn.readNetFromONNX(file.path)
+        except Exception as error:
+            raise SourceError(f"{file.path} cannot be read by OpenCV: {one_line(error)}") from None
+
+    def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
+        """Return all outputs by name; see `Session`."""
+        with _ONE_AT_A_TIME:
+            before = self._cv2.getNumThreads()
+            wanted = before if self._threads is None else self._threads
+            if wanted != before:
+                self._cv2.setNumThreads(wanted)
+            try:
+                for name, values in inputs.items():
+                    self._net.setInput(values, name)
+                # The next run writes into the same memory.
+                outputs = [np.array(each) for each in self._net.forward(self._names)]
+            except Exception as error:
+                raise _does_not_run(self.file, error) from None
+            finally:
+                if wanted != before:
+                    self._cv2.setNumThreads(before)
+        return dict(zip(self._names, outputs, strict=True))
+
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def _does_not_run(file: OnnxFile, error: Exception) -> SourceError:
+    return SourceError(f"{file.path} does not run: {one_line(error)}")
+
+
+def one_line(error: Exception) -> str:
+    """Return an error of another library in one line."""
+    return " ".join(str(error).split())[:200].rstrip(".") + "."

@@ -1,0 +1,6 @@
+from motes.kernels.structures import Bytes, Floats, Singles
+
+def read_square(
+    picture: Bytes, left: int, top: int, side: int, fill: Floats, out: Singles
+) -> None: ...
+def mean_color(picture: Bytes, out: Floats) -> None: ...

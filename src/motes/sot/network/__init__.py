@@ -1,0 +1,1 @@
+"""Trained networks as experts: what one sees in a frame around a place, in boxes and scores."""

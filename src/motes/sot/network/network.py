@@ -1,0 +1,146 @@
+"""A trained network that learns a target from one region, and looks for it around a place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from motes.core.config import Config, Count
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, as_ellipse
+from motes.core.onnx_file import OnnxFile, read_onnx
+from motes.core.onnx_session import Session, open_session
+from motes.core.types import Singles
+from motes.sot.network.family import FAMILIES, NetworkFamily
+from motes.sot.network.view import NetworkView
+
+KEPT_OPEN = 4
+"""Networks that a process keeps open, for all its trackers."""
+
+
+class NetworkModel(msgspec.Struct, frozen=True, eq=False):
+    """What a network has learned of a target.
+
+    Attributes
+    ----------
+    template
+        What the network compares regions with; its form is the family's.
+    """
+
+    template: Singles
+
+
+class Network(Config, frozen=True):
+    """A trained network in ONNX files: which ones, and how they are run.
+
+    Attributes
+    ----------
+    files
+        The files of one network, in any order. To which family they belong is read from them.
+    threads
+        Number of threads.
+    provider
+        What ONNX Runtime runs them on, such as CUDAExecutionProvider; by default the processor.
+    """
+
+    files: tuple[str, ...]
+    threads: Count = 1
+    provider: str | None = None
+
+    def open(self) -> str:
+        """Open the files, try the network on a gray picture, and return its family's name.
+
+        It stays open in this process; the other methods open it too, where that was not done.
+
+        Raises
+        ------
+        ConfigError
+            If the files are of no known family, or there is no such provider.
+        SourceError
+            If a file is missing, damaged or too large, or does not run.
+        MissingDependencyError
+            If neither ONNX Runtime nor OpenCV is installed.
+        """
+        return _opened(self).name
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> NetworkModel:
+        """Return the model of the target in an ellipse of a frame.
+
+        The network sees the upright box of an ellipse. Raises the errors of `open`.
+        """
+        opened = _opened(self)
+        return NetworkModel(opened.family.learn(opened.sessions, frame, as_ellipse(ellipse)))
+
+    def look(
+        self, model: NetworkModel, frame: Frame, place: Ellipse, reach: float = 1.0
+    ) -> NetworkView:
+        """Return the boxes that the network sees around a place, and their scores.
+
+        Parameters
+        ----------
+        model
+            The target, as `learn` returned it.
+        frame, place
+            Where the target is expected in a frame, and its expected size.
+        reach
+            The side of the region, in sides of the usual one. In a larger one the target is smaller
+            before the network, which then measures it less exactly.
+
+        Raises
+        ------
+        ConfigError
+            If the place has no area or is not finite, or the reach is not positive. And the errors
+            of `open`.
+        """
+        if not 0 < reach < np.inf:
+            raise ConfigError(f"The reach of a network is positive; got {reach}.")
+        opened = _opened(self)
+        return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place), reach)
+
+
+class _Opened(msgspec.Struct, frozen=True):
+    """A network's family, the family's name, and the files ready to run."""
+
+    name: str
+    family: NetworkFamily
+    sessions: tuple[Session, ...]
+
+
+@lru_cache(KEPT_OPEN)
+def _opened(network: Network) -> _Opened:
+    """Return a network ready to run, tried on a gray picture; raise the errors of `open`."""
+    files = [read_onnx(path) for path in network.files]
+    name, family, arranged = _recognized(files)
+    sessions = tuple(
+        open_session(file.path, network.threads, network.provider, open_sizes=family.open_sizes)
+        for file in arranged
+    )
+    frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
+    try:
+        family.look(sessions, family.learn(sessions, frame, middle), frame, middle, 1.0)
+    except (SourceError, LookupError, ValueError) as error:
+        named = " and ".join(Path(path).name for path in network.files)
+        reason = str(error) if isinstance(error, SourceError) else "its outputs have other shapes."
+        raise SourceError(
+            f"{named}: not the {name} network that they seem to be: {reason}"
+        ) from None
+    return _Opened(name, family, sessions)
+
+
+def _recognized(
+    files: Sequence[OnnxFile],
+) -> tuple[str, NetworkFamily, tuple[OnnxFile, ...]]:
+    """Return the family that files belong to, with its name, and the files in its order."""
+    families = {name: kind() for name, kind in FAMILIES.usable().items()}
+    for name, family in families.items():
+        arranged = family.arranged(files)
+        if arranged is not None:
+            return name, family, arranged
+    known = "; ".join(f"{name}: {family.known_as}" for name, family in families.items())
+    given = " and ".join(map(str, files)) or "No file"
+    raise ConfigError(f"{given}: no known kind of network. Known are {known}.")

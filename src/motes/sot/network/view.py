@@ -1,0 +1,175 @@
+"""What a network sees around a place: boxes, their scores, and which of them it would choose."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from motes.core.config import Config, NonNegative, Share
+from motes.core.geometry import Box
+from motes.core.types import Floats
+
+LEAST_SCORE = 1e-3
+"""Boxes of a lower score do not count for `NetworkView.score_at`."""
+TINY = 1e-6
+
+
+class Choice(Config, frozen=True):
+    """How a network's own tracker chooses among its boxes.
+
+    Attributes
+    ----------
+    window
+        Weight of the place: of 1 at the center of the region and 0 at its border.
+    multiplied
+        Whether scores are multiplied by the window, not averaged with it.
+    penalty
+        How much a box loses whose size or proportions differ from those of the target.
+    rate
+        Share of the box in the new size, where its score is 1.
+    """
+
+    window: Share = 0.455
+    multiplied: bool = False
+    penalty: NonNegative = 0.055
+    rate: Share = 0.37
+
+
+class Candidate(NamedTuple):
+    """The box that a network's own tracker would choose.
+
+    Attributes
+    ----------
+    box
+        The center of the chosen box, and a size between the target's and that of the box.
+    score
+        The score of the chosen box, 0 to 1, without window and penalty.
+    row
+        Its row in the view's boxes.
+    """
+
+    box: Box
+    score: float
+    row: int
+
+
+class NetworkView(msgspec.Struct, frozen=True, eq=False):
+    """What a network sees in a region of a frame.
+
+    Attributes
+    ----------
+    boxes
+        (K, 4), x, y, width, height in pixels of the frame; a cell of the score map has one each.
+    scores
+        (K,), 0 to 1: how much the network holds each for the target.
+    window
+        (K,), Hann's window over the cells.
+    size
+        Width and height of the place that was looked at.
+    choice
+        How the network's own tracker chooses.
+    """
+
+    boxes: Floats
+    scores: Floats
+    window: Floats
+    size: tuple[float, float]
+    choice: Choice
+
+    def best(self, choice: Choice | None = None) -> Candidate:
+        """Return the box that the network's own tracker chooses.
+
+        After Li et al., High performance visual tracking with Siamese region proposal network,
+        CVPR 2018, section 4.4: a window lowers the scores of far boxes, a penalty
+        exp(-(r s - 1) k) those of other proportions and sizes.
+        """
+        choice = self.choice if choice is None else choice
+        kept = self._kept(choice)
+        weight = choice.window
+        if choice.multiplied:
+            ranks = kept * self.scores * ((1 - weight) + weight * self.window)
+        else:
+            ranks = kept * self.scores * (1 - weight) + weight * self.window
+        row = int(ranks.argmax())
+        x, y, *size = self.boxes[row].tolist()
+        score = float(self.scores[row])
+        rate = float(kept[row]) * score * choice.rate
+        width, height = (
+            own * (1 - rate) + new * rate for own, new in zip(self.size, size, strict=True)
+        )
+        box = Box(x + (size[0] - width) / 2, y + (size[1] - height) / 2, width, height)
+        return Candidate(box, score, row)
+
+    def _kept(self, choice: Choice) -> Floats:
+        """Return what the penalty leaves of each score (K,): 1 for the target's own size."""
+        width, height = np.maximum(self.boxes[:, 2:].T, TINY)
+        own_width, own_height = self.size
+        scale = _larger(_extent(width, height) / _extent(own_width, own_height))
+        proportion = _larger(own_width / own_height * height / width)
+        kept: Floats = np.exp(-(scale * proportion - 1) * choice.penalty)
+        return kept
+
+    def score_at(self, ellipses: Floats) -> Floats:
+        """Return how much the network holds each ellipse (N, 5) for the target, (N,), 0 to 1.
+
+        It is the largest product of a box's score and its overlap with the box of the ellipse.
+        """
+        rows = np.flatnonzero(self.scores >= LEAST_SCORE)
+        if not rows.size or not len(ellipses):
+            return np.zeros(len(ellipses))
+        x, y, a, b, theta = ellipses.T[:, :, None]
+        half_width = np.hypot(a * np.cos(theta), b * np.sin(theta))
+        half_height = np.hypot(a * np.sin(theta), b * np.cos(theta))
+        left, top, width, height = self.boxes[rows].T - np.array([0.5, 0.5, 0, 0])[:, None]
+        across = _common(x - half_width, x + half_width, left, left + width)
+        down = _common(y - half_height, y + half_height, top, top + height)
+        both = across * down
+        both /= 4 * half_width * half_height + width * height - both
+        both *= self.scores[rows]
+        best: Floats = both.max(axis=1)
+        return best
+
+
+def _common(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> Floats:
+    """Return the lengths (N, K) that stretches (N, 1) and others (K,) have in common."""
+    length = np.minimum(high, other_high)
+    length -= np.maximum(low, other_low)
+    return np.maximum(length, 0.0, out=length)
+
+
+def view_of(
+    sides: Floats, scores: Floats, window: Floats, size: tuple[float, float], choice: Choice
+) -> NetworkView:
+    """Return a view from sides (K, 4), left, top, right and bottom in a `Box`'s coordinates.
+
+    A box that is no box, or has no number as its score, gets the score 0.
+    """
+    boxes = np.concatenate([sides[:, :2], sides[:, 2:] - sides[:, :2]], axis=1)
+    usable = np.isfinite(scores) & np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] > 0).all(axis=1)
+    if not usable.all():
+        boxes, scores = np.where(usable[:, None], boxes, 0.0), np.where(usable, scores, 0.0)
+    return NetworkView(boxes, scores.clip(0, 1), window, size, choice)
+
+
+def _extent(width: Floats | float, height: Floats | float) -> Floats:
+    """Return the side of the square that holds a box with its context (Li et al.)."""
+    context = (width + height) / 2
+    out: Floats = np.sqrt((width + context) * (height + context))
+    return out
+
+
+def _larger(ratio: Floats) -> Floats:
+    """Return a ratio or its inverse, the larger one."""
+    return np.maximum(ratio, 1 / ratio)
+
+
+@cache
+def hann(cells: int, *, zero_at_border: bool) -> Floats:
+    """Return Hann's window of a map of cells x cells, flat."""
+    line = np.hanning(cells) if zero_at_border else np.hanning(cells + 2)[1:-1]
+    out = np.outer(line, line).ravel()
+    out.flags.writeable = False
+    return out

@@ -1,0 +1,159 @@
+"""ONNX files and what runs them: one mechanism for detectors and trackers."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("onnx", reason="onnx is not installed")
+pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+
+from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
+from motes.core.onnx_file import LARGEST, Tensor, read_onnx
+from motes.core.onnx_session import OpencvSession, RuntimeSession, open_session
+from onnx_trackers import mean_colors, save_pair
+
+PIXELS = np.random.default_rng(0).uniform(0, 255, (1, 3, 255, 255)).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def backbone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Path(save_pair(tmp_path_factory.mktemp("models"))[0])
+
+
+def save_weights_outside(folder: Path) -> Path:
+    """Write a model that adds weights, which lie in a file of their own, to its input."""
+    weights = numpy_helper.from_array(np.arange(600, dtype=np.float32), "weights")
+    one = helper.make_tensor_value_info("x", TensorProto.FLOAT, [600])
+    two = helper.make_tensor_value_info("y", TensorProto.FLOAT, ["n"])
+    add = helper.make_node("Add", ["x", "weights"], ["y"])
+    # Old files list weights among the inputs, too.
+    also = helper.make_tensor_value_info("weights", TensorProto.FLOAT, [600])
+    graph = helper.make_graph([add], "add", [one, also], [two], [weights])
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
+    helper.set_model_props(model, {"author": "us"})
+    path = folder / "add.onnx"
+    onnx.save(model, str(path), save_as_external_data=True, location="add.data", size_threshold=100)
+    return path
+
+
+def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Path) -> None:
+    file = read_onnx(str(backbone))
+    assert file.inputs == (Tensor("input", "float32", (1, 3, 255, 255)),)
+    assert file.outputs == (Tensor("output", "float32", (1, 3, 16, 16)),)
+    assert str(file) == (
+        "backbone.onnx (takes input float32 1x3x255x255; gives output float32 1x3x16x16)"
+    )
+    other = read_onnx(str(save_weights_outside(tmp_path)))
+    assert other.inputs == (Tensor("x", "float32", (600,)),)
+    assert other.outputs == (Tensor("y", "float32", (None,)),)
+    assert other.metadata == {"author": "us"}
+
+
+@pytest.mark.parametrize("library", ["onnxruntime", "cv2"])
+def test_both_libraries_give_the_same(
+    library: str, backbone: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
+    if library == "cv2":
+        monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    before = cv2.getNumThreads()
+    session = open_session(str(backbone), open_sizes=True)
+    assert type(session) is (OpencvSession if library == "cv2" else RuntimeSession)
+    (first,) = session.run({"input": PIXELS}).values()
+    kept = first.copy()
+    np.testing.assert_allclose(first[0], mean_colors(PIXELS[0]) / 255, atol=1e-5)
+    (small,) = session.run({"input": np.ascontiguousarray(PIXELS[:, :, :127, :127])}).values()
+    np.testing.assert_allclose(small[0], mean_colors(PIXELS[0, :, :127, :127]) / 255, atol=1e-5)
+    np.testing.assert_array_equal(first, kept)  # it has not been written over
+    assert cv2.getNumThreads() == before
+    with pytest.raises(SourceError, match=r"backbone\.onnx does not run"):
+        session.run({"input": np.zeros((1, 4, 255, 255), np.float32)})
+
+
+def test_a_fixed_size_stays_fixed_unless_it_is_opened(backbone: Path) -> None:
+    with pytest.raises(SourceError, match="does not run"):
+        open_session(str(backbone)).run({"input": np.zeros((1, 3, 127, 127), np.float32)})
+
+
+@pytest.mark.parametrize("opened", [False, True])
+def test_weights_may_lie_in_another_file(opened: bool, tmp_path: Path) -> None:
+    path = save_weights_outside(tmp_path)
+    out = open_session(str(path), open_sizes=opened).run({"x": np.zeros(600, np.float32)})
+    np.testing.assert_array_equal(out["y"], np.arange(600))
+    (tmp_path / "add.data").unlink()
+    with pytest.raises(SourceError, match=r"weights in add\.data, which is not there"):
+        open_session(str(path))
+
+
+def damaged(kind: str, folder: Path, good: bytes) -> Path:
+    """Return a file that is no usable model."""
+    path = folder / "bad.onnx"
+    if kind == "large":
+        with path.open("wb") as file:
+            file.truncate(LARGEST + 1)  # it takes no room on the disk
+    elif kind == "opset":
+        path = Path(save_pair(folder)[0])
+        model = onnx.load(str(path))
+        model.opset_import[0].version = 999
+        path.write_bytes(model.SerializeToString())
+    elif kind != "missing":
+        parts = {"cut": good[: len(good) // 2], "empty": b"", "text": b"no model", "zeros": b"\0\0"}
+        path.write_bytes(parts[kind])
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("missing", "There is no file"),
+        ("empty", "is empty"),
+        ("cut", "is cut off or no ONNX file"),
+        ("text", "is cut off or no ONNX file"),
+        ("zeros", "is cut off or no ONNX file"),
+        ("large", "has 2.0 GB"),
+        ("opset", "cannot be read as ONNX"),
+    ],
+)
+def test_a_bad_file_ends_in_one_clear_line(
+    kind: str, words: str, backbone: Path, tmp_path: Path
+) -> None:
+    path = damaged(kind, tmp_path, backbone.read_bytes())
+    with pytest.raises(SourceError) as caught:
+        open_session(str(path))
+    assert words in str(caught.value)
+    assert path.name in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
+    good = backbone.read_bytes()
+    for length in {*range(0, len(good), 97), len(good) - 1}:
+        (tmp_path / "cut.onnx").write_bytes(good[:length])
+        with pytest.raises(MotesError):
+            open_session(str(tmp_path / "cut.onnx"))
+
+
+def test_a_provider_is_asked_for_by_name(backbone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert open_session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
+    with pytest.raises(ConfigError, match=r"no provider 'Gpu'; .* has .*CPUExecutionProvider"):
+        open_session(str(backbone), provider="Gpu")
+    pytest.importorskip("cv2", reason="OpenCV is not installed")
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    with pytest.raises(MissingDependencyError, match="Only ONNX Runtime has Gpu"):
+        open_session(str(backbone), provider="Gpu")
+
+
+def test_without_a_library_the_remedy_is_named(
+    backbone: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[onnx\]'"):
+        open_session(str(backbone))

@@ -1,0 +1,305 @@
+"""Trained networks as experts: files, regions, boxes and scores, on networks that a test makes."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("onnx", reason="onnx is not installed")
+pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+
+import onnx_trackers
+from motes.core.config import from_dict
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse, iou
+from motes.core.saved_state import pack, unpack
+from motes.sot.network.network import Network, NetworkModel, _opened
+from motes.sot.network.region import Region, mean_color, read
+from motes.sot.network.view import Choice, NetworkView
+from motes.sot.network.vit import DEVIATION, MEAN
+
+RED, GRAY = (210, 40, 30), (90, 90, 90)
+TARGET = Box(150, 100, 40, 60)
+
+
+def picture(x: int, y: int, width: int = 40, height: int = 60) -> Frame:
+    """Return a gray frame of 320x240 with a red target."""
+    pixels = np.full((240, 320, 3), GRAY, np.uint8)
+    pixels[max(y, 0) : y + height, max(x, 0) : x + width] = RED
+    return Frame(0, 0.0, pixels)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("networks")
+
+
+@pytest.fixture(params=["siamese", "vit"])
+def network(request: pytest.FixtureRequest, folder: Path) -> Network:
+    if request.param == "vit":
+        return Network((onnx_trackers.save_vit(folder),))
+    return Network(onnx_trackers.save_pair(folder))
+
+
+def family(network: Network) -> str:
+    return "vit" if len(network.files) == 1 else "siamese"
+
+
+def resized(frame: Frame, region: Region, size: int, fill: Any) -> NDArray[np.float64]:
+    """Return what `read` does without its rounding, from four pixels for each sample."""
+    left, top, side = region
+    padded = np.empty((side, side, 3))
+    padded[:] = fill
+    rows, columns = np.arange(top, top + side), np.arange(left, left + side)
+    inside = ((rows >= 0) & (rows < frame.height), (columns >= 0) & (columns < frame.width))
+    padded[np.ix_(*inside)] = frame.pixels[np.ix_(rows[inside[0]], columns[inside[1]])]
+    place = ((np.arange(size) + 0.5) * side / size - 0.5).clip(0, side - 1)
+    low = np.minimum(place.astype(int), max(side - 2, 0))
+    high, share = np.minimum(low + 1, side - 1), place - low
+    mixed = padded[low] * (1 - share)[:, None, None] + padded[high] * share[:, None, None]
+    mixed = mixed[:, low] * (1 - share)[:, None] + mixed[:, high] * share[:, None]
+    out: NDArray[np.float64] = mixed.transpose(2, 0, 1)
+    return out
+
+
+REGIONS = [(10, 20, 100), (-30, -40, 150), (250, 200, 127), (-500, -500, 60), (-300, -300, 1000)]
+
+
+@pytest.mark.parametrize("region", REGIONS, ids=str)
+@pytest.mark.parametrize("form", ["rgb", "bgr", "gray", "part"])
+def test_a_region_is_read_as_numpy_does(region: Any, form: str) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (240, 320, 3), np.uint8)
+    views = {
+        "rgb": pixels,
+        "bgr": np.ascontiguousarray(pixels[:, :, ::-1])[:, :, ::-1],
+        "gray": np.broadcast_to(pixels[:, :, :1], pixels.shape),
+        "part": np.dstack([pixels, pixels])[:, :, :3],
+    }
+    frame = Frame(0, 0.0, views[form])
+    fill = mean_color(frame)
+    np.testing.assert_allclose(fill, frame.pixels.mean((0, 1)))
+    for size in (127, 255):
+        out = read(frame, Region(*region), size, fill)
+        assert out.shape == (1, 3, size, size)
+        assert out.dtype == np.float32
+        np.testing.assert_array_equal(out, np.rint(out))
+        # OpenCV's fixed-point numbers round in three steps.
+        wanted = resized(frame, Region(*region), size, np.rint(fill))
+        assert np.abs(out[0] - wanted).max() < 1.01
+
+
+def test_a_region_is_that_of_opencv_to_the_bit() -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
+    rng = np.random.default_rng(2)
+    for side in (1, 2, 3, 31, 64, 127, 129, 200, 254, 255, 256, 300, 511, 760):
+        pixels = rng.integers(0, 256, (side, side, 3), np.uint8)
+        for size in (127, 255):
+            out = read(Frame(0, 0.0, pixels), Region(0, 0, side), size, np.zeros(3))
+            wanted = cv2.resize(pixels, (size, size)).transpose(2, 0, 1)
+            np.testing.assert_array_equal(out[0], wanted)
+
+
+def test_the_family_is_read_from_the_files_in_any_order(folder: Path) -> None:
+    backbone, head = onnx_trackers.save_pair(folder)
+    assert Network((backbone, head)).open() == Network((head, backbone)).open() == "siamese"
+    assert Network((onnx_trackers.save_vit(folder),)).open() == "vit"
+
+
+@pytest.mark.parametrize("at", [(150, 100), (162, 91), (-12, 4), (290, 190)])
+def test_the_target_has_the_best_score(network: Network, at: tuple[int, int]) -> None:
+    model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
+    target = Ellipse.from_box((*at, 40, 60))
+    near = target._replace(x=target.x + 6, y=target.y - 5)
+    view = network.look(model, picture(*at), near)
+    assert view.boxes.shape == (256, 4)
+    assert view.scores.shape == view.window.shape == (256,)
+    assert 0 <= view.scores.min() < 0.01
+    assert view.scores.max() > 0.95
+    sure = view.boxes[view.scores > 0.9]
+    assert len(sure) < 64
+    visible = np.clip(at, 0, (319, 239)), np.clip((at[0] + 40, at[1] + 60), 0, (319, 239))
+    middle = (sure[:, :2] + sure[:, 2:] / 2).mean(axis=0)
+    assert np.abs(middle - np.mean(visible, axis=0)).max() < 16  # a cell
+    assert (view.size[0], view.size[1]) == pytest.approx((40, 60))
+    again = network.look(model, picture(*at), near)
+    np.testing.assert_array_equal(view.boxes, again.boxes)
+    np.testing.assert_array_equal(view.scores, again.scores)
+
+
+@pytest.mark.parametrize("reach", [1.0, 1.7])
+def test_views_are_decoded_as_numpy_does(network: Network, reach: float) -> None:
+    """The networks are simple enough to be computed here, from the pixels on."""
+    frame, place = picture(163, 95), Ellipse(180.3, 121.8, 22, 31, 0.0)
+    model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
+    view = network.look(model, frame, place, reach)
+    width, height = 44.0, 62.0
+    if family(network) == "siamese":
+        learned = math.sqrt((40 + 50) * (60 + 50))
+        side = round(math.sqrt((width + 53) * (height + 53)) * 255 / 127 * reach)
+        fills, sizes = (mean_color(picture(150, 100)), mean_color(frame)), (127, 255)
+    else:
+        learned, side = 2 * math.sqrt(40 * 60), round(4 * math.sqrt(width * height) * reach)
+        fills, sizes = (np.zeros(3), np.zeros(3)), (128, 256)
+    first = Region.around(169.5, 129.5, learned)
+    left, top = round(180.3 - (side - 1) / 2), round(121.8 - (side - 1) / 2)
+    template = read(picture(150, 100), first, sizes[0], fills[0])[0]
+    search = read(frame, Region(left, top, side), sizes[1], fills[1])[0]
+    row, column = np.mgrid[:16, :16]
+    if family(network) == "siamese":
+        by_side = onnx_trackers.DISTANCES * [[[-1]], [[-1]], [[1]], [[1]]]
+        middle = np.stack([(column - 8) * 16 + 127.5, (row - 8) * 16 + 127.5] * 2)
+        sides = (middle + by_side) * side / 255
+    else:
+        template, search = ((each[::-1] - MEAN) / DEVIATION for each in (template, search))
+        middle = (np.stack([column, row]) + onnx_trackers.OFFSETS) * side / 16
+        half = onnx_trackers.SIZES * side / 2
+        sides = np.concatenate([middle - half, middle + half])
+    share, sharp = 1.0, onnx_trackers.SHARP_VIT
+    if family(network) == "siamese":
+        share, sharp = 1 / 255, onnx_trackers.SHARP
+    cells = [onnx_trackers.mean_colors(each) * share for each in (template, search)]
+    wanted = onnx_trackers.scores(cells[0], cells[1], sharp).ravel()
+    np.testing.assert_allclose(view.scores, wanted, atol=1e-4)
+    corner = np.array([left, top])[:, None, None]
+    boxes = np.concatenate([sides[:2] + corner, sides[2:] - sides[:2]])
+    np.testing.assert_allclose(view.boxes, boxes.reshape(4, -1).T, atol=1e-3)
+
+
+def made_view(choice: Choice) -> NetworkView:
+    rng = np.random.default_rng(3)
+    corners, sizes = rng.uniform(0, 100, (256, 2)), rng.uniform(5, 60, (256, 2))
+    hann = np.outer(np.hanning(16), np.hanning(16)).ravel()
+    scores = rng.uniform(0, 1, 256) ** 4
+    return NetworkView(np.hstack([corners, sizes]), scores, hann, (30.0, 20.0), choice)
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [Choice(), Choice(window=0.2, penalty=0.3, rate=0.9), Choice(window=1, multiplied=True)],
+)
+def test_the_choice_is_that_of_siamese_trackers(choice: Choice) -> None:
+    view, ranks, kept = made_view(choice), [], []
+    for (_, _, w, h), score, window in zip(view.boxes, view.scores, view.window, strict=True):
+        extent, own = ((w + h) / 2 + w) * ((w + h) / 2 + h), (25 + 30) * (25 + 20)
+        scale, shape = math.sqrt(extent / own), (30 / 20) / (w / h)
+        penalty = math.exp(-(max(scale, 1 / scale) * max(shape, 1 / shape) - 1) * choice.penalty)
+        mixed = (1 - choice.window) * penalty * score + choice.window * window
+        ranks.append(penalty * score * window if choice.multiplied else mixed)
+        kept.append(penalty)
+    best = view.best()
+    assert best.row == int(np.argmax(ranks))
+    assert best.score == view.scores[best.row]
+    x, y, w, h = view.boxes[best.row]
+    rate = choice.rate * kept[best.row] * best.score
+    assert best.box.width == pytest.approx(30 + rate * (w - 30))
+    assert best.box.height == pytest.approx(20 + rate * (h - 20))
+    assert best.box.x + best.box.width / 2 == pytest.approx(x + w / 2)
+    assert best.box.y + best.box.height / 2 == pytest.approx(y + h / 2)
+    assert view.best(Choice(window=0, penalty=0)).row == int(view.scores.argmax())
+
+
+def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:
+    view = made_view(Choice())
+    boxes = np.array([[10, 20, 30, 40], [60, 60, 20, 20], [500, 500, 20, 20.0], view.boxes[7]])
+    ellipses = np.array([Ellipse.from_box(box) for box in boxes])
+    ellipses[1] = (*ellipses[1, :4], 1.1)  # a circle stays one
+    wanted = [(iou(box, view.boxes) * view.scores).max() for box in boxes]
+    np.testing.assert_allclose(view.score_at(ellipses), wanted, atol=1e-3)
+    assert view.score_at(ellipses)[2] == 0
+    assert view.score_at(ellipses)[3] >= view.scores[7] - 1e-9
+    assert view.score_at(np.empty((0, 5))).shape == (0,)
+    nothing = msgspec.structs.replace(view, scores=np.zeros(256))
+    assert view.score_at(ellipses)[0] > 0 == nothing.score_at(ellipses).max()
+
+
+def test_models_and_views_can_be_saved(network: Network) -> None:
+    frame = picture(150, 100)
+    model = network.learn(frame, Ellipse.from_box(TARGET))
+    view = network.look(model, frame, Ellipse.from_box(TARGET))
+    for value in (model, view):
+        data = msgspec.msgpack.encode(value, enc_hook=pack)
+        read_back = msgspec.msgpack.decode(data, type=type(value), dec_hook=unpack)
+        for name in value.__struct_fields__:
+            np.testing.assert_array_equal(getattr(read_back, name), getattr(value, name))
+    again = msgspec.msgpack.decode(
+        msgspec.msgpack.encode(model, enc_hook=pack), type=NetworkModel, dec_hook=unpack
+    )
+    saved = network.look(again, frame, Ellipse.from_box(TARGET))
+    np.testing.assert_array_equal(saved.scores, view.scores)
+
+
+def test_opencv_sees_the_same(network: Network, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cv2", reason="OpenCV is not installed")
+    frame, place = picture(163, 95), Ellipse(180.3, 121.8, 22, 31, 0.0)
+
+    def looked() -> NetworkView:
+        model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
+        return network.look(model, frame, place)
+
+    view = looked()
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    _opened.cache_clear()
+    other = looked()
+    assert type(_opened(network).sessions[0]).__name__ == "OpencvSession"
+    _opened.cache_clear()
+    np.testing.assert_allclose(other.scores, view.scores, atol=1e-4)
+    np.testing.assert_allclose(other.boxes, view.boxes, atol=1e-3)
+
+
+@pytest.mark.parametrize("place", [(math.nan, 5, 4, 4, 0), (5, 5, 0, 4, 0), (1e9, 5, 4, 4, 0)])
+def test_places_that_are_none_are_refused(network: Network, place: Any) -> None:
+    frame = picture(150, 100)
+    model = network.learn(frame, Ellipse.from_box(TARGET))
+    with pytest.raises(ConfigError):
+        network.look(model, frame, Ellipse(*place))
+    with pytest.raises(ConfigError, match="reach of a network is positive"):
+        network.look(model, frame, Ellipse.from_box(TARGET), 0)
+
+
+def test_other_files_are_refused_with_what_is_known(folder: Path, tmp_path: Path) -> None:
+    backbone, head = onnx_trackers.save_pair(folder)
+    vit = onnx_trackers.save_vit(folder)
+    for files in ((), (backbone,), (head,), (backbone, backbone), (backbone, vit), (vit, vit)):
+        with pytest.raises(ConfigError) as caught:
+            Network(files).open()
+        text = str(caught.value)
+        assert "Known are siamese: NanoTrack's two" in text
+        assert "vit: ViTTrack's one" in text
+        assert all(Path(file).name in text for file in files)
+        assert "\n" not in text
+    three = onnx_trackers.save_pair(tmp_path, channels=3)
+    with pytest.raises(ConfigError, match="no known kind"):
+        Network(three).open()
+
+
+def test_outputs_of_other_shapes_are_found_when_it_is_opened(tmp_path: Path) -> None:
+    """The file says that its outputs are those of a head, but they are not."""
+    import onnx
+
+    backbone, head = onnx_trackers.save_pair(tmp_path, channels=3)
+    model = onnx.load(head)
+    model.graph.output[1].type.tensor_type.shape.dim[1].dim_value = 4
+    onnx.save(model, head)
+    with pytest.raises(SourceError, match="not the siamese network that they seem") as caught:
+        Network((backbone, head)).open()
+    assert "\n" not in str(caught.value)
+
+
+def test_its_configuration_is_checked() -> None:
+    values = {"files": ["a.onnx", "b.onnx"], "threads": 2}
+    network = from_dict(values, Network)
+    assert network == Network(("a.onnx", "b.onnx"), 2)
+    with pytest.raises(SourceError, match=r"There is no file a\.onnx"):
+        network.open()
+    with pytest.raises(ConfigError, match="threads"):
+        Network(("a",), 0)
+    with pytest.raises(ConfigError, match="did you mean 'files'"):
+        from_dict({"file": ["a"]}, Network)
