@@ -148,8 +148,6 @@ __all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name == "LimitError":
-        raise AttributeError("motes.LimitError is MissingDependencyError now")
     if name in _MODULES:
         return importlib.import_module(f"motes.{name}")
     if name not in _HOMES:

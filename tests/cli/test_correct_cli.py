@@ -379,7 +379,7 @@ def test_files_are_written_though_the_reader_of_the_list_has_gone(
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
-        ("track FILM --at places.toml", 2, "The file of places of --histogram is --places now"),
+        ("track FILM --at places.toml", 2, "--at takes N=x,y,width,height; got"),
         ("track FILM --at 99=BOX", 2, "keyframe 99 is outside of"),
         ("track FILM --at 3=500,1,9,9", 2, "center outside the frame of 96x80"),
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, get_args
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -11,16 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.core.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
-from motes.core.renamed_keys import RENAMED
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
-from motes.mot.pipeline_config import WatchConfig
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
@@ -407,41 +404,3 @@ def test_a_value_that_is_no_utf8_is_named() -> None:
     """Options may be any bytes."""
     with pytest.raises(ConfigError, match=r"takes texts in UTF-8, got 'caf\\udce9'"):
         configure(preset("nummiaro"), from_flag("motion.type", "caf\udce9"))
-
-
-@pytest.mark.parametrize(
-    ("kind", "values", "new"),
-    [
-        (ParticleFilter, {"color": {}, "budget": {"least": 30}}, "budget.min"),
-        (ParticleFilter, {"color": {}, "presence": {"step": 2}}, "presence.stride"),
-        (Discriminative, {"posterior": {"rate": 0.1}}, "posterior.learning_rate"),
-        (WatchConfig, {"patience": 3.0}, "termination.max_age"),
-        (WatchConfig, {"max_age": 3.0}, "termination.max_age"),
-        (WatchConfig, {"limit": 9}, "detections.limit"),
-    ],
-)
-def test_a_key_that_was_renamed_is_named(kind: Any, values: dict[str, Any], new: str) -> None:
-    with pytest.raises(ConfigError, match=f"it is '{new}' now"):
-        from_dict(values, kind)
-
-
-def test_a_renamed_key_in_another_place_is_only_unknown() -> None:
-    """It is known where the old one was, not deeper."""
-    with pytest.raises(ConfigError, match=r"no key 'association.max_age'; did you mean"):
-        from_dict({"tracker": {"color": {}}, "association": {"max_age": 3.0}}, WatchConfig)
-
-
-def test_renamed_keys_lead_to_keys_that_are() -> None:
-    paths = _paths(WatchConfig) | _paths(Discriminative)
-    assert all(any(f".{path}".endswith(f".{new}") for path in paths) for new in RENAMED.values())
-
-
-def _paths(kind: Any, above: str = "") -> set[str]:
-    """Return the dotted paths of all keys in a type of configuration."""
-    found: set[str] = set()
-    for part in get_args(kind) or (kind,):
-        if isinstance(part, type) and issubclass(part, Config):
-            for field in msgspec.structs.fields(part):
-                path = f"{above}{field.name}"
-                found |= {path} | _paths(field.type, f"{path}.")
-    return found

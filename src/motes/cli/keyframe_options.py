@@ -102,10 +102,7 @@ def marks(
     for text in at or []:
         frame, equals, region = text.partition("=")
         if not equals:
-            raise ConfigError(
-                f"--at takes N=x,y,width,height; got {text!r}. The file of places of --histogram "
-                f"is --places now."
-            )
+            raise ConfigError(f"--at takes N=x,y,width,height; got {text!r}.")
         found += marks_of(frame, region)
     for text in absent or []:
         found += marks_of(text, ABSENT)

@@ -13,7 +13,6 @@ from cyclopts import App, Parameter, Token
 
 from motes.core.config_keys import NAME, Key, all_keys, keys
 from motes.core.errors import ConfigError
-from motes.core.renamed_keys import RENAMED
 
 if TYPE_CHECKING:
     from cyclopts import ArgumentCollection
@@ -186,19 +185,17 @@ class _Known:
         wanted = flag.lstrip("-").replace("-", "_")
         names = {option.lstrip("-").replace("-", "_"): option for option in self._options}
         names |= {path: f"--{path}" for path in self._keys if NAME not in path}
-        before, dot, last = wanted.rpartition(".")
-        renamed = f"{before}{dot}{RENAMED.get(last)}"
-        if renamed in names:
-            return f"There is no option {flag}; it is --{renamed} now."
-        names = {old: f"--{new}" for old, new in RENAMED.items() if new in self._keys} | names
-        inside = [path for path in names if path.endswith(f".{wanted}")]
-        near = difflib.get_close_matches(wanted, names, n=1) or inside[:1]
+        # Whoever omits the tables of a key gives its last part alone.
+        last = {path.rpartition(".")[2]: name for path, name in names.items() if "." in path}
+        alike = [last[wanted]] if wanted in last else []
+        for known in (names, last):
+            alike += [known[name] for name in difflib.get_close_matches(wanted, known, n=1)]
         command = f"motes config {'--watch' if self._command == 'watch' else self._preset}"
         hint = f"see motes {self._command} --help and {command}."
-        if near:
-            key = self._keys.get(names[near[0]].lstrip("-"))
+        if alike:
+            key = self._keys.get(alike[0].lstrip("-"))
             group = key is not None and key.choices
-            hint = f"did you mean {names[near[0]]}{'.KEY' if group else ''}?"
+            hint = f"did you mean {alike[0]}{'.KEY' if group else ''}?"
         return f"There is no option {flag} with preset {self._preset}; {hint}"
 
     def needs_key(self, key: Key) -> str:

@@ -19,7 +19,6 @@ from motes.core.config_keys import NAME, all_keys, alternatives, fields, keys
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
 from motes.core.registry import tag_of
-from motes.core.renamed_keys import RENAMED
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -133,9 +132,6 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         here = sorted({key for before, _, key in parts if before == at} & known or known)
         near = difflib.get_close_matches(name, sorted(known), n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(here)}."
-        renamed = ".".join(filter(None, [at, RENAMED.get(name, "")]))
-        if renamed in paths and name in RENAMED:
-            hint = f"it is {renamed!r} now."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None
