@@ -483,6 +483,7 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     assert (found, out, error.count("\n")) == (code, "", 1), error
     assert re.match(f"motes: error: .*{message}", error), error
     assert set(os.listdir()) == before
+    assert not Path("/dev/full.run.json").exists()  # nothing is remembered beside a device
 
 
 def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -513,7 +514,7 @@ def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
     for index in range(4):
         size = SIZE if index < 3 else (80, 60)
         Image.new("RGB", size, (200, 10 * index, 0)).save(f"{index}.png")
-    code, _, error = go("track *.png --init 40,40,30,30 -o r.csv")
+    code, _, error = go("track *.png --fps 25 --init 40,40,30,30 -o r.csv")
     summary, failure = error.splitlines()
     assert code == 3
     assert summary.startswith("motes: 3 frames, ")
@@ -613,7 +614,8 @@ def test_killed_then_resumed(film: tuple[str, str], tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
-    line = ["track", slow_film, "--init", film[1], "-o", str(rows), "--overlay", str(overlay)]
+    line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", str(rows)]
+    line += ["--overlay", str(overlay)]
     with started(line) as process:
         wait_for(lambda: count(rows) > 20)
         process.send_signal(signal.SIGINT)
@@ -649,7 +651,7 @@ def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.Mo
 
 @pytest.mark.slow
 def test_a_reader_that_leaves_ends_the_run_quietly(slow_film: str, film: tuple[str, str]) -> None:
-    line = ["track", slow_film, "--init", film[1], "-o", "-"]
+    line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", "-"]
     with started(line, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline().startswith("frame,")

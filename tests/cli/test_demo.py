@@ -147,7 +147,7 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         demo(out=tmp_path / "a", seed=-1)
     assert not (tmp_path / "a").exists()
     (tmp_path / "file").write_text("")
-    with pytest.raises(FormatError, match="--out"):
+    with pytest.raises(FormatError, match="cannot be made: File exists"):
         demo(out=tmp_path / "file", frames=1)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -102,11 +104,12 @@ main(sys.argv[2:])
 """
 
 
-@pytest.mark.parametrize(("masks", "written"), [("masks", 3), ("masks.json", 1)])
+@pytest.mark.parametrize(("masks", "written"), [("masks", 3), ("masks.json", 1), ("masks.json", 2)])
 def test_what_a_kill_leaves_is_gone_after_the_next_run(go: Go, masks: str, written: int) -> None:
     track = f"track film --init 40,40,41,41 --preset mean_shift --masks {masks} -o rows.csv"
     words = [sys.executable, "-c", KILLED, str(written), *track.split()]
     assert subprocess.run(words, capture_output=True, check=False).returncode == -signal.SIGKILL
+    assert not Path(masks).exists()  # a part never has the name of the whole
     assert len([*Path().rglob("*.partial-*")]) == 1
     code, said = go(f"{track} --resume")
     assert code == 0, said
@@ -116,6 +119,40 @@ def test_what_a_kill_leaves_is_gone_after_the_next_run(go: Go, masks: str, writt
     else:
         assert len(json.loads(Path(masks).read_text())["images"]) == 6
     assert Path("rows.csv").read_text().count("\n") == 7
+
+
+def test_a_full_disk_leaves_the_masks_so_far_under_another_name(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sync, calls = os.fsync, list[int]()
+
+    def full(file: int) -> None:
+        calls.append(file)
+        if len(calls) == 4:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        sync(file)
+
+    track = "track film --init 40,40,41,41 --preset mean_shift --masks masks"
+    monkeypatch.setattr(os, "fsync", full)
+    code, said = go(track)
+    (left,) = Path().glob("masks.partial-*")
+    assert (code, Path("masks").exists(), len([*left.iterdir()])) == (5, False, 3), said
+    assert f"The masks so far are in {left}." in said
+    assert f"wrote 3 masks in {left} (unfinished)" in said
+    code, said = go(f"{track} --overwrite")
+    assert (code, len([*Path("masks").iterdir()])) == (0, 6)
+    assert f"{left} is an unfinished masks" in said  # it may be of a run that still goes on
+
+
+def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Go) -> None:
+    track = "track film --init 40,40,41,41 --preset mean_shift --masks masks --overwrite"
+    Path("masks").mkdir()
+    Path("masks/old.png").touch()
+    assert go(track)[0] == 0
+    assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
+    Path("masks/notes.txt").touch()
+    code, said = go(track)
+    assert (code, "masks would be replaced, but holds notes.txt" in said) == (5, True), said
 
 
 @pytest.mark.parametrize(
@@ -130,5 +167,5 @@ def test_what_a_kill_leaves_is_gone_after_the_next_run(go: Go, masks: str, writt
 def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
     Path("full").mkdir()
     Path("full/a").touch()
-    found, said = go(f"track film --init 40,40,41,41 -o r.csv {line}")
+    found, said = go(f"track film --fps 25 --init 40,40,41,41 -o r.csv {line}")
     assert (found, message in said, said.count("\n")) == (code, True, 1), said

@@ -207,7 +207,7 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
     jobs = [job(name, film) for name in ("dies", "hangs", "fails", "a", "b", "c")]
-    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=2.0)
+    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=5.0)
     with LocalPool(2) as pool:
         events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
     made = {each.record.name: each.record for each in events if isinstance(each, Finished)}
@@ -315,7 +315,7 @@ def test_films_in_parts_have_the_same_rows(
     monkeypatch.chdir(tmp_path)
     clip(Path("film.mp4"), 60, options={"g": "12"})
     Path("keys.csv").write_text(
-        "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12,0.1\n45,2,2,16,12\n"
+        "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12\n45,2,2,16,12\n"
     )
     usual = {"source": "film.mp4", "region": "", "keyframes": "keys.csv"}
     whole = [usual | {"name": "a"}, usual | {"name": "b", "start": "5", "end": "50"}]

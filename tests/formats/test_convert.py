@@ -83,6 +83,50 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
+    said_once = "has no times, 25 frames a second are assumed; give --fps or --video."
+    assert go("convert one.csv one.vot.txt")[0] == 0
+    for line, assumed in [
+        ("convert one.vot.txt a.csv", True),
+        ("convert one.vot.txt b.csv --fps 25", False),
+        ("convert one.csv c.jsonl", False),  # with times of its own
+        ("convert one.vot.txt one.keyframes.csv", False),  # which holds no times
+        ("convert one.keyframes.csv d.csv", True),
+        ("convert two.json e.csv", False),
+    ]:
+        code, said = go(line)
+        assert (code, said.count(said_once)) == (0, int(assumed)), (line, said)
+    document = json.loads(Path("two.json").read_text())
+    for image in document["images"]:
+        del image["time"]  # as of other tools
+    Path("two.json").write_text(json.dumps(document))
+    code, said = go("convert two.json f.csv")
+    assert (code, said.count(said_once)) == (0, 1), said
+    Path("film").mkdir()
+    for frame in range(40):
+        Image.new("RGB", (320, 240)).save(f"film/{frame}.png")
+    code, said = go("convert one.vot.txt g.csv --video film")
+    assert (code, said.count("25 a second are assumed"), said_once in said) == (0, 1, False), said
+    assert go("convert one.vot.txt h.csv --video film --fps 10")[0] == 0
+    last = [*csv.DictReader(Path("h.csv").read_text().splitlines())][-1]
+    assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
+
+
+def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) -> None:
+    Path("film").mkdir()
+    for frame in range(3):
+        Image.effect_noise((64, 48), 60).convert("RGB").save(f"film/{frame}.png")
+    assert go("track film --init 20,10,16,20 --preset nummiaro -o a.csv")[0] == 0
+    Path("b.jsonl.run.json").write_text("corrections of other rows, which were moved away")
+    code, said = go("convert a.csv b.jsonl")
+    assert (code, said.count("\n")) == (5, 1)
+    assert "b.jsonl.run.json exists; choose another name, or overwrite it (--overwrite)." in said
+    assert not Path("b.jsonl").exists()
+    assert go("convert a.csv b.txt")[0] == 0  # which remembers nothing
+    assert go("convert a.csv b.jsonl --overwrite")[0] == 0
+    assert json.loads(Path("b.jsonl.run.json").read_text())["lines"] == 3
+
+
 @pytest.mark.parametrize("rows", ["a.csv", "a.jsonl"])
 def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
     """Cut between two rows, they look whole: the file beside them knows how many there were."""
@@ -125,8 +169,9 @@ def test_what_is_left_out_is_said(go: Go) -> None:
 
     assert go("convert two.json a.xml")[0] == 0
     text = Path("a.xml").read_text().replace("</track>", "<cuboid frame='0'/></track>")
-    Path("a.xml").write_text(text)
-    assert "left out of a.xml: 2 cuboids." in go("convert a.xml c.csv")[1]
+    only = "<track id='9' label='car'><cuboid frame='0'/></track></annotations>"
+    Path("a.xml").write_text(text.replace("</annotations>", only))
+    assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
 
     assert go("convert one.csv a.dlc.csv")[0] == 0
     lines = Path("a.dlc.csv").read_text().splitlines()

@@ -10,7 +10,7 @@ import pytest
 from motes import Status
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.geometry import iou
+from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
@@ -74,9 +74,19 @@ def test_they_are_followed_while_the_camera_moves() -> None:
         assert place == pytest.approx((x - 19 + 6.5, y + 9 + 14.5), abs=5)
 
 
-def test_where_everything_is_alike_there_is_a_limit() -> None:
+def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each place of a grid of thousands was looked at, for many seconds."""
+    looks: list[Ellipse] = []
+    look = LookalikeDetector._apart
+
+    def counted(self: LookalikeDetector, frame: Frame, place: Ellipse) -> float:
+        looks.append(place)
+        return look(self, frame, place)
+
+    monkeypatch.setattr(LookalikeDetector, "_apart", counted)
     frame = Frame(0, 0.0, np.full((90, 160, 3), 90, np.uint8))
     assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
+    assert len(looks) == LIMIT
 
 
 def test_a_box_beside_the_picture() -> None:

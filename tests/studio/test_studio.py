@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
 import msgspec
 import pytest
+from PIL import Image
 
 from motes.cli import main
+from motes.output.journal import Header, JournalWriter
 from motes.studio import protocol
+from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
@@ -247,12 +251,13 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
         str(at / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
         for word in found["command"].split()
     ]
-    assert main(words[1:]) in (0, 4)
+    assert main([*words[1:], "--slit", str(at / "slit.png")]) in (0, 4)
     assert both.get("export", scene=1, format="csv").content == (at / "rows.csv").read_bytes()
     events = both.get("export", scene=1, format="events").content
     lines = (at / "events.jsonl").read_bytes().splitlines()
     assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
-    assert both.get("slit", line="door").content.startswith(b"\x89PNG")
+    with Image.open(io.BytesIO(both.get("slit", line="door").content)) as ours:
+        assert ours == Image.open(at / "slit.png")
 
 
 def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Both) -> None:
@@ -262,12 +267,21 @@ def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Bo
     data = both.exported(number)
     answer = client.post(f"/api/sessions/{session}/import?name=mine.csv", content=data)
     assert answer.status_code == 201, answer.text
-    (new,) = answer.json()
+    (new,), left_out = answer.json()["objects"], answer.json()["left_out"]
+    assert left_out == []
     page.until(lambda: any(each.object == new for each in page.session.objects))
     page.settle()
     assert both.exported(new) == data
     page.do("set_keyframe", object=new, frame=20, region=BOX)
     page.settle()
+    cut = JournalWriter(both.at / "killed.rows.jsonl", Header("film.mkv", 0, 0, "car"))
+    for row in [*crowd()][:3]:
+        cut.add(row)
+    cut.close()
+    kept = (both.at / "killed.rows.jsonl").read_bytes() + b'{"frame"'
+    answer = client.post(f"/api/sessions/{session}/import?name=killed.rows.jsonl", content=kept)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["left_out"] == ["the last line, which is cut off"]
     bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
     assert bad.status_code == 400
     assert "format" in bad.json()["error"]

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
-from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite
+from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite, say_rate
 from motes.core.errors import ConfigError, FormatError, SourceError
 
 if TYPE_CHECKING:
@@ -82,7 +82,8 @@ def convert(
     from motes.cli.watch_outputs import check_place, format_of
     from motes.correction.history import history_path, line_count
     from motes.formats import registry
-    from motes.formats.aspects import aspects
+    from motes.formats.aspects import TIMES, aspects
+    from motes.output.track_rows import check_writable
 
     if list_:
         print("\n".join(_table()))
@@ -96,26 +97,31 @@ def convert(
     form = format_of(str(target), to)
     facts = _facts(video, size, fps, frames, label)
     recorded = registry.read(rows, source, facts)
-    left_out = recorded.left_out
+    left_out, assumed = recorded.left_out, recorded.assumed
     recorded = _checked(recorded, rows, facts)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
     point_out_leftovers(target)
     known = history_beside(rows) if source in ("csv", "jsonl") else None
+    known = known if form in ("csv", "jsonl") else None
+    if known is not None:
+        check_writable(history_path(target), overwrite)
     try:
         registry.write(target, form, recorded, keyframe_error)
     except OSError as error:
         raise FormatError(
             f"{target} cannot be written: {error.strerror}; make room, or choose another place."
         ) from error
-    if known is not None and form in ("csv", "jsonl"):
+    if known is not None:
         known.save(history_path(target), line_count(target))
     count = sum(1 for _ in recorded)
     log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
     if left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
+    if assumed and video is None and TIMES in registry.FORMATS[form].holds:
+        log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
@@ -148,8 +154,9 @@ def _facts(
     if video is not None:
         from motes.video.sources import open_source
 
-        with open_source(video) as film:
-            name, fps, frames = film.name, fps or film.fps, frames or film.frame_count
+        with open_source(video, fps=fps) as film:
+            say_rate(film)
+            name, fps, frames = film.name, film.fps, frames or film.frame_count
             width, height = (width, height) if size else (film.width, film.height)
     return FilmFacts(source=name, width=width, height=height, frames=frames, fps=fps, label=label)
 

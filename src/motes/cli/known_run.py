@@ -3,6 +3,7 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
+import glob
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from motes.cli.options import (
 from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.files import is_special, remove_leftovers
 
 if TYPE_CHECKING:
     from motes.correction.history import History
@@ -77,6 +79,7 @@ class Remembered:
 
         self._rows, self._history, self._done = Path(rows), history, False
         self._path = history_path(self._rows)
+        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
         check_writable(self._path, overwrite)
 
     def write(self, _: object) -> None:
@@ -110,7 +113,7 @@ def remembered(
     places: "Regions | None" = None,
     resume: bool = False,
 ) -> list[Remembered]:
-    """Return what writes the history of rows, in a list; empty for standard output and documents.
+    """Return what writes the history of rows, in a list; empty for streams and documents.
 
     Parameters
     ----------
@@ -126,14 +129,18 @@ def remembered(
         Whether the file may be there, of the same run.
     """
     from motes.cli.watch_outputs import STREAMED, format_of
-    from motes.correction.history import History
+    from motes.correction.history import History, history_path
 
-    if output == "-" or format_of(output, outputs.format) not in STREAMED:
+    special = output == "-" or is_special(output)
+    if special or format_of(output, outputs.format) not in STREAMED:
         return []
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
     )  # fmt: skip
+    if resume:  # what a killed run has left of it
+        beside = history_path(Path(output))
+        remove_leftovers(beside.with_name(glob.escape(beside.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume)]
 
 

@@ -165,7 +165,7 @@ def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
     check_not_source(
         source, where, outputs.overlay, outputs.masks, Path(folder) if folder else None
     )
-    point_out_leftovers(where, outputs.overlay)
+    point_out_leftovers(where, outputs.overlay, None if outputs.resume else outputs.masks)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
     return output

@@ -14,11 +14,13 @@ from msgspec.structs import replace
 from motes.cli.track_loop import Step
 from motes.cli.watch_outputs import Document
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import remove_leftovers, write_whole
+from motes.core.files import PartialFolder, remove_leftovers
 from motes.core.track import Status
 from motes.formats import runs
+from motes.formats.registry import check_replaced
 from motes.formats.shapes import frame_name
 from motes.output.journal import FrameRow, ObjectRow, journal_of
+from motes.output.track_rows import check_writable
 from motes.sot.segmentation import Mask, Segmenter
 
 if TYPE_CHECKING:
@@ -47,9 +49,10 @@ def masks_output(
     FormatError
         If it exists and must not be overwritten, or cannot be made.
     """
+    if resume:  # what is left of them is made again
+        remove_leftovers(path.with_name(glob.escape(path.name)))
     if path.suffix.lower() == ".json":
-        if resume:  # what is left of it is made again
-            remove_leftovers(path.with_name(glob.escape(path.name)))
+        if resume:
             journal_of(str(path)).unlink(missing_ok=True)
         document = Document(str(path), "coco", film, label or "object", overwrite, None)
         return DocumentMasks(document)
@@ -91,20 +94,25 @@ class Masks(ABC):
 
 
 class FolderMasks(Masks):
-    """A PNG file for each frame, white where the target is; the name is that of the image."""
+    """A PNG file for each frame, white where the target is; the name is that of the image.
+
+    The folder gets its name at the end of the run, also of one that Ctrl-C ended.
+    """
 
     def __init__(self, folder: Path, film: Source | Film, *, overwrite: bool) -> None:
         super().__init__()
-        self._folder, self._film, self._count = folder, film, 0
+        self._path, self._film, self._count = folder, film, 0
+        self._folder: PartialFolder | None = None
+        self._done = False
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            there = [*folder.iterdir()] if folder.exists() else []
         except OSError as error:
-            raise FormatError(
-                f"The folder {folder} cannot be made: {error.strerror}; choose another place."
-            ) from None
-        if not overwrite and any(folder.iterdir()):
+            raise self._failure(error) from None
+        check_writable(folder / "masks" if folder.is_dir() else folder)
+        if there and not overwrite:
             raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
-        remove_leftovers(folder / "*.png")
+        check_replaced(folder, (".png",), "mask")
 
     def add(self, step: Step, mask: Mask) -> None:
         """Write the file of a frame."""
@@ -114,23 +122,40 @@ class FolderMasks(Masks):
         stem = Path(file).stem if file else frame_name(step.frame.index)
         data = io.BytesIO()
         Image.fromarray(mask.astype(np.uint8) * 255).save(data, "PNG")
-        path = self._folder / f"{stem}.png"
         try:
-            write_whole(path, data.getvalue())
+            if self._folder is None:
+                self._folder = PartialFolder(self._path)
+            self._folder.add(f"{stem}.png", data.getvalue())
         except OSError as error:
-            raise FormatError(
-                f"{path} cannot be written: {error.strerror}; make room, or choose another place. "
-                f"The masks before it are kept."
-            ) from error
+            raise self._failure(error) from error
         self._count += 1
+
+    def _failure(self, error: OSError) -> FormatError:
+        kept = f" The masks so far are in {self._folder.path}." if self._folder else ""
+        return FormatError(
+            f"{self._path} cannot be written: {error.strerror}; make room, or choose another "
+            f"place.{kept}"
+        )
 
     @property
     def result(self) -> str | None:
-        """The folder."""
-        return f"{self._count} masks in {self._folder}" if self._count else None
+        """The folder, or the unfinished one that an error left."""
+        if self._folder is None:
+            return None
+        if self._done:
+            return f"{self._count} masks in {self._path}"
+        return f"{self._count} masks in {self._folder.path} (unfinished)"
 
     def __exit__(self, *exception: object) -> None:
-        """Leave the files as they are; each one is complete."""
+        """Give the folder its name; what an error ends stays a partial folder."""
+        ended = exception[1] is None or isinstance(exception[1], KeyboardInterrupt)
+        if self._folder is None or not ended:
+            return
+        try:
+            self._folder.finish()
+        except OSError as error:
+            raise self._failure(error) from error
+        self._done = True
 
 
 class DocumentMasks(Masks):

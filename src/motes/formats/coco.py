@@ -178,10 +178,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
             objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
-    times = {
-        frames[image.id]: facts.time(frames[image.id]) if image.time is None else image.time
-        for image in document.images
-    }
+    times = {frames[image.id]: image.time for image in document.images}
     files = {frames[image.id]: image.file_name for image in document.images}
     return recording_of(facts, objects, times, size, files)
 

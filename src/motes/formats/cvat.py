@@ -190,7 +190,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     count = facts.frames or end or 0
     if count > MOST_FRAMES:
         raise FormatError(f"its size is {count} frames, which no film has")
-    times = {frame: facts.time(frame) for frame in range(count)}
+    times = dict.fromkeys(range(count))
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
@@ -231,7 +231,7 @@ def _read_track(
 ) -> Iterator[tuple[int, ObjectRow]]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
-    for shape, following in zip(shapes, [*shapes[1:], None], strict=True):
+    for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
         if _flag(shape, "outside"):
             continue
         frame, row = _frame(shape), _row(shape, identity, label)

@@ -89,7 +89,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     columns = list(zip(individuals, points, coordinates, strict=True))
     if len(set(columns)) < len(columns):
         raise FormatError("two of its columns have the same titles")
-    objects, times = [], dict[int, float]()
+    objects, times = [], dict[int, None]()
     for place, line in enumerate(lines[len(titles) :], start=len(titles) + 1):
         with at(f"line {place}"):
             if len(line) != len(columns) + 1:
@@ -97,7 +97,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             frame = whole(line[0])
             if frame in times:
                 raise ValueError(f"frame {frame} is there twice")
-            times[frame] = facts.time(frame)
+            times[frame] = None
             values = dict(zip(columns, line[1:], strict=True))
             for name, identity in names.items():
                 row = _row(values, name, identity)

@@ -71,7 +71,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"frame {frame}"):
             if region is not None:
                 objects.append((frame, sound(ObjectRow(1, region, 1.0, Status.TRACKING))))
-    return recording_of(facts, objects, {frame: facts.time(frame) for frame in marks})
+    return recording_of(facts, objects, dict.fromkeys(marks))
 
 
 def _absent(first: int, last: int) -> bytes:

@@ -53,4 +53,4 @@ def read_frames(path: Path, facts: FilmFacts, first_pixel: int) -> Recording:
             ellipse = region.ellipse
             ellipse = ellipse._replace(x=ellipse.x - first_pixel, y=ellipse.y - first_pixel)
             objects.append((frame, sound(ObjectRow(1, ellipse, 1.0, Status.TRACKING))))
-    return recording_of(facts, objects, {i: facts.time(i) for i in range(len(regions))})
+    return recording_of(facts, objects, dict.fromkeys(range(len(regions))))

@@ -34,6 +34,11 @@ class Recorded(Protocol):
         """What of the file is not here, in a few words each."""
         ...
 
+    @property
+    def assumed(self) -> bool:
+        """Whether times are those of 25 frames a second, as no rate is known."""
+        ...
+
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an offset and the frame there, from an offset on."""
         ...
@@ -45,12 +50,14 @@ class Recorded(Protocol):
 class Recording:
     """The objects of a film, in memory; `frames` are in order.
 
-    `left_out` is what of the file is not here.
+    `left_out` is what of the file is not here; `assumed` is whether times are those of 25 frames a
+    second, as no rate is known.
     """
 
     head: Header
     frames: Sequence[FrameRow]
     left_out: Sequence[str] = ()
+    assumed: bool = False
 
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an index in `frames` and the frame there, from an index on."""
@@ -93,7 +100,7 @@ class FilmFacts:
 def recording_of(
     facts: FilmFacts,
     objects: Iterable[tuple[int, ObjectRow]],
-    times: Mapping[int, float] | None = None,
+    times: Mapping[int, float | None] = {},
     size: tuple[int, int] | None = None,
     files: Mapping[int, str] = {},
     left_out: Sequence[str] = (),
@@ -107,7 +114,8 @@ def recording_of(
     objects
         The objects. Frames without any are there if `times` has them.
     times
-        The times of frames, as far as the file holds them; else those of `facts`.
+        The times of frames in seconds; None, as far as the file does not hold them: then they
+        follow from the frame rate.
     size
         Width and height in the file; else those of `facts`.
     files
@@ -121,8 +129,7 @@ def recording_of(
         If a frame is negative, or larger than any film's, its time is none, or an object is there
         twice in a frame.
     """
-    known = times or {}
-    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in known}
+    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in times}
     there = set[tuple[int, int]]()
     for frame, each in objects:
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
@@ -132,8 +139,10 @@ def recording_of(
     for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
             raise FormatError(f"no film has a frame {frame}")
-        if not abs(known.get(frame, 0.0)) <= FARTHEST:
-            raise FormatError(f"frame {frame} has the time {known[frame]:g}")
+    known = {frame: time for frame, time in times.items() if time is not None}
+    for frame, time in known.items():
+        if not abs(time) <= FARTHEST:
+            raise FormatError(f"frame {frame} has the time {time:g}")
     width, height = size or (facts.width, facts.height)
     return Recording(
         Header(facts.source, width, height, facts.label),
@@ -147,6 +156,7 @@ def recording_of(
             for frame in sorted(frames)
         ],
         left_out,
+        assumed=not facts.fps and len(known) < len(frames),
     )
 
 

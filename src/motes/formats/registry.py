@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -330,21 +330,32 @@ def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | Non
 
 
 def check_folder(path: Path) -> None:
-    """Check that nothing is lost if a folder of labels is made anew.
+    """Check that nothing but labels is lost if a folder of labels is made anew.
 
     Raises
     ------
     FormatError
-        If the folder holds other files than texts, or is the current one.
+        As from `check_replaced`.
+    """
+    check_replaced(path, (".txt", ".yaml", ".cache"), "label")
+
+
+def check_replaced(path: Path, suffixes: Sequence[str], kind: str) -> None:
+    """Check that a folder of one kind of files can be replaced by a new one.
+
+    Raises
+    ------
+    FormatError
+        If the folder holds other files, or is the current one.
     """
     if not path.is_dir():
         return
     if path.samefile("."):
         raise FormatError(f"{path} is the current folder; name another one.")
     for each in path.iterdir():
-        if each.is_dir() or each.suffix not in (".txt", ".yaml", ".cache"):
+        if each.is_dir() or each.suffix not in suffixes:
             raise FormatError(
-                f"{path} would be replaced, but holds {each.name}, which is no label; choose "
+                f"{path} would be replaced, but holds {each.name}, which is no {kind}; choose "
                 f"another name."
             )
 

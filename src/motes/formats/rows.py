@@ -149,7 +149,7 @@ def recording_of_rows(
     """
     if "camera" in names:
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
-    times: dict[int, float] = {}
+    times: dict[int, float | None] = {}
     objects = []
     for place, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
@@ -158,10 +158,7 @@ def recording_of_rows(
             frame = whole(str(known["frame"]))
             if frame in times and "identity" not in names:
                 raise ValueError(f"frame {frame} is there twice")
-            if "time" in names:
-                times[frame] = float(known["time"])
-            else:
-                times[frame] = facts.time(frame)
+            times[frame] = float(known["time"]) if "time" in names else None
             each = _object(known, names)
             objects += [] if each is None else [(frame, each)]
     return recording_of(facts, objects, times)

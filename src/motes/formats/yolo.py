@@ -74,7 +74,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """
     names = _names(path)
     left_out: list[str] = []
-    objects, times, ended = [], dict[int, float](), dict[bool, str]()
+    objects, times, ended = [], dict[int, None](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
@@ -86,7 +86,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         frame = int(digits[-1])
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
-        times[frame] = facts.time(frame)
+        times[frame] = None
         text = read_text(file)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)

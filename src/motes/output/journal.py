@@ -162,6 +162,11 @@ class Journal:
             ) from None
 
     @property
+    def assumed(self) -> bool:
+        """Whether times are assumed: they are those of the run."""
+        return False
+
+    @property
     def left_out(self) -> Sequence[str]:
         """The last line, if it was cut off."""
         try:

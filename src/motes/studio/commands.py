@@ -162,7 +162,7 @@ class Line(msgspec.Struct, frozen=True):
 
     points: tuple[float, float, float, float]
     name: Name = ""
-    label: tuple[Name, Name] = ("left", "right")
+    label: tuple[Name, Name] = ("in", "out")
 
 
 class Zone(msgspec.Struct, frozen=True):

@@ -85,7 +85,7 @@ def figures(film: Film, config: TrackerConfig, task: DrawFigures, check: Check) 
 
 def slit(film: Film, task: DrawSlit, check: Check) -> bytes:
     """Return the slit scan of a line as PNG, as `motes watch --slit` makes it."""
-    scan = SlitScan(task.line)
+    scan = SlitScan(task.line, task.label)
     for frame in film.forward(0, len(film.times) - 1):
         scan.add(frame.pixels, frame.index, frame.time)
         check()

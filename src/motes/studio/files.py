@@ -29,6 +29,13 @@ class File(NamedTuple):
     data: bytes
 
 
+class Imported(msgspec.Struct, frozen=True):
+    """The numbers of the objects that a file has brought, and what of it was left out."""
+
+    objects: list[int]
+    left_out: list[str]
+
+
 async def export(session: Session, form: str, number: int | None) -> File:
     """Return the rows of one object, or of all, in a format.
 
@@ -118,7 +125,7 @@ async def slit(session: Session, name: str) -> File:
         for event in session.watching.events()
         if event["event"] == "crosses" and event.get("place") == name
     ]
-    task = DrawSlit(line.points, crossings)
+    task = DrawSlit(line.points, line.label, crossings)
     return File("slit.png", (await session.ask(task, frames=session.facts.frames)).data)
 
 
@@ -136,14 +143,14 @@ async def foreground(session: Session, index: int) -> bytes:
     return (await session.ask(DrawForeground(method, index), frames=index)).data
 
 
-def take(session: Session, name: str, data: bytes, form: str | None) -> list[int]:
-    """Add the objects of a file, and return their numbers."""
-    recorded = imports.read(name, data, form, session.facts)
+def take(session: Session, name: str, data: bytes, form: str | None) -> Imported:
+    """Add the objects of a file."""
+    recorded = imports.recording(name, data, form, session.facts)
     document, tables = imports.taken(
         session.document, recorded, session.times, Path(name).stem or "object"
     )
     session.take_rows(document, tables)
-    return [*tables]
+    return Imported([*tables], [*recorded.left_out])
 
 
 def _targets(session: Session, number: int | None) -> list[Target]:

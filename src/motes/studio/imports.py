@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recorded
+from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.visibility import VISIBLE
 from motes.output.journal import ObjectRow
 from motes.output.track_rows import DEVIATIONS
@@ -27,7 +27,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 """The palette of Okabe and Ito, whose colors color-blind readers can distinguish."""
 
 
-def read(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> Recorded:
+def recording(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> Recording:
     """Return the objects in an uploaded file, whose format is recognized unless it is given.
 
     Raises
@@ -41,8 +41,9 @@ def read(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / plain_name(name)
         path.write_bytes(data)
-        recorded = registry.read(path, form or registry.recognized(path), facts)
-        rows = [*recorded]
+        read = registry.read(path, form or registry.recognized(path), facts)
+        recorded = Recording(read.head, [*read], [*read.left_out])  # also of what is read later
+    rows = recorded.frames
     if rows and rows[-1].frame >= film.frames:
         raise FormatError(
             f"{name} has frame {rows[-1].frame}, but {film.name} has {film.frames} frames; open "

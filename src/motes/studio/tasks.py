@@ -108,13 +108,16 @@ class DrawFigures(_Task, frozen=True):
 
 
 class DrawSlit(_Task, frozen=True):
-    """Make the slit scan of a line, with its crossings; `Done` has a PNG.
+    """Make the slit scan of a line, with its crossings and the names of its directions.
+
+    `Done` has a PNG.
 
     A crossing has its frame, the place of the foot, the identity, and whether it goes to the second
     side of the line.
     """
 
     line: tuple[float, float, float, float]
+    label: tuple[str, str]
     crossings: list[tuple[int, float, float, int, bool]]
 
 

@@ -26,7 +26,7 @@ def test_actions_wait_for_the_answers_to_those_before(shown: Shown) -> None:
     shown.open()
     do(shown, "app.store.set({ tracker: { preset: 'mean_shift', config: null, seed: 0 } });")
     draft = "{ object: null, frame: 0, color: '#000000', region: [135, 79, 60, 80] }"
-    line = "{ points: [40, 120, 280, 120], name: '', label: ['left', 'right'] }"
+    line = "{ points: [40, 120, 280, 120], name: '', label: ['in', 'out'] }"
     do(shown, f"for (const one of [1, 2]) app.actions.commit({draft}); app.actions.track();")
     do(shown, f"for (const one of [1, 2]) app.actions.setPlaces(({{ lines }}) => ({{ lines: "
               f"[...lines, {line}] }}));")  # fmt: skip

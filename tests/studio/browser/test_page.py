@@ -67,6 +67,8 @@ def test_all_that_moves_is_counted(shown: Shown) -> None:
     page.get_by_label("Name of line 1", exact=True).fill("door")
     page.get_by_label("Name of line 1", exact=True).press("Enter")
     shown.until("s.session.places.lines[0].name === 'door'")
+    names = page.get_by_role("textbox", name="Name of crossings of line 1")
+    assert [names.nth(at).input_value() for at in (0, 1)] == ["in", "out"]
     page.get_by_role("button", name="Track all that moves").click()
     shown.until(
         "[...s.jobs.values()].some(({ kind, status }) => kind === 'watch' && status === 'done')"
@@ -137,6 +139,16 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     download.value.save_as(tmp_path / "rows.csv")
     page.get_by_label("File to import").set_input_files(tmp_path / "rows.csv")
     shown.until("s.session.objects.length === 2")
+    page.get_by_text("rows.csv was imported.").wait_for()
+    mixed = tmp_path / "mixed.xml"
+    shape = "frame='0' outside='0' keyframe='1'"
+    mixed.write_text(
+        "<annotations><version>1.1</version><track id='0' label='car'>"
+        f"<box {shape} xtl='10' ytl='10' xbr='50' ybr='40'/></track>"
+        f"<track id='1' label='car'><cuboid {shape}/></track></annotations>"
+    )
+    page.get_by_label("File to import").set_input_files(mixed)
+    page.get_by_text("mixed.xml was imported, without").wait_for()
     page.keyboard.press("Escape")
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
 

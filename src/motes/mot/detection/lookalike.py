@@ -36,7 +36,11 @@ SURROUNDINGS = 3.0
 ALIKE = 0.1
 """A size is about as similar as the best one if its rho is less by this share at most."""
 LIMIT = 100
-"""Largest number of detections in a frame."""
+"""Largest number of places that are looked at closely in a frame, and so of detections.
+
+A team needs some 25. Where everything has the target's colors, as in a frame without any structure,
+there would be a place for every step of the grid.
+"""
 SEVERAL = 1.4
 """A detection that is larger than the target by this factor may hold several objects."""
 MOVING = 0.2
@@ -137,10 +141,12 @@ class LookalikeDetector:
         rho = 1 - self._color.distances(self._model, frame, places) ** 2
         order = np.argsort(-rho)
         found: list[Detection] = []
+        looks = 0
         for i in order[rho[order] > self._least].tolist():
-            if len(found) == LIMIT:
+            if looks == LIMIT:
                 break
             if not any(_meet(places[i], each.box) for each in found):
+                looks += 1
                 place = self._sized(frame, self._shifted(frame, Ellipse(*places[i].tolist())))
                 distance = self._apart(frame, place)
                 taken = any(_meet(np.array(place), each.box) for each in found)

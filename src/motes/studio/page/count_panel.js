@@ -105,17 +105,17 @@ function paintEntries(root, actions, { lines, zones }) {
     [lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at))]);
 }
 
-/** The names of the two directions in which a line is crossed. */
+/** The names of the two directions in which a line is crossed: to its left, where the stroke points, and back. */
 function sides(line, usual, change) {
   const side = (at, word) => element("input", {
-    value: line.label[at], maxlength: "100", "aria-label": `Name of crossings of ${usual} to the ${word}`,
+    value: line.label[at], maxlength: "100", "aria-label": `Name of crossings of ${usual} ${at ? "against" : "along"} the stroke`,
     onchange({ target }) {
       const label = [...line.label];
       label[at] = target.value || word;
       change({ label });
     },
   });
-  return element("div", { class: "row even" }, side(0, "left"), side(1, "right"));
+  return element("div", { class: "row even" }, side(0, "in"), side(1, "out"));
 }
 
 /** The seconds after which an object stays in a zone. */

@@ -6,6 +6,8 @@ import { button, element, field } from "./dom.js";
 import { show } from "./dialogs.js";
 import { selectedItem } from "./derived.js";
 
+const SAID = 5; // kinds of things left out that are named; the others are counted
+
 /** Show what can be exported, and a place for rows that come in. */
 export async function showExports(app) {
   const { session, scene } = app.store.state;
@@ -72,8 +74,9 @@ async function download(pressed, address) {
 async function bring({ store }, file) {
   if (!file) return;
   try {
-    await send(`/api/sessions/${store.state.session.id}/import?name=${encodeURIComponent(file.name)}`, file, () => {});
-    announce(`${file.name} was imported.`);
+    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?name=${encodeURIComponent(file.name)}`, file, () => {});
+    const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
+    announce(`${file.name} was imported${rest.length ? `, without ${named}` : ""}.`, rest.length ? "error" : "note");
   } catch (error) {
     announce(`${file.name} was not imported: ${error.message}`, "error");
   }

@@ -145,18 +145,19 @@ function surfacePicture(values) {
   return picture;
 }
 
-/** Draw a line that is counted: an arrow at its middle shows which side is its right. */
-export function drawLine(context, [x1, y1, x2, y2], text, { color, scale }) {
+/** Draw a line that is counted; a stroke from its middle to its left bears the name of that direction. */
+export function drawLine(context, [x1, y1, x2, y2], [text, first], { color, scale }) {
   context.beginPath();
   context.moveTo(x1, y1);
   context.lineTo(x2, y2);
   const [mx, my] = [(x1 + x2) / 2, (y1 + y2) / 2];
   const length = Math.hypot(x2 - x1, y2 - y1) || 1;
-  const [nx, ny] = [(-(y2 - y1) / length) * (14 / scale), ((x2 - x1) / length) * (14 / scale)];
+  const [tx, ty] = [mx + ((y2 - y1) / length) * (18 / scale), my - ((x2 - x1) / length) * (18 / scale)];
   context.moveTo(mx, my);
-  context.lineTo(mx + nx, my + ny);
+  context.lineTo(tx, ty);
   stroke(context, { color, scale });
-  drawLabel(context, [mx, my, 1, 1, 0], text, { color, scale });
+  drawLabel(context, [tx, ty, 1, 1, 0], first, { color, scale });
+  if (text) drawLabel(context, [x1, y1, 1, 1, 0], text, { color, scale });
 }
 
 /** Draw a polygon with corners [[x, y], ...]. */

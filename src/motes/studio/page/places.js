@@ -11,7 +11,7 @@ export async function endLine({ store, actions }) {
   if (corners.length < 2) return;
   const [[x1, y1], [x2, y2]] = corners;
   if (Math.hypot(x2 - x1, y2 - y1) < LEAST) return;
-  const line = { points: [x1, y1, x2, y2].map(tenth), name: "", label: ["left", "right"] };
+  const line = { points: [x1, y1, x2, y2].map(tenth), name: "", label: ["in", "out"] };
   await actions.setPlaces(({ lines }) => ({ lines: [...lines, line] }));
 }
 

@@ -163,7 +163,7 @@ function paintPlaces(context, { session, corners, tool, shown: wanted }, scale) 
   const style = { color: "#f0e442", scale };
   const { lines, zones, ground } = session.places;
   if (wanted.has("places")) {
-    lines.forEach(({ points, name }, at) => layers.drawLine(context, points, name || `line ${at + 1}`, style));
+    lines.forEach(({ points, name, label }, at) => layers.drawLine(context, points, [name || `line ${at + 1}`, label[0]], style));
     zones.forEach(({ points, name }, at) => {
       layers.drawZone(context, pairs(points), name || `zone ${at + 1}`, { ...style, color: "#56b4e9" });
     });
@@ -172,7 +172,7 @@ function paintPlaces(context, { session, corners, tool, shown: wanted }, scale) 
     }
   }
   if (!corners.length) return;
-  if (tool === "line" && corners.length === 2) layers.drawLine(context, corners.flat(), "", style);
+  if (tool === "line" && corners.length === 2) layers.drawLine(context, corners.flat(), ["", "in"], style);
   else if (tool === "zone") layers.drawZone(context, corners, "", { ...style, color: "#56b4e9" });
   layers.drawPoints(context, corners, { ...style, color: "#cc79a7" });
 }
@@ -199,7 +199,7 @@ function captionOf(state, side) {
 const HINTS = {
   box: "Drag a box around the object",
   ellipse: "Drag an ellipse over the object; then turn it by its handle",
-  line: "Drag a line; the short stroke points to its right",
+  line: "Drag a line; the short stroke shows the way in",
   zone: "Click the corners; press Enter or click the first one to close",
   ground: "Click four points of the ground that you know in metres",
 };
