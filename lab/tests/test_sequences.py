@@ -415,6 +415,20 @@ def test_a_sequence_in_a_relative_folder_of_digits(
 # A video of one's own.
 
 
+def test_films_with_the_truth_beside_them(tmp_path: Path) -> None:
+    otb(tmp_path / "David", "3,4,5,6\n3,4,5,6\n")
+    for name in ("cup.mp4", "alone.mp4", ".hidden"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "cup.txt").write_text("3,4,5,6\nNaN,NaN,NaN,NaN\n4,4,5,6\n")
+    sequences, problems = load_dataset(tmp_path)
+    assert not problems
+    assert [sequence.name for sequence in sequences] == ["David", "cup"]
+    film = sequences[1]
+    assert Path(film.source) == tmp_path / "cup.mp4"
+    assert film.boxes[[0, 2]].tolist() == [[3, 4, 5, 6], [4, 4, 5, 6]]  # 0-based
+    assert np.isnan(film.boxes[1]).all()
+
+
 def test_annotation_is_zero_based(tmp_path: Path) -> None:
     video = tmp_path / "cat.mp4"
     video.touch()  # only its decoder opens it

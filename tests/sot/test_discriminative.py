@@ -249,7 +249,7 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
     look = config.localizer.localize(rng, state, frames[1], state.ellipse)
-    turned = config._turned(rng, state, frames[1], look)
+    turned = config._turned(rng, state, frames[1], look, None)
     assert turned.pose.theta == side * config.turn
     assert turned.evidence >= look.evidence
     assert turned.pose[:2] == pytest.approx((160, 120), abs=3)

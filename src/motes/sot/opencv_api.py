@@ -22,7 +22,7 @@ class OpenCVTracker:
 
     Parameters
     ----------
-    config, seed
+    config, seed, network
         As for `Tracker`.
 
     Attributes
@@ -31,13 +31,25 @@ class OpenCVTracker:
         The `Tracker` behind it, with `info` and the confidence.
     """
 
-    def __init__(self, config: str | TrackerConfig = "default", seed: int = 0) -> None:
-        self.tracker = Tracker(config, seed)
+    def __init__(
+        self,
+        config: str | TrackerConfig = "default",
+        seed: int = 0,
+        *,
+        network: Sequence[str] = (),
+    ) -> None:
+        self.tracker = Tracker(config, seed, network=network)
 
     @classmethod
-    def create(cls, config: str | TrackerConfig = "default", seed: int = 0) -> Self:
+    def create(
+        cls,
+        config: str | TrackerConfig = "default",
+        seed: int = 0,
+        *,
+        network: Sequence[str] = (),
+    ) -> Self:
         """Return a new tracker, as `cv2.TrackerCSRT.create()` does."""
-        return cls(config, seed)
+        return cls(config, seed, network=network)
 
     def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:
         """Start on the object in a box (x, y, width, height).

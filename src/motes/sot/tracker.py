@@ -26,8 +26,10 @@ from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.core.types import Floats
 from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import Target
+from motes.sot.network.network import Network
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
@@ -55,6 +57,8 @@ class Tracker:
     backward
         Whether frames come in reverse order, each before the last one. The algorithm sees the film
         run backward; tracks have the times of their frames.
+    network
+        Files of a trained network that joins the default tracker (docs/network.md).
 
     Attributes
     ----------
@@ -72,10 +76,19 @@ class Tracker:
         fps_target: float | None = None,
         *,
         backward: bool = False,
+        network: Sequence[str] = (),
     ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, Algorithm):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
+        if network:
+            if not isinstance(self.config, Discriminative):
+                raise ConfigError(
+                    "Only the default tracker takes a network; choose preset default."
+                )
+            self.config = replace(self.config, network=Network(tuple(network)))
+        if isinstance(self.config, Discriminative) and self.config.network:
+            self.config.network.open()
         self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
         if fps_target is not None:
             pace = SpeedBudget(fps_target)

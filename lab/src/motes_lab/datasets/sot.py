@@ -17,7 +17,9 @@ in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according t
 while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the file
 `sequence`, a `camera_motion` tag, and polygons or masks in the truth.
 
-A dataset is a folder of such folders; with a file `list.txt`, only the folders named in it.
+A dataset is a folder of such folders; with a file `list.txt`, only the folders named in it. It may
+also hold films with the truth beside each: `cup.mp4` and `cup.txt`, as `read_regions` describes it,
+the first pixel 0.
 """
 
 from __future__ import annotations
@@ -41,6 +43,8 @@ from motes.formats.regions import Region, read_mask, read_regions
 from motes.formats.text import read_text
 from motes.video.image_files import IMAGE_ENDINGS
 
+FILM_ENDINGS = (".mp4", ".mkv", ".mov", ".m4v", ".avi", ".webm", ".mpg", ".wmv")
+"""Endings of the films that a dataset may hold."""
 S = TypeVar("S")
 
 
@@ -151,7 +155,7 @@ def load_dataset(
     if not entries:
         raise SourceError(
             f"There is no sequence in {path}; a sequence is a folder with frames and a "
-            f"groundtruth_rect.txt, groundtruth.txt or masks/."
+            f"groundtruth_rect.txt, groundtruth.txt or masks/, or a film with a text of its name."
         )
     for pattern, pixel in first_pixel.items():
         if not any(fnmatchcase(entry.name, pattern) for entry in entries):
@@ -209,7 +213,17 @@ def _entries(root: Path) -> list[_Entry]:
         raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
     except FormatError as error:
         raise SourceError(f"{root} cannot be read: {error}.") from None
-    return [entry for folder in folders for entry in _entries_of_folder(folder, listed)]
+    entries = [entry for folder in folders for entry in _entries_of_folder(folder, listed)]
+    return entries if listed else entries + _films(root)
+
+
+def _films(root: Path) -> list[_Entry]:
+    """Return the films in a folder that have a truth of their name beside them."""
+    return [
+        _Entry(printable(film.stem), film, film.with_suffix(".txt"))
+        for film in sorted(root.iterdir())
+        if film.suffix.lower() in FILM_ENDINGS and film.with_suffix(".txt").is_file()
+    ]
 
 
 def _entries_of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
@@ -278,7 +292,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
         raise FormatError(f"{truth.name} has no frame with a target")
     if not truth.is_dir():
         if first_pixel is None:
-            first_pixel = 0 if _is_vot(place, truth, regions) else 1
+            first_pixel = 0 if place.is_file() or _is_vot(place, truth, regions) else 1
         boxes[:, :2] -= first_pixel
         ellipses[:, :2] -= first_pixel
     return Sequence(name, source, boxes, ellipses)

@@ -32,12 +32,16 @@ class Voices(NamedTuple):
         Response of the confined filter, relative to that in the first frames.
     colors
         Bhattacharyya distance of the color histogram to that of the first region, 0 to 1.
+    network
+        How much more than without an opinion a trained network holds the place for the target's;
+        0 without a network.
     """
 
     gradients: float
     contrast: float
     confined: float
     colors: float
+    network: float = 0.0
 
 
 class Evidence(Config, frozen=True):
@@ -48,7 +52,7 @@ class Evidence(Config, frozen=True):
 
     Attributes
     ----------
-    gradients, contrast, confined, colors
+    gradients, contrast, confined, colors, network
         Weight of each voice. With 0 the expert has no say.
     prior
         Log odds of a place of which no expert says anything.
@@ -58,6 +62,7 @@ class Evidence(Config, frozen=True):
     contrast: NonNegative = 5.0
     confined: NonNegative = 2.5
     colors: NonNegative = 3.75
+    network: NonNegative = 5.0
     prior: float = -2.0
 
     def log_odds(self, voices: Voices) -> float:
@@ -68,6 +73,7 @@ class Evidence(Config, frozen=True):
             + self.contrast * voices.contrast
             + self.confined * min(voices.confined, LARGEST_VOICE)
             - self.colors * min(voices.colors, LARGEST_DISTANCE)
+            + self.network * voices.network
         )
 
 

@@ -23,6 +23,7 @@ from motes.cues.correlation_filter import (
 )
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.evidence import Evidence, Voices
+from motes.sot.discriminative.network_expert import NO_OPINION, NetworkOpinion
 from motes.sot.discriminative.redetection import Redetection, RedetectionModel
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
@@ -116,6 +117,7 @@ class Localizer:
         frame: Frame,
         place: Ellipse,
         view: ConfinedView | None = None,
+        opinion: NetworkOpinion | None = None,
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
@@ -128,6 +130,8 @@ class Localizer:
         view
             What the confined filter sees in this frame, if it has been read; it is read again for
             a place that it does not cover.
+        opinion
+            What a trained network says of this frame.
         """
         if view is None or not view.covers(place):
             view = self.confined.view(known.confined, frame, place)
@@ -175,7 +179,8 @@ class Localizer:
         stands_out = contrast(integral, box)
         similarity = peak_near(first, box[0], box[1])
         colors = self.redetection.color_distance(known.appearance, frame, found)
-        voices = Voices(similarity, stands_out, confined, colors)
+        network = 0.0 if opinion is None else opinion.score(found) - NO_OPINION
+        voices = Voices(similarity, stands_out, confined, colors, network)
         seen = window, spectra, integral, view
         judged = stands_out, similarity, self.evidence.log_odds(voices)
         return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)

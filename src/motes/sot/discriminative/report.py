@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -17,6 +18,7 @@ from motes.core.track import Track
 from motes.core.types import Floats
 from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.network_expert import NetworkOpinion
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.filtering.moments import mean_ellipse
@@ -41,11 +43,17 @@ class Reporter:
         return self._report(state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
 
     def report(
-        self, state: DiscriminativeState, frame: Frame, look: WindowEstimate, ellipses: Floats
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
+        ellipses: Floats,
+        opinion: NetworkOpinion | None = None,
     ) -> DiscriminativeInfo:
         """Return the report of an estimate.
 
-        While a lost target is searched for, the particles are those of the search.
+        While a lost target is searched for, the particles are those of the search. The proportions
+        of an upright target are half-way to those that a network sees.
 
         Parameters
         ----------
@@ -53,11 +61,14 @@ class Reporter:
             The state after the frame.
         ellipses
             (N, 5) the particles of the estimate; their weights are those of `look`.
+        opinion
+            What a trained network says of the frame.
         """
         weights: Weights | None = look.weights
         if not state.standing.trusted and len(state.search_particles):
             ellipses, weights = state.search_particles, None
-        return self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
+        info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
+        return info if opinion is None else _joined(info, opinion)
 
     def _report(
         self,
@@ -107,6 +118,23 @@ class Reporter:
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
+
+
+def _joined(info: DiscriminativeInfo, opinion: NetworkOpinion) -> DiscriminativeInfo:
+    """Return a report whose box is the mean of that of the tracker and that of the network.
+
+    Where the two are of different places, or the target is turned, the report stays.
+    """
+    track = info.track
+    if track.ellipse.theta or not opinion.agrees(track.box):
+        return info
+    sure = track.confidence / (track.confidence + opinion.candidate.score)
+    mean = sure * np.array(track.ellipse) + (1 - sure) * np.array(opinion.place)
+    ellipses = info.ellipses.copy()
+    ellipses[:, :2] += mean[:2] - track.ellipse[:2]
+    ellipses[:, 2:4] *= mean[2:4] / track.ellipse[2:4]
+    joined = replace(track, ellipse=Ellipse(*mean.tolist()))
+    return replace(info, track=joined, ellipses=ellipses)
 
 
 def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellipse) -> Floats:

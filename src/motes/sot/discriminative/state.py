@@ -16,6 +16,7 @@ from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
+from motes.sot.discriminative.network_expert import NetworkTarget
 from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.standing import Standing
@@ -51,6 +52,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         The status of the target.
     rival
         Another place that may be the target's.
+    network
+        What a trained network knows of the target; None without one.
     motion
         The last motion of the target and of the camera.
     light
@@ -69,6 +72,7 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     turn: TurnEstimate
     standing: Standing
     rival: Rival
+    network: NetworkTarget | None
     motion: MotionHistory
     light: Light
 

@@ -33,6 +33,7 @@ from motes.sot.discriminative import prediction
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.network_expert import NetworkOpinion, NetworkTarget
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import (
     Reporter,
@@ -49,6 +50,7 @@ from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.network.network import Network
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
@@ -127,6 +129,8 @@ class Discriminative(
         Angle of the turned windows that are tried when the tracker is not certain, in radians.
     evidence
         How the experts' voices are added to the log odds that the target is at a place.
+    network
+        A trained network that joins the experts; by default there is none.
     """
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
@@ -145,6 +149,7 @@ class Discriminative(
     border_gain: NonNegative = 0.2
     turn: Positive = 0.25
     evidence: Evidence = Evidence()
+    network: Network | None = None
 
     @cached_property
     def cues(self) -> dict[str, Correlation | Posterior]:
@@ -204,6 +209,7 @@ class Discriminative(
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
             rival=Rival(box),
+            network=NetworkTarget.learn(self.network, frame, box) if self.network else None,
             motion=prediction.started(small_picture(frame)),
             light=Light(),
         )
@@ -217,11 +223,15 @@ class Discriminative(
         sight = prediction.predictions(state.motion, picture, frame)
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
-        found = self._place(rng, state, frame, sight.likeliest(state.motion))
+        shift = sight.likeliest(state.motion)
+        opinion = None
+        if self.network and state.network:
+            opinion = NetworkOpinion.of(self.network, state.network, frame, shift)
+        found = self._place(rng, state, frame, shift, opinion)
         if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
-            found = found._replace(look=self._turned(rng, state, frame, found.look))
+            found = found._replace(look=self._turned(rng, state, frame, found.look, opinion))
         if found.look.evidence < 0:
-            found = self._search(rng, state, frame, found)
+            found = self._search(rng, state, frame, found, opinion)
         look, jumped = found.look, found.jumped
         standing = state.standing.after(look.evidence, jumped=jumped)
         learned = not (standing.missed or found.rival.alive)
@@ -251,7 +261,11 @@ class Discriminative(
         steady = not (jumped or state.standing.missed or standing.missed)
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
         after = replace(after, motion=motion, light=light)
-        return after, self.reporter.report(after, frame, look, particles_of(look, state, pose))
+        if opinion and state.network:
+            known = opinion.followed(state.network, pose, decided=learned)
+            after = replace(after, network=known)
+        ellipses = particles_of(look, state, pose)
+        return after, self.reporter.report(after, frame, look, ellipses, opinion)
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -285,6 +299,7 @@ class Discriminative(
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
             rival=Rival(box),
+            network=replace(state.network, place=box) if state.network else None,
         )
         return state, self.reporter.placed(state, frame)
 
@@ -304,20 +319,25 @@ class Discriminative(
         return state
 
     def _place(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, shift: Floats
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        shift: Floats,
+        opinion: NetworkOpinion | None,
     ) -> Found:
-        """Return the target's place near the predicted one, or where the wide expert sees it.
+        """Return the target's place near the predicted one, or where another expert sees it.
 
         A far prediction may be wrong: if it is in doubt, the last place is looked at as well.
         """
         last = state.ellipse
         predicted = moved(last, shift, frame)
         view = self.confined.view(state.confined, frame, predicted)
-        look = self.localizer.localize(rng, state, frame, predicted, view)
+        look = self.localizer.localize(rng, state, frame, predicted, view, opinion)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self.localizer.localize(rng, state, frame, last, view)
+            there = self.localizer.localize(rng, state, frame, last, view, opinion)
             look = max(look, there, key=lambda look: look.evidence)
-        return self._compare(rng, state, frame, look, shift, view)
+        return self._compare(rng, state, frame, look, shift, view, opinion)
 
     def _compare(
         self,
@@ -327,24 +347,32 @@ class Discriminative(
         look: WindowEstimate,
         shift: Floats,
         view: ConfinedView,
+        opinion: NetworkOpinion | None,
     ) -> Found:
         """Return the place that has more evidence so far: that of a window, or its rival's.
 
         The rival is followed from frame to frame. Without one, it is where the confined filter
-        responds most, if that is elsewhere.
+        responds most, or the network, if that is elsewhere.
         """
         rival = state.rival
         if rival.alive:
             place = moved(rival.place, shift, frame)
-            other = self.localizer.localize(rng, state, frame, place, view)
+            other = self.localizer.localize(rng, state, frame, place, view, opinion)
             rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
         if not rival.alive:
-            place = moved(view.peak(), np.zeros(2), frame)
-            if not rival.parts(place, look.pose):
+            peaks = [view.peak(), *([] if opinion is None else [opinion.place])]
+            places = [
+                moved(look.pose, np.subtract(peak[:2], look.pose[:2]), frame) for peak in peaks
+            ]
+            others = [
+                self.localizer.localize(rng, state, frame, place, view, opinion)
+                for place in places
+                if rival.parts(place, look.pose)
+            ]
+            others = [other for other in others if rival.parts(other.pose, look.pose)]
+            if not others:
                 return Found(look, Rival(look.pose))
-            other = self.localizer.localize(rng, state, frame, place, view)
-            if not rival.parts(other.pose, look.pose):
-                return Found(look, Rival(look.pose))
+            other = max(others, key=lambda other: other.evidence)
         rival = rival.after(other.pose, other.evidence - look.evidence)
         if rival.wins:
             return Found(other, Rival(other.pose))
@@ -356,11 +384,16 @@ class Discriminative(
         state: DiscriminativeState,
         frame: Frame,
         look: WindowEstimate,
+        opinion: NetworkOpinion | None,
     ) -> WindowEstimate:
         """Return the estimate, or one of a window turned to either side with more evidence."""
         looks = [
             self.localizer.localize(
-                rng, state, frame, look.pose._replace(theta=look.pose.theta + turn)
+                rng,
+                state,
+                frame,
+                look.pose._replace(theta=look.pose.theta + turn),
+                opinion=opinion,
             )
             for turn in (-self.turn, self.turn)
         ]
@@ -368,7 +401,12 @@ class Discriminative(
         return best if best.evidence > look.evidence + TURN_GAIN else look
 
     def _search(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, found: Found
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        found: Found,
+        opinion: NetworkOpinion | None,
     ) -> Found:
         """Return the target's place, or another one that the search finds and that is clear."""
         searchers, last = state.search_particles, state.ellipse
@@ -377,7 +415,9 @@ class Discriminative(
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
-        looks = [self.localizer.localize(rng, state, frame, place) for place in places]
+        looks = [
+            self.localizer.localize(rng, state, frame, place, opinion=opinion) for place in places
+        ]
         best = max(looks, key=lambda look: look.evidence)
         if best.evidence > max(found.look.evidence, CLEAR):
             return Found(best, Rival(best.pose), True, searchers)
