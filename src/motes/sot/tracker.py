@@ -83,9 +83,7 @@ class Tracker:
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         if network:
             if not isinstance(self.config, Discriminative):
-                raise ConfigError(
-                    "Only the default tracker takes a network; choose preset default."
-                )
+                raise ConfigError("Only preset default takes a network; choose preset default.")
             self.config = replace(self.config, network=Network(tuple(network)))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
