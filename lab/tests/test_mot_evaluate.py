@@ -291,7 +291,7 @@ def test_unknown_detectors(home: Path, name: str, error: str) -> None:
 
 def test_results_are_taken_as_they_are(crowd: MotSequence, home: Path) -> None:
     (home / "r").mkdir()
-    (home / "r" / "film.txt").write_text("3,7,0.1,2.7,3,0,-5,-1,-1,-1\n1,9,1,2,3,4,1\n")
+    (home / "r" / "film.txt").write_text("3,7,0.1,2.7,3,0,-5,-1,-1,-1\n1,9,1,2,3,4,1,-1,-1,-1\n")
     found = followed(crowd, "results=r")
     save_tracks(home / "a.csv", found)
     read = load_tracks(home / "a.csv").rows

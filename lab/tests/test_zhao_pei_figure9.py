@@ -68,7 +68,7 @@ def test_what_need_not_be_found_does_not_count(tmp_path: Path) -> None:
     truth = write_crowd(tmp_path) / "gt" / "gt.txt"
     lines = truth.read_text().splitlines()
     others = [",".join([*line.split(",")[:7], "12", "1"]) for line in lines[1::2]]
-    truth.write_text("\n".join([*lines[::2], *others]))
+    truth.write_text("\n".join([*lines[::2], *others, ""]))
     (each,), _ = load_mot_dataset(tmp_path)
     assert counted(each)[1] == [[1, 0, 0]] * 2 + [[1, 1, 1]] * 10
 

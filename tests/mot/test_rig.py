@@ -124,7 +124,7 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
 @pytest.mark.slow
 def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
     """Nummiaro et al., section VII: both search for a histogram that was saved before."""
-    line = "histogram hall.mkv --start 32 --init 32,40,16,30 -o red.json"
+    line = "track hall.mkv --start 32 --init 32,40,16,30 --save-histogram red.json"
     assert main(line.split()) == 0
     entry = '[{ name = "entry", box = [0, 0, 10, 96] }, {'
     rig = HALL.replace("[{", entry) + OFFICE + PASSAGE

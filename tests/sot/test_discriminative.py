@@ -15,6 +15,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.placing import Placer
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size_estimate import SizeEstimator
@@ -249,7 +250,7 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
     look = config.localizer.localize(rng, state, frames[1], state.ellipse)
-    turned = config._turned(rng, state, frames[1], look, None)
+    turned = config.placer.turned(rng, state, frames[1], look, None)
     assert turned.pose.theta == side * config.turn
     assert turned.evidence >= look.evidence
     assert turned.pose[:2] == pytest.approx((160, 120), abs=3)
@@ -368,7 +369,7 @@ def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPat
     frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
     tracker, done = Tracker(), list[str]()
     tracker.init(frames[0], boxes[0])
-    for owner, name in ((SizeEstimator, "estimate"), (Discriminative, "_turned")):
+    for owner, name in ((SizeEstimator, "estimate"), (Placer, "turned")):
         method = getattr(owner, name)
 
         def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
@@ -379,7 +380,7 @@ def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("motes.sot.discriminative.tracker.CLEAR", 99.0)  # always in doubt
     for picture in frames[1:]:
         tracker.update(picture)
-    assert done == ["estimate", "_turned"] * 3
+    assert done == ["estimate", "turned"] * 3
 
 
 def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,9 +22,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status
-from motes.core.types import Floats
 from motes.cues.color_posterior import Posterior, borders, contrast
-from motes.cues.confined_filter import ConfinedFilter, ConfinedView
+from motes.cues.confined_filter import ConfinedFilter
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
@@ -34,6 +33,7 @@ from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.network_expert import NetworkOpinion, NetworkTarget
+from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, Placer
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import (
     Reporter,
@@ -54,39 +54,8 @@ from motes.sot.network.network import Network
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
-CLEAR = 1.0
-"""Log odds above which a place is clear: it is not looked at elsewhere or turned, and what the
-search finds must have them, since it has had more than one chance to be wrong."""
-TURN_GAIN = 0.3
-"""A turned window must have so much more evidence; otherwise noise would turn the target."""
-FAR = 0.25
-"""A prediction farther than this from the last place, in mean sides of the target, is checked if
-the target is in doubt there."""
 CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
-NO_PARTICLES = np.empty((0, 5))
-"""The search particles while nothing is searched for."""
-
-
-class Found(NamedTuple):
-    """Where the target is in a frame, before its size is known.
-
-    Attributes
-    ----------
-    look
-        The estimate of the place.
-    rival
-        Another place that may be the target's.
-    jumped
-        Whether the search has found this place.
-    searchers
-        (N, 5) the particles of the search.
-    """
-
-    look: WindowEstimate
-    rival: Rival
-    jumped: bool = False
-    searchers: Floats = NO_PARTICLES
 
 
 class Discriminative(
@@ -173,6 +142,11 @@ class Discriminative(
         )
 
     @cached_property
+    def placer(self) -> Placer:
+        """The finder of the place, with the values of this configuration."""
+        return Placer(self.localizer, self.confined, self.redetection, self.particles, self.turn)
+
+    @cached_property
     def sizes(self) -> SizeEstimator:
         """The estimator of the size, with the values of this configuration."""
         return SizeEstimator(self.scale, self.border_gain, self.sigma, self.resampling)
@@ -227,11 +201,11 @@ class Discriminative(
         opinion = None
         if self.network and state.network:
             opinion = NetworkOpinion.of(self.network, state.network, frame, shift)
-        found = self._place(rng, state, frame, shift, opinion)
+        found = self.placer.place(rng, state, frame, shift, opinion)
         if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
-            found = found._replace(look=self._turned(rng, state, frame, found.look, opinion))
+            found = found._replace(look=self.placer.turned(rng, state, frame, found.look, opinion))
         if found.look.evidence < 0:
-            found = self._search(rng, state, frame, found, opinion)
+            found = self.placer.search(rng, state, frame, found, opinion)
         look, jumped = found.look, found.jumped
         standing = state.standing.after(look.evidence, jumped=jumped)
         learned = not (standing.missed or found.rival.alive)
@@ -318,111 +292,6 @@ class Discriminative(
         check(state, fresh, "state")
         return state
 
-    def _place(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        shift: Floats,
-        opinion: NetworkOpinion | None,
-    ) -> Found:
-        """Return the target's place near the predicted one, or where another expert sees it.
-
-        A far prediction may be wrong: if it is in doubt, the last place is looked at as well.
-        """
-        last = state.ellipse
-        predicted = moved(last, shift, frame)
-        view = self.confined.view(state.confined, frame, predicted)
-        look = self.localizer.localize(rng, state, frame, predicted, view, opinion)
-        if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self.localizer.localize(rng, state, frame, last, view, opinion)
-            look = max(look, there, key=lambda look: look.evidence)
-        return self._compare(rng, state, frame, look, shift, view, opinion)
-
-    def _compare(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-        shift: Floats,
-        view: ConfinedView,
-        opinion: NetworkOpinion | None,
-    ) -> Found:
-        """Return the place that has more evidence so far: that of a window, or its rival's.
-
-        The rival is followed from frame to frame. Without one, it is where the confined filter
-        responds most, or the network, if that is elsewhere.
-        """
-        rival = state.rival
-        if rival.alive:
-            place = moved(rival.place, shift, frame)
-            other = self.localizer.localize(rng, state, frame, place, view, opinion)
-            rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
-        if not rival.alive:
-            peaks = [view.peak(), *([] if opinion is None else [opinion.place])]
-            places = [
-                moved(look.pose, np.subtract(peak[:2], look.pose[:2]), frame) for peak in peaks
-            ]
-            others = [
-                self.localizer.localize(rng, state, frame, place, view, opinion)
-                for place in places
-                if rival.parts(place, look.pose)
-            ]
-            others = [other for other in others if rival.parts(other.pose, look.pose)]
-            if not others:
-                return Found(look, Rival(look.pose))
-            other = max(others, key=lambda other: other.evidence)
-        rival = rival.after(other.pose, other.evidence - look.evidence)
-        if rival.wins:
-            return Found(other, Rival(other.pose))
-        return Found(look, Rival(look.pose) if rival.loses else rival)
-
-    def _turned(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-        opinion: NetworkOpinion | None,
-    ) -> WindowEstimate:
-        """Return the estimate, or one of a window turned to either side with more evidence."""
-        looks = [
-            self.localizer.localize(
-                rng,
-                state,
-                frame,
-                look.pose._replace(theta=look.pose.theta + turn),
-                opinion=opinion,
-            )
-            for turn in (-self.turn, self.turn)
-        ]
-        best = max(looks, key=lambda look: look.evidence)
-        return best if best.evidence > look.evidence + TURN_GAIN else look
-
-    def _search(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        found: Found,
-        opinion: NetworkOpinion | None,
-    ) -> Found:
-        """Return the target's place, or another one that the search finds and that is clear."""
-        searchers, last = state.search_particles, state.ellipse
-        if not len(searchers):
-            searchers = np.tile(np.array(last), (self.particles, 1))
-        searchers, places = self.redetection.step(
-            rng, state.appearance, searchers, frame, last, state.standing.missed + 1
-        )
-        looks = [
-            self.localizer.localize(rng, state, frame, place, opinion=opinion) for place in places
-        ]
-        best = max(looks, key=lambda look: look.evidence)
-        if best.evidence > max(found.look.evidence, CLEAR):
-            return Found(best, Rival(best.pose), True, searchers)
-        return found._replace(searchers=searchers)
-
     def _learned(
         self, state: DiscriminativeState, frame: Frame, look: WindowEstimate
     ) -> DiscriminativeState:
@@ -454,9 +323,3 @@ class Discriminative(
             contrast=kept * state.contrast + RUNNING_MEAN_RATE * look.contrast,
             border=kept * state.border + RUNNING_MEAN_RATE * border,
         )
-
-
-def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
-    """Return a place moved by a shift (2,) in pixels, its center inside the frame."""
-    x, y = np.clip(place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
-    return place._replace(x=x, y=y)

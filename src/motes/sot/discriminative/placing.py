@@ -1,0 +1,173 @@
+"""Where the target is in a frame: at the predicted place or a rival, turned, or found again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes.cues.confined_filter import ConfinedFilter, ConfinedView
+from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.network_expert import NetworkOpinion
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.rival import Rival
+from motes.sot.discriminative.state import DiscriminativeState
+
+CLEAR = 1.0
+"""Log odds above which a place is clear: it is not looked at elsewhere or turned, and what the
+search finds must have them, since it has had more than one chance to be wrong."""
+TURN_GAIN = 0.3
+"""A turned window must have so much more evidence; otherwise noise would turn the target."""
+FAR = 0.25
+"""A prediction farther than this from the last place, in mean sides of the target, is checked if
+the target is in doubt there."""
+NO_PARTICLES = np.empty((0, 5))
+"""The search particles while nothing is searched for."""
+
+
+class Found(NamedTuple):
+    """Where the target is in a frame, before its size is known.
+
+    Attributes
+    ----------
+    look
+        The estimate of the place.
+    rival
+        Another place that may be the target's.
+    jumped
+        Whether the search has found this place.
+    searchers
+        (N, 5) the particles of the search.
+    """
+
+    look: WindowEstimate
+    rival: Rival
+    jumped: bool = False
+    searchers: Floats = NO_PARTICLES
+
+
+@dataclass(frozen=True, slots=True)
+class Placer:
+    """Finds the target's place; the fields are those of `Discriminative`."""
+
+    localizer: Localizer
+    confined: ConfinedFilter
+    redetection: Redetection
+    particles: int
+    turn: float
+
+    def place(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        shift: Floats,
+        opinion: NetworkOpinion | None,
+    ) -> Found:
+        """Return the target's place near the predicted one, or where another expert sees it.
+
+        A far prediction may be wrong: if it is in doubt, the last place is looked at as well.
+        """
+        last = state.ellipse
+        predicted = moved(last, shift, frame)
+        view = self.confined.view(state.confined, frame, predicted)
+        look = self.localizer.localize(rng, state, frame, predicted, view, opinion)
+        if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
+            there = self.localizer.localize(rng, state, frame, last, view, opinion)
+            look = max(look, there, key=lambda look: look.evidence)
+        return self._compare(rng, state, frame, look, shift, view, opinion)
+
+    def _compare(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
+        shift: Floats,
+        view: ConfinedView,
+        opinion: NetworkOpinion | None,
+    ) -> Found:
+        """Return the place that has more evidence so far: that of a window, or its rival's.
+
+        The rival is followed from frame to frame. Without one, it is where the confined filter
+        responds most, or the network, if that is elsewhere.
+        """
+        rival = state.rival
+        if rival.alive:
+            place = moved(rival.place, shift, frame)
+            other = self.localizer.localize(rng, state, frame, place, view, opinion)
+            rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
+        if not rival.alive:
+            peaks = [view.peak(), *([] if opinion is None else [opinion.place])]
+            places = [
+                moved(look.pose, np.subtract(peak[:2], look.pose[:2]), frame) for peak in peaks
+            ]
+            others = [
+                self.localizer.localize(rng, state, frame, place, view, opinion)
+                for place in places
+                if rival.parts(place, look.pose)
+            ]
+            others = [other for other in others if rival.parts(other.pose, look.pose)]
+            if not others:
+                return Found(look, Rival(look.pose))
+            other = max(others, key=lambda other: other.evidence)
+        rival = rival.after(other.pose, other.evidence - look.evidence)
+        if rival.wins:
+            return Found(other, Rival(other.pose))
+        return Found(look, Rival(look.pose) if rival.loses else rival)
+
+    def turned(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
+        opinion: NetworkOpinion | None,
+    ) -> WindowEstimate:
+        """Return the estimate, or one of a window turned to either side with more evidence."""
+        looks = [
+            self.localizer.localize(
+                rng,
+                state,
+                frame,
+                look.pose._replace(theta=look.pose.theta + turn),
+                opinion=opinion,
+            )
+            for turn in (-self.turn, self.turn)
+        ]
+        best = max(looks, key=lambda look: look.evidence)
+        return best if best.evidence > look.evidence + TURN_GAIN else look
+
+    def search(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        found: Found,
+        opinion: NetworkOpinion | None,
+    ) -> Found:
+        """Return the target's place, or another one that the search finds and that is clear."""
+        searchers, last = state.search_particles, state.ellipse
+        if not len(searchers):
+            searchers = np.tile(np.array(last), (self.particles, 1))
+        searchers, places = self.redetection.step(
+            rng, state.appearance, searchers, frame, last, state.standing.missed + 1
+        )
+        looks = [
+            self.localizer.localize(rng, state, frame, place, opinion=opinion) for place in places
+        ]
+        best = max(looks, key=lambda look: look.evidence)
+        if best.evidence > max(found.look.evidence, CLEAR):
+            return Found(best, Rival(best.pose), True, searchers)
+        return found._replace(searchers=searchers)
+
+
+def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
+    """Return a place moved by a shift (2,) in pixels, its center inside the frame."""
+    x, y = np.clip(place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
+    return place._replace(x=x, y=y)
