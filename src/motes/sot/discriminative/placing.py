@@ -27,7 +27,7 @@ FAR = 0.25
 """A prediction farther than this from the last place, in mean sides of the target, is checked if
 the target is in doubt there."""
 NO_PARTICLES = np.empty((0, 5))
-"""The search particles while nothing is searched for."""
+"""The particles where nothing is searched for, or the user has placed the target."""
 
 
 class Found(NamedTuple):

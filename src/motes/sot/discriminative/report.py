@@ -19,13 +19,12 @@ from motes.core.types import Floats
 from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.network_expert import NetworkOpinion
+from motes.sot.discriminative.placing import NO_PARTICLES
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Weights
 
-NO_PARTICLES = np.empty((0, 5))
-"""The particles where the user has placed the target."""
 DRIFT_SIGMA = 0.15
 """Standard deviation of a center, as a share of the mean side, that the particles do not show: the
 learned filter may have drifted from the center of the target."""
