@@ -13,8 +13,10 @@
 
 from __future__ import annotations
 
-from motes.cues.confined_filter import ConfinedFilter
+from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.expert import Expert
+from motes.sot.discriminative.first_colors import FirstColors
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -47,12 +49,14 @@ __all__ = [
     "Autoregressive",
     "BestParticle",
     "Calibration",
-    "ConfinedFilter",
+    "Confined",
     "ConstantVelocity",
     "EllipseWalk",
     "Evidence",
+    "Expert",
     "Exponential",
     "ExponentialForgetting",
+    "FirstColors",
     "Fixed",
     "Gaussian",
     "GaussianBins",

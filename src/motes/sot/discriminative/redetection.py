@@ -78,10 +78,6 @@ class Redetection(Config, frozen=True):
             DIRECTIONS.learn(frame, circle(ellipse)),
         )
 
-    def color_distance(self, model: RedetectionModel, frame: Frame, place: Ellipse) -> float:
-        """Return the distance of the colors in an ellipse to those of the first region, 0 to 1."""
-        return float(self.color.distances(model.color, frame, np.array([place]))[0])
-
     def step(
         self,
         rng: np.random.Generator,
