@@ -23,7 +23,6 @@ from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import Grid
 from motes.sot.discriminative import prediction, tracker
-from motes.sot.discriminative.first_colors import FirstColors
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
 from motes.sot.discriminative.report import Reporter
@@ -47,7 +46,6 @@ PARTS = {
     "wide: window, features, transform": (ConfinedFilter, "_spectra"),
     "wide: response": (ConfinedFilter, "view"),
     "wide: learned": (ConfinedFilter, "_solve"),
-    "evidence: color histogram": (FirstColors, "log_odds"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
     "size: weighed": (SizeEstimator, "estimate"),
     "learn: filter": (Correlation, "updated"),

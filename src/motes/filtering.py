@@ -16,7 +16,6 @@ from __future__ import annotations
 from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Expert
-from motes.sot.discriminative.first_colors import FirstColors
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -56,7 +55,6 @@ __all__ = [
     "Expert",
     "Exponential",
     "ExponentialForgetting",
-    "FirstColors",
     "Fixed",
     "Gaussian",
     "GaussianBins",

@@ -12,13 +12,9 @@ from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
+from motes.cues.color import Color
 from motes.sot.discriminative.confined_expert import TRUSTED_RESPONSE, Confined
 from motes.sot.discriminative.expert import EXPERTS, Expert, Experts
-from motes.sot.discriminative.first_colors import (
-    LARGEST_DISTANCE,
-    NEUTRAL_DISTANCE,
-    FirstColors,
-)
 from motes.sot.discriminative.rival import APART
 from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.tracker import Discriminative
@@ -50,7 +46,7 @@ class Sure(Expert, Config, frozen=True):
 
     def learn(self, frame: Frame, box: Ellipse) -> Any:
         """Return any model."""
-        return FirstColors().learn(frame, box)
+        return Color().learn(frame, box)
 
     def look(self, model: Any, frame: Frame, place: Ellipse, shift: Floats) -> Ellipse:
         """Return the place."""
@@ -70,20 +66,18 @@ class Sure(Expert, Config, frozen=True):
 
 
 def test_ours_are_known_by_name() -> None:
-    assert EXPERTS.known()[:2] == ["confined", "colors"]
+    assert EXPERTS.known()[:1] == ["confined"]
     assert EXPERTS.resolve("confined") is Confined
-    assert list(Discriminative().experts.named) == ["confined", "colors"]
+    assert list(Discriminative().experts.named) == ["confined"]
 
 
-@pytest.mark.parametrize("expert", [Confined(), FirstColors()], ids=["confined", "colors"])
-def test_ours_keep_the_rules(expert: Expert) -> None:
-    check_expert(expert)
+def test_it_keeps_the_rules() -> None:
+    check_expert(Confined())
 
 
-@pytest.mark.parametrize("name", ["confined", "colors"])
-def test_each_can_be_switched_off(name: str) -> None:
-    off: Discriminative = from_dict({name: {"weight": 0.0}}, Discriminative)
-    assert name not in off.experts.named
+def test_it_can_be_switched_off() -> None:
+    off: Discriminative = from_dict({"confined": {"weight": 0.0}}, Discriminative)
+    assert off.experts.named == {}
     assert from_dict(from_toml(to_toml(off), "it"), Discriminative) == off
     tracker = Tracker(off)
     tracker.init(picture(), PLACE)
@@ -100,26 +94,16 @@ def test_log_odds_are_added_and_places_averaged() -> None:
     assert together.proposals(sights) == []
 
 
-def test_no_expert_can_veto_the_others() -> None:
+def test_no_voice_can_veto_the_others() -> None:
     """A target that has lost its colors, as in another light, is still known by its shape."""
     tracker = Tracker()
     tracker.init(picture(), PLACE)
     track = tracker.update(Frame(1, FRAME_INTERVAL, picture(gray=True).pixels))
     assert track.confidence > 0.5
-    assert FirstColors().log_odds(sight_of(FirstColors(), picture(gray=True)), PLACE) < -0.5
 
 
 def sight_of(expert: Expert, frame: Frame) -> Any:
     return expert.look(expert.learn(picture(), PLACE), frame, PLACE, STILL)
-
-
-def test_colors_speak_against_a_place_up_to_a_limit() -> None:
-    colors = FirstColors()
-    same, other = (sight_of(colors, frame) for frame in (picture(), picture(30.0)))
-    assert colors.log_odds(same, PLACE) > 0.9 * NEUTRAL_DISTANCE * colors.weight
-    limit = (NEUTRAL_DISTANCE - LARGEST_DISTANCE) * colors.weight
-    assert colors.log_odds(other, PLACE) == pytest.approx(limit)
-    assert FirstColors(weight=0.0).log_odds(other, PLACE) == 0
 
 
 def test_the_confined_filter_speaks_for_the_target_and_finds_it() -> None:

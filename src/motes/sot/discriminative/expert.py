@@ -95,10 +95,7 @@ EXPERTS = Registry[Expert](
     "expert",
     "motes.experts",
     Expert,
-    {
-        "confined": "motes.sot.discriminative.confined_expert:Confined",
-        "colors": "motes.sot.discriminative.first_colors:FirstColors",
-    },
+    {"confined": "motes.sot.discriminative.confined_expert:Confined"},
     tagged=False,
 )
 

@@ -32,7 +32,6 @@ from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Expert, Experts
-from motes.sot.discriminative.first_colors import FirstColors
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.network_expert import NetworkExpert
@@ -101,8 +100,6 @@ class Discriminative(
         What the near window says of a place; the experts add to it.
     confined
         Expert: a filter that is confined to the target, in a wide window.
-    colors
-        Expert: the colors of the first region.
     network
         Expert: a trained network; by default there is none.
     extra_experts
@@ -126,7 +123,6 @@ class Discriminative(
     turn: Positive = 0.25
     evidence: Evidence = Evidence()
     confined: Confined = Confined()
-    colors: FirstColors = FirstColors()
     network: Network | None = None
     extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
 
@@ -142,12 +138,12 @@ class Discriminative(
     @cached_property
     def experts(self) -> Experts:
         """The experts in use: those with a weight, and all of other packages."""
-        own: dict[str, Confined | FirstColors | NetworkExpert]
-        own = {"confined": self.confined, "colors": self.colors}
+        own: dict[str, Expert] = {}
+        if self.confined.weight:
+            own["confined"] = self.confined
         if self.network is not None:
             own["network"] = NetworkExpert(self.network)
-        weighty = {name: expert for name, expert in own.items() if expert.weight}
-        return Experts(weighty | self.extra_experts)
+        return Experts(own | self.extra_experts)
 
     @cached_property
     def localizer(self) -> Localizer:
