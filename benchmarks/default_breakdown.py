@@ -25,7 +25,6 @@ from motes.cues.search_window import Grid
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
-from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import Reporter
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
@@ -47,7 +46,6 @@ PARTS = {
     "wide: window, features, transform": (ConfinedFilter, "_spectra"),
     "wide: response": (ConfinedFilter, "view"),
     "wide: learned": (ConfinedFilter, "_solve"),
-    "evidence: color histogram": (Redetection, "color_distance"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
     "size: weighed": (SizeEstimator, "estimate"),
     "learn: filter": (Correlation, "updated"),

@@ -13,8 +13,9 @@
 
 from __future__ import annotations
 
-from motes.cues.confined_filter import ConfinedFilter
+from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -47,10 +48,11 @@ __all__ = [
     "Autoregressive",
     "BestParticle",
     "Calibration",
-    "ConfinedFilter",
+    "Confined",
     "ConstantVelocity",
     "EllipseWalk",
     "Evidence",
+    "Expert",
     "Exponential",
     "ExponentialForgetting",
     "Fixed",

@@ -1,4 +1,4 @@
-"""Checks that a cue, a motion model or a detector keeps the rules of its interface.
+"""Checks that a cue, an expert, a motion model or a detector keeps the rules of its interface.
 
 They are for the tests of packages that extend motes. Each raises an AssertionError that names the
 broken rule. They do not need pytest.
@@ -23,11 +23,13 @@ from motes.core.saved_state import check, pack, unpack
 from motes.core.types import Bytes, Floats
 from motes.cues.base import AdaptableCue, Cue
 from motes.cues.color import Color
+from motes.sot.discriminative.expert import Expert
+from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.motion import Motion
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 
-__all__ = ["check_cue", "check_detector", "check_motion"]
+__all__ = ["check_cue", "check_detector", "check_expert", "check_motion"]
 
 WIDTH, HEIGHT = 200, 150
 TARGET = Ellipse(70.0, 60.0, 20.0, 14.0, 0.0)
@@ -84,6 +86,49 @@ def check_cue(cue: Cue) -> None:
     assert _packed(model) == packed, "a method changes the model that it is given"
     _check_saving(cue, model, frame)
     _check_tracking(cue)
+
+
+def check_expert(expert: Expert) -> None:
+    """Check that an expert keeps the rules of `motes.filtering.Expert`.
+
+    Raises
+    ------
+    AssertionError
+        If it breaks a rule; the message names the rule.
+    """
+    _check_config(expert, Expert)
+    frame, still = _frame(), np.zeros(2)
+    before = frame.pixels.copy()
+    model = expert.learn(frame, TARGET)
+    frozen = isinstance(model, msgspec.Struct) and type(model).__struct_config__.frozen
+    assert frozen, f"learn returns a {type(model).__name__}; a model is a frozen msgspec.Struct"
+    packed = _packed(model)
+    sight = expert.look(model, frame, TARGET, still)
+    assert expert.serves(sight, TARGET), "a sight does not serve the place that was looked at"
+    here = expert.log_odds(sight, TARGET)
+    for x, y, *_ in _places()[1:].tolist():
+        place = TARGET._replace(x=x, y=y)
+        seen = sight if expert.serves(sight, place) else expert.look(model, frame, place, still)
+        there = expert.log_odds(seen, place)
+        assert np.isfinite(there), f"log_odds returns {there}"
+        assert there <= here, (
+            f"another place has log odds of {there:.3g}, the target itself {here:.3g}"
+        )
+    again = expert.look(expert.learn(_frame(), TARGET), _frame(), TARGET, still)
+    assert expert.log_odds(again, TARGET) == here, "the same frame gives other log odds next time"
+    for share in (0.0, 0.5, 1.0):
+        after = expert.updated(model, frame, sight, TARGET, share)
+        assert type(after) is type(model), f"updated returns a {type(after).__name__}"
+    assert np.array_equal(frame.pixels, before), "a method changes the pixels of the frame"
+    assert _packed(model) == packed, "a method changes the model that it is given"
+    read = msgspec.convert(msgspec.msgpack.decode(packed), type(model), dec_hook=unpack)
+    same = expert.log_odds(expert.look(read, frame, TARGET, still), TARGET)
+    assert same == here, "a model that was saved gives other log odds"
+    tracker = Tracker(Discriminative(extra_experts={"checked": expert}))
+    tracker.init(_frame(), TARGET)
+    for index in range(1, 4):
+        track = tracker.update(_frame(index))
+        assert np.isfinite(track.ellipse).all(), f"tracking with it ends at {track.ellipse}"
 
 
 def check_motion(motion: Motion) -> None:

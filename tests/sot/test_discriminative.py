@@ -249,8 +249,9 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     frames, config = spinning(degrees, 2), Discriminative()
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
-    look = config.localizer.localize(rng, state, frames[1], state.ellipse)
-    turned = config.placer.turned(rng, state, frames[1], look, None)
+    sights = config.experts.look(state.experts, frames[1], state.ellipse, np.zeros(2))
+    look = config.localizer.localize(rng, state, frames[1], state.ellipse, sights)
+    turned = config.placer.turned(rng, state, frames[1], look)
     assert turned.pose.theta == side * config.turn
     assert turned.evidence >= look.evidence
     assert turned.pose[:2] == pytest.approx((160, 120), abs=3)
@@ -299,10 +300,10 @@ def test_nothing_is_learned_while_a_rival_lives() -> None:
     assert after.rival.alive
     assert after.rival.place[:2] == pytest.approx((214.5, 99.5), abs=2)
     assert after.correlation is state.correlation
-    assert after.confined is state.confined
+    assert after.experts["confined"] is state.experts["confined"]
     alone, _ = config.step(rng, state, film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))[0][1])
     assert not alone.rival.alive
-    assert alone.confined is not state.confined
+    assert alone.experts["confined"] is not state.experts["confined"]
 
 
 def test_a_rival_with_more_evidence_becomes_the_target() -> None:
@@ -322,10 +323,13 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-    clear, unclear = (
-        [len(config.localizer.localize(rng, state, frame, state.ellipse).centers) for _ in range(9)]
-        for frame in (frames[1], empty)
-    )
+
+    def count(frame: Frame) -> int:
+        sights = config.experts.look(state.experts, frame, state.ellipse, np.zeros(2))
+        look = config.localizer.localize(rng, state, frame, state.ellipse, sights)
+        return len(look.centers)
+
+    clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
     assert max(clear) == config.budget.min
     assert config.budget.min < np.mean(unclear) <= config.budget.max
 

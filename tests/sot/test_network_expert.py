@@ -12,8 +12,12 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.sot.discriminative.evidence import Evidence
-from motes.sot.discriminative.network_expert import NetworkOpinion, NetworkTarget
+from motes.sot.discriminative.network_expert import (
+    NO_OPINION,
+    NetworkExpert,
+    NetworkSight,
+    NetworkTarget,
+)
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, Choice, NetworkView
@@ -37,11 +41,14 @@ def film(count: int) -> list[Frame]:
     return frames
 
 
-def opinion(box: Box, score: float = 0.9) -> NetworkOpinion:
-    """Return the opinion of a network that sees one box."""
+def sight(box: Box, score: float = 0.9) -> NetworkSight:
+    """Return what a network sees that sees one box."""
     one = np.ones(1)
     view = NetworkView(np.array([box]), score * one, one, (30.0, 30.0), Choice())
-    return NetworkOpinion(view, Candidate(box, score, 0))
+    return NetworkSight(view, Candidate(box, score, 0))
+
+
+EXPERT = NetworkExpert(Network(("none.onnx",)))
 
 
 @pytest.fixture
@@ -50,50 +57,45 @@ def network(tmp_path: Path) -> Network:
 
 
 def test_its_score_is_a_voice_for_the_places_in_its_box() -> None:
-    said = opinion(BOX)
+    seen = sight(BOX)
     here, beside, away = (
-        said.score(PLACE._replace(x=PLACE.x + shift)) for shift in (0.0, 15.0, 60.0)
+        EXPERT.log_odds(seen, PLACE._replace(x=PLACE.x + shift)) for shift in (0.0, 15.0, 60.0)
     )
-    assert here == pytest.approx(0.9)
-    assert here > beside > away == 0
-
-
-@pytest.mark.parametrize(("shift", "agrees"), [(0.0, True), (12.0, True), (25.0, False)])
-def test_boxes_that_overlap_agree(shift: float, agrees: bool) -> None:
-    assert opinion(BOX).agrees(BOX._replace(x=BOX.x + shift)) is agrees
+    assert here == pytest.approx(EXPERT.weight * (0.9 - NO_OPINION))
+    assert here > beside > away == -EXPERT.weight * NO_OPINION
 
 
 def test_it_follows_by_itself_until_the_evidence_has_decided_against_it() -> None:
     before = NetworkTarget(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), PLACE)
     wide = Box(100.0, 50.0, 40.0, 20.0)
-    said, found = opinion(wide), Ellipse(20.0, 30.0, 20.0, 20.0)
-    assert said.followed(before, found, decided=False).place == Ellipse.from_box(wide)
-    placed = said.followed(before, found, decided=True).place
+    frame, found = film(1)[0], Ellipse(20.0, 30.0, 20.0, 20.0)
+
+    def after(place: Ellipse, share: float) -> Ellipse:
+        return EXPERT.updated(before, frame, sight(wide), place, share).place
+
+    assert after(found, 0.0) == Ellipse.from_box(wide)
+    placed = after(found, 1.0)
     assert placed[:2] == found[:2]
     assert placed.side == pytest.approx(found.side)
     near = Ellipse.from_box(wide._replace(x=104.0))
-    assert said.followed(before, near, decided=True).place == Ellipse.from_box(wide)
+    assert after(near, 1.0) == Ellipse.from_box(wide)
 
 
 def test_without_a_network_the_tracker_has_none() -> None:
-    frames = film(2)
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], PLACE)
-    assert state.network is None
-    assert config.step(rng, state, frames[1])[0].network is None
+    assert "network" not in Discriminative().experts.named
 
 
 def test_a_network_makes_the_tracker_surer_of_what_it_sees(network: Network) -> None:
     frames, evidence = film(6), {}
-    for weight in (0.0, 5.0):
-        tracker = Tracker(Discriminative(network=network, evidence=Evidence(network=weight)))
+    for joined in (None, network):
+        tracker = Tracker(Discriminative(network=joined))
         tracker.init(frames[0], BOX)
         for frame in frames[1:]:
             track = tracker.update(frame)
         assert iou(track.box, BOX._replace(x=70.0)) > 0.5
         info: Any = tracker.info
-        evidence[weight] = info.evidence
-    assert evidence[5.0] > evidence[0.0] + 0.5
+        evidence[joined] = info.evidence
+    assert evidence[network] > evidence[None] + 0.5
 
 
 def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network: Network) -> None:
@@ -103,7 +105,7 @@ def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network:
     for tracker in (alone, joined):
         tracker.init(frames[0], BOX)
     own, both = alone.update(frames[1]), joined.update(frames[1])
-    state = joined._state.network
+    state = joined._state.experts["network"]
     low, high = sorted((own.ellipse.a, state.place.a))
     assert low < both.ellipse.a < high
     assert both.ellipse.a != pytest.approx(own.ellipse.a, rel=1e-3)
@@ -128,11 +130,10 @@ def test_a_corrected_target_is_where_the_network_looks_next(network: Network) ->
     frames = film(2)
     config, rng = Discriminative(network=network), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], PLACE)
-    assert state.network is not None
-    lost = replace(state, network=replace(state.network, place=PLACE._replace(x=200.0)))
+    away = replace(state.experts["network"], place=PLACE._replace(x=200.0))
+    lost = replace(state, experts=state.experts | {"network": away})
     corrected, _ = config.correct(lost, frames[0], PLACE)
-    assert corrected.network is not None
-    assert corrected.network.place == PLACE
+    assert corrected.experts["network"].place == PLACE
 
 
 def test_files_alone_name_a_network(network: Network) -> None:

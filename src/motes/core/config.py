@@ -65,6 +65,16 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 C = TypeVar("C", bound=Config)
 
 
+def check_extra_names(config: Config) -> None:
+    """Raise a ConfigError if the open field of a configuration names another field."""
+    for name in getattr(config, config.open_field or "", ()):
+        if name in config.__struct_fields__:
+            raise ConfigError(
+                f"{config.open_field} names {name!r}, which is the name of another key; choose "
+                "another name."
+            )
+
+
 def to_dict(config: Config) -> dict[str, Any]:
     """Return a configuration as nested plain dicts."""
     plain: dict[str, Any] = _spread(config, msgspec.to_builtins(config))

@@ -167,14 +167,18 @@ class ConfinedView:
         row, column = divmod(int(np.argmax(self.plane)), columns)
         return self._at(column - columns // 2, row - rows // 2)
 
-    def near(self, place: Ellipse) -> tuple[float, Ellipse]:
-        """Return the largest response near a place, and where it is; 0 outside of the window."""
+    def near(self, place: Ellipse, sides: float = 0.0) -> tuple[float, Ellipse]:
+        """Return the largest response near a place, and where it is; 0 outside of the window.
+
+        Near is what lies within `sides` mean sides of the target, and within `radius` at least.
+        """
         across, down = self.offset(place)
         size = len(self.plane)
         column, row = (round(off * UPSAMPLING) + size // 2 for off in (across, down))
         if not (0 <= row < size and 0 <= column < size):
             return 0.0, place
-        reach = max(round(self.radius / self.pixels / CELL_SIZE * UPSAMPLING), UPSAMPLING)
+        radius = max(self.radius, sides * place.side)
+        reach = max(round(radius / self.pixels / CELL_SIZE * UPSAMPLING), UPSAMPLING)
         top, left = max(row - reach, 0), max(column - reach, 0)
         part = self.plane[top : row + reach + 1, left : column + reach + 1]
         i, j = divmod(int(np.argmax(part)), part.shape[1])
@@ -216,7 +220,7 @@ class ConfinedFilter(Config, frozen=True):
         """Return the filter of the window around `ellipse`."""
         samples = self.grid(ellipse.a, ellipse.b)
         spectra = self._spectra(samples, frame, ellipse)
-        learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0))
+        learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
         model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
         response, _ = self.view(model, frame, ellipse).near(ellipse)
         return replace(model, reference=max(LEARNED_RESPONSE * response, 1e-6))
@@ -241,7 +245,12 @@ class ConfinedFilter(Config, frozen=True):
         return ConfinedView(place, pixels, spectra, centered(plane), self.reach, radius)
 
     def updated(
-        self, model: ConfinedModel, frame: Frame, view: ConfinedView, target: Ellipse
+        self,
+        model: ConfinedModel,
+        frame: Frame,
+        view: ConfinedView,
+        target: Ellipse,
+        share: float = 1.0,
     ) -> ConfinedModel:
         """Return the filter after it has learned from a frame.
 
@@ -251,13 +260,19 @@ class ConfinedFilter(Config, frozen=True):
             What it saw in this frame.
         target
             Where the target is.
+        share
+            How much of the frame is learned, 0 to 1: the inertia is divided by it.
         """
+        if not share:
+            return model
         samples, spectra = self.grid(model.a, model.b), view.spectra
         x, y = view.offset(target)
         near = math.hypot(x, y) < 0.4 * math.sqrt(samples.wide * samples.high)
         if not (near and view.covers(target)):
             spectra, x, y = self._spectra(samples, frame, target), 0.0, 0.0
-        learned = self._solve(samples, spectra, model.filter, samples.label(x, y))
+        learned = self._solve(
+            samples, spectra, model.filter, samples.label(x, y), self.inertia / share
+        )
         seen, reference = model.seen, model.reference
         if seen < REFERENCE_FRAMES:
             response = view.near(target)[0] * reference
@@ -285,18 +300,24 @@ class ConfinedFilter(Config, frozen=True):
         return out
 
     def _solve(
-        self, samples: ConfinedGrid, spectra: Spectra, before: Spectra | None, label: Spectra
+        self,
+        samples: ConfinedGrid,
+        spectra: Spectra,
+        before: Spectra | None,
+        label: Spectra,
+        inertia: float,
     ) -> Spectra:
         """Return the filter of a window by alternating directions (Li et al., equations 6 to 9).
 
         The filter is learned for all of the window, its copy is confined to the target, and a
-        multiplier makes them alike. `before` is the filter of the frame before.
+        multiplier makes them alike. `before` is the filter of the frame before, with a weight of
+        `inertia`.
         """
         from scipy import fft
 
         shape = samples.cells, samples.cells
         rounds = FIRST_ITERATIONS if before is None else self.iterations
-        inertia, penalty = 0.0 if before is None else self.inertia, FIRST_PENALTY
+        penalty = FIRST_PENALTY
         copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
         before = copied if before is None else before
         learned = np.empty_like(spectra)

@@ -12,7 +12,7 @@ from typing import ClassVar, Self
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.config import Config, Particles
+from motes.core.config import Config, Particles, check_extra_names
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -121,12 +121,7 @@ class ParticleFilter(
         super().__post_init__()
         if not self.cues:
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
-        for name in self.extra_cues:
-            if name in self.__struct_fields__:
-                raise ConfigError(
-                    f"extra_cues names {name!r}, which is the name of another key; choose "
-                    "another name."
-                )
+        check_extra_names(self)
         check_cue_names(self.cues, self.strategies, self.likelihood, self.fusion, self.adaptation)
 
     @cached_property

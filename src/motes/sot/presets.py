@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
+from motes.core.registry import open_registry
 from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
@@ -287,7 +288,7 @@ def check_cues(values: Mapping[str, Any]) -> None:
     if not isinstance(algorithm, str) or algorithm not in TRACKERS:
         return
     kind: Any = TRACKERS.resolve(algorithm)
-    if kind.open_field is not None:
+    if open_registry(kind)[1] is CUES:
         return
     for name in values:
         if name not in ("type", *kind.__struct_fields__) and name in CUES:

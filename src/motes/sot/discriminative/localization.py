@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -13,7 +15,6 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
-from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
 from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,
@@ -22,14 +23,10 @@ from motes.cues.correlation_filter import (
     sample_response,
 )
 from motes.cues.search_window import CELL_SIZE
-from motes.sot.discriminative.evidence import Evidence, Voices
-from motes.sot.discriminative.network_expert import NO_OPINION, NetworkOpinion
-from motes.sot.discriminative.redetection import Redetection, RedetectionModel
+from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.expert import Experts
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
-
-TRUSTED_RESPONSE = 0.3
-"""From this response on, relative to the first frames, the confined filter's place counts."""
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
@@ -39,10 +36,8 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     ----------
     correlation, posterior
         The correlation filter, and the color posterior.
-    confined
-        The confined filter.
-    appearance
-        The histograms of the target's first region.
+    experts
+        The model of each expert, by name.
     contrast
         Running mean of the color contrast between the target and its surroundings. It sets the
         weight of the color posterior.
@@ -50,8 +45,7 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
 
     correlation: CorrelationModel
     posterior: PosteriorModel
-    confined: ConfinedModel
-    appearance: RedetectionModel
+    experts: dict[str, Any]
     contrast: float
 
 
@@ -63,14 +57,14 @@ class WindowEstimate:
     ----------
     window_pose
         The ellipse at the center of the window.
-    window, spectra, integral, view
+    window, spectra, integral, sights
         The samples of the window; the transform of its features; the integral image of the
-        posterior; what the confined filter sees.
+        posterior; what the experts see, by name.
     centers, weights
         (N, 2), (N,) the particles.
     pose
-        The mean of the particles' place and that of the confined filter, if it is near; with the
-        size and angle of `window_pose`.
+        The mean of the particles' place and of where experts see the target near it; with the size
+        and angle of `window_pose`.
     box
         (4,) the pose in samples of the window: x and y from its center, and half sides.
     contrast
@@ -78,14 +72,14 @@ class WindowEstimate:
     similarity
         Response of the first frame's filter at the pose.
     evidence
-        Log odds that the target is at the pose; see `Evidence`.
+        Log odds that the target is at the pose: those of `Evidence` and of all experts.
     """
 
     window_pose: Ellipse
     window: Singles
     spectra: Spectra
     integral: Floats
-    view: ConfinedView
+    sights: Mapping[str, Any]
     centers: Floats
     weights: Weights
     pose: Ellipse
@@ -103,8 +97,7 @@ class Localizer:
     budget: KldSampling
     correlation: Correlation
     posterior: Posterior
-    confined: ConfinedFilter
-    redetection: Redetection
+    experts: Experts
     evidence: Evidence
     color_gain: float
     sigma: float
@@ -116,25 +109,16 @@ class Localizer:
         known: TargetModels,
         frame: Frame,
         place: Ellipse,
-        view: ConfinedView | None = None,
-        opinion: NetworkOpinion | None = None,
+        sights: Mapping[str, Any],
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
         Half of the particles are spread over the window, the others around the maximum of the
-        response. Then they are weighted, resampled and moved by less and less noise. Where the
-        confined filter responds near by, the target is half-way between both.
-
-        Parameters
-        ----------
-        view
-            What the confined filter sees in this frame, if it has been read; it is read again for
-            a place that it does not cover.
-        opinion
-            What a trained network says of this frame.
+        response. Then they are weighted, resampled and moved by less and less noise. Where experts
+        see the target near by, it is at the mean of their places and this one. `sights` are what
+        they see in this frame.
         """
-        if view is None or not view.covers(place):
-            view = self.confined.view(known.confined, frame, place)
+        sights = self.experts.look_again(known.experts, frame, place, sights)
         samples = known.correlation.grid
         half = np.array(samples.half)
         window = samples.sample_window(frame, place)
@@ -171,18 +155,15 @@ class Localizer:
         weighed = weights(samples.offsets(place, centers))
         x, y = (weighed.values @ centers).tolist()
         found = place._replace(x=x, y=y)
-        confined, beside = view.near(found)
-        if confined > TRUSTED_RESPONSE:
-            found = found._replace(x=(x + beside.x) / 2, y=(y + beside.y) / 2)
-            centers += np.subtract(found[:2], (x, y))
+        found = self.experts.refined(sights, found)
+        centers += np.subtract(found[:2], (x, y))
         box = np.append(samples.offsets(place, np.array(found[:2])), half)
         stands_out = contrast(integral, box)
         similarity = peak_near(first, box[0], box[1])
-        colors = self.redetection.color_distance(known.appearance, frame, found)
-        network = 0.0 if opinion is None else opinion.score(found) - NO_OPINION
-        voices = Voices(similarity, stands_out, confined, colors, network)
-        seen = window, spectra, integral, view
-        judged = stands_out, similarity, self.evidence.log_odds(voices)
+        evidence = self.evidence.log_odds(similarity, stands_out)
+        evidence += self.experts.log_odds(sights, found)
+        seen = window, spectra, integral, sights
+        judged = stands_out, similarity, evidence
         return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
 
     def color_weight(self, contrast: float) -> float:

@@ -1,25 +1,26 @@
 """A trained network as one more expert of the default tracker.
 
-It proposes a place, as the confined filter does, has a voice in the evidence, and is the only
-expert that sees the target's proportions. It follows the target by itself, so that it may be right
-where the others are wrong, and is placed anew where the evidence has decided against it.
+It proposes a place, as the confined filter does, and is the only expert that sees the target's
+proportions. It follows the target by itself, so that it may be right where the others are wrong,
+and is placed anew where the evidence has decided against it.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
+from motes.core.config import Config, NonNegative
 from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, iou
+from motes.core.geometry import Ellipse, iou
 from motes.core.types import Floats
+from motes.sot.discriminative.expert import AGREES, Expert
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, NetworkView
 
-AGREES = 0.3
-"""Overlap of two boxes from which they show the same target."""
 NO_OPINION = 0.4
 """A score that speaks neither for the target nor against it; that of a place not looked at."""
 
@@ -38,14 +39,9 @@ class NetworkTarget(msgspec.Struct, frozen=True, eq=False):
     model: NetworkModel
     place: Ellipse
 
-    @classmethod
-    def learn(cls, network: Network, frame: Frame, box: Ellipse) -> Self:
-        """Return the target in a box."""
-        return cls(network.learn(frame, box), box)
 
-
-class NetworkOpinion(NamedTuple):
-    """What the network says of a frame.
+class NetworkSight(NamedTuple):
+    """What the network sees in a frame.
 
     Attributes
     ----------
@@ -58,37 +54,65 @@ class NetworkOpinion(NamedTuple):
     view: NetworkView
     candidate: Candidate
 
-    @classmethod
-    def of(cls, network: Network, target: NetworkTarget, frame: Frame, shift: Floats) -> Self:
-        """Return the opinion on a frame, looked at where the target is expected."""
-        x, y = np.clip(target.place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
-        view = network.look(target.model, frame, target.place._replace(x=x, y=y))
-        return cls(view, view.best())
-
     @property
     def place(self) -> Ellipse:
         """The ellipse in the chosen box."""
         return Ellipse.from_box(self.candidate.box)
 
-    def score(self, place: Ellipse) -> float:
-        """Return how much the network holds a place for the target's, 0 to 1."""
-        return float(self.view.score_at(np.array([place]))[0])
 
-    def agrees(self, box: Box) -> bool:
-        """Return whether the network has chosen about the same box."""
-        return float(iou(self.candidate.box, box)) > AGREES
+class NetworkExpert(Expert, Config, frozen=True):
+    """A trained network that joins the experts.
 
-    def followed(self, target: NetworkTarget, found: Ellipse, *, decided: bool) -> NetworkTarget:
-        """Return the target after a frame.
+    Attributes
+    ----------
+    network
+        The network.
+    weight
+        Log odds for a place that the network is sure of; see `Evidence`.
+    """
 
-        Parameters
-        ----------
-        found
-            Where the tracker has found the target.
-        decided
-            Whether the evidence has decided for that place.
-        """
-        if decided and not self.agrees(found.box):
-            a, b = (half * found.side / target.place.side for half in target.place[2:4])
-            return msgspec.structs.replace(target, place=found._replace(a=a, b=b, theta=0.0))
-        return msgspec.structs.replace(target, place=self.place)
+    network: Network
+    weight: NonNegative = 5.0
+
+    def learn(self, frame: Frame, box: Ellipse) -> NetworkTarget:
+        """Return the target in a box."""
+        return NetworkTarget(self.network.learn(frame, box), box)
+
+    def look(
+        self, model: NetworkTarget, frame: Frame, place: Ellipse, shift: Floats
+    ) -> NetworkSight:
+        """Return what the network sees where it has followed the target itself."""
+        x, y = np.clip(model.place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
+        view = self.network.look(model.model, frame, model.place._replace(x=x, y=y))
+        return NetworkSight(view, view.best())
+
+    def proposes(self, sight: NetworkSight) -> Ellipse:
+        """Return the chosen place."""
+        return sight.place
+
+    def region(self, sight: NetworkSight) -> tuple[Ellipse, float]:
+        """Return the chosen place, in its own proportions, and its score."""
+        return sight.place, sight.candidate.score
+
+    def log_odds(self, sight: NetworkSight, place: Ellipse) -> float:
+        """Return by how much the network's score speaks for a place."""
+        [score] = sight.view.score_at(np.array([place]))
+        return self.weight * (float(score) - NO_OPINION)
+
+    def updated(
+        self,
+        model: NetworkTarget,
+        frame: Frame,
+        sight: NetworkSight,
+        place: Ellipse,
+        share: float,
+    ) -> NetworkTarget:
+        """Return the target where the network has seen it, or at a decided place that differs."""
+        if share and iou(sight.candidate.box, place.box) <= AGREES:
+            a, b = (half * place.side / model.place.side for half in model.place[2:4])
+            return replace(model, place=place._replace(a=a, b=b, theta=0.0))
+        return replace(model, place=sight.place)
+
+    def placed(self, model: NetworkTarget, box: Ellipse) -> NetworkTarget:
+        """Return the target where the user has placed it."""
+        return replace(model, place=box)

@@ -11,9 +11,7 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.cues.confined_filter import ConfinedFilter, ConfinedView
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.network_expert import NetworkOpinion
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.state import DiscriminativeState
@@ -56,7 +54,6 @@ class Placer:
     """Finds the target's place; the fields are those of `Discriminative`."""
 
     localizer: Localizer
-    confined: ConfinedFilter
     redetection: Redetection
     particles: int
     turn: float
@@ -67,7 +64,6 @@ class Placer:
         state: DiscriminativeState,
         frame: Frame,
         shift: Floats,
-        opinion: NetworkOpinion | None,
     ) -> Found:
         """Return the target's place near the predicted one, or where another expert sees it.
 
@@ -75,12 +71,13 @@ class Placer:
         """
         last = state.ellipse
         predicted = moved(last, shift, frame)
-        view = self.confined.view(state.confined, frame, predicted)
-        look = self.localizer.localize(rng, state, frame, predicted, view, opinion)
+        experts = self.localizer.experts
+        sights = experts.look(state.experts, frame, predicted, shift)
+        look = self.localizer.localize(rng, state, frame, predicted, sights)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self.localizer.localize(rng, state, frame, last, view, opinion)
+            there = self.localizer.localize(rng, state, frame, last, sights)
             look = max(look, there, key=lambda look: look.evidence)
-        return self._compare(rng, state, frame, look, shift, view, opinion)
+        return self._compare(rng, state, frame, look, shift, experts.proposals(sights))
 
     def _compare(
         self,
@@ -89,26 +86,24 @@ class Placer:
         frame: Frame,
         look: WindowEstimate,
         shift: Floats,
-        view: ConfinedView,
-        opinion: NetworkOpinion | None,
+        proposals: list[Ellipse],
     ) -> Found:
         """Return the place that has more evidence so far: that of a window, or its rival's.
 
-        The rival is followed from frame to frame. Without one, it is where the confined filter
-        responds most, or the network, if that is elsewhere.
+        The rival is followed from frame to frame. Without one, it is the proposal with the most
+        evidence that is elsewhere.
         """
         rival = state.rival
         if rival.alive:
             place = moved(rival.place, shift, frame)
-            other = self.localizer.localize(rng, state, frame, place, view, opinion)
+            other = self.localizer.localize(rng, state, frame, place, look.sights)
             rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
         if not rival.alive:
-            peaks = [view.peak(), *([] if opinion is None else [opinion.place])]
             places = [
-                moved(look.pose, np.subtract(peak[:2], look.pose[:2]), frame) for peak in peaks
+                moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
             ]
             others = [
-                self.localizer.localize(rng, state, frame, place, view, opinion)
+                self.localizer.localize(rng, state, frame, place, look.sights)
                 for place in places
                 if rival.parts(place, look.pose)
             ]
@@ -127,7 +122,6 @@ class Placer:
         state: DiscriminativeState,
         frame: Frame,
         look: WindowEstimate,
-        opinion: NetworkOpinion | None,
     ) -> WindowEstimate:
         """Return the estimate, or one of a window turned to either side with more evidence."""
         looks = [
@@ -136,7 +130,7 @@ class Placer:
                 state,
                 frame,
                 look.pose._replace(theta=look.pose.theta + turn),
-                opinion=opinion,
+                look.sights,
             )
             for turn in (-self.turn, self.turn)
         ]
@@ -149,7 +143,6 @@ class Placer:
         state: DiscriminativeState,
         frame: Frame,
         found: Found,
-        opinion: NetworkOpinion | None,
     ) -> Found:
         """Return the target's place, or another one that the search finds and that is clear."""
         searchers, last = state.search_particles, state.ellipse
@@ -159,7 +152,7 @@ class Placer:
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
         looks = [
-            self.localizer.localize(rng, state, frame, place, opinion=opinion) for place in places
+            self.localizer.localize(rng, state, frame, place, found.look.sights) for place in places
         ]
         best = max(looks, key=lambda look: look.evidence)
         if best.evidence > max(found.look.evidence, CLEAR):

@@ -25,6 +25,8 @@ from motes.sot.filtering.resampling import Resampling, Weights
 
 MIN_HALF_AXIS = 2.0
 """Smallest half-axis that the search tries, in pixels."""
+PLACES = 5
+"""Places that a frame's search proposes: in a first look a target is missed more often than not."""
 RESTART_EVERY = 4
 """One of this many search particles restarts in each frame."""
 DIRECTIONS = Hog(bins=16, rotation_normalized=False)
@@ -78,10 +80,6 @@ class Redetection(Config, frozen=True):
             DIRECTIONS.learn(frame, circle(ellipse)),
         )
 
-    def color_distance(self, model: RedetectionModel, frame: Frame, place: Ellipse) -> float:
-        """Return the distance of the colors in an ellipse to those of the first region, 0 to 1."""
-        return float(self.color.distances(model.color, frame, np.array([place]))[0])
-
     def step(
         self,
         rng: np.random.Generator,
@@ -105,8 +103,8 @@ class Redetection(Config, frozen=True):
         Returns
         -------
         searchers, places
-            The new particles, and three places for a localization: the most likely particle, one
-            drawn by weight, and one drawn by weight and turned as its directions suggest.
+            The new particles, and `PLACES` for a localization: the most likely particle, and others
+            drawn by weight, every second of them turned as its directions suggest.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
         reach = self.speed * missed * last.side
@@ -122,8 +120,9 @@ class Redetection(Config, frozen=True):
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
-        drawn = chosen[rng.integers(len(chosen), size=2)]
-        drawn[1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[1].tolist()))
+        drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]
+        for place in drawn[1::2]:
+            place[4] = self._turn(rng, model, frame, Ellipse(*place.tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])
         return chosen, [Ellipse(*place) for place in places.tolist()]
 

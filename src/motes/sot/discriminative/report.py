@@ -13,12 +13,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, iou
 from motes.core.track import Track
 from motes.core.types import Floats
 from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
+from motes.sot.discriminative.expert import AGREES
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.network_expert import NetworkOpinion
 from motes.sot.discriminative.placing import NO_PARTICLES
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
@@ -47,12 +47,11 @@ class Reporter:
         frame: Frame,
         look: WindowEstimate,
         ellipses: Floats,
-        opinion: NetworkOpinion | None = None,
     ) -> DiscriminativeInfo:
         """Return the report of an estimate.
 
         While a lost target is searched for, the particles are those of the search. The proportions
-        of an upright target are half-way to those that a network sees.
+        of an upright target are half-way to those that an expert sees.
 
         Parameters
         ----------
@@ -60,14 +59,14 @@ class Reporter:
             The state after the frame.
         ellipses
             (N, 5) the particles of the estimate; their weights are those of `look`.
-        opinion
-            What a trained network says of the frame.
         """
         weights: Weights | None = look.weights
         if not state.standing.trusted and len(state.search_particles):
             ellipses, weights = state.search_particles, None
         info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
-        return info if opinion is None else _joined(info, opinion)
+        for region, sureness in self.localizer.experts.regions(look.sights):
+            info = _joined(info, region, sureness)
+        return info
 
     def _report(
         self,
@@ -119,16 +118,16 @@ class Reporter:
         )
 
 
-def _joined(info: DiscriminativeInfo, opinion: NetworkOpinion) -> DiscriminativeInfo:
-    """Return a report whose box is the mean of that of the tracker and that of the network.
+def _joined(info: DiscriminativeInfo, region: Ellipse, sureness: float) -> DiscriminativeInfo:
+    """Return a report whose box is the mean of that of the tracker and that of an expert.
 
     Where the two are of different places, or the target is turned, the report stays.
     """
     track = info.track
-    if track.ellipse.theta or not opinion.agrees(track.box):
+    if track.ellipse.theta or iou(region.box, track.box) <= AGREES:
         return info
-    sure = track.confidence / (track.confidence + opinion.candidate.score)
-    mean = sure * np.array(track.ellipse) + (1 - sure) * np.array(opinion.place)
+    own = track.confidence / (track.confidence + sureness)
+    mean = own * np.array(track.ellipse) + (1 - own) * np.array(region)
     ellipses = info.ellipses.copy()
     ellipses[:, :2] += mean[:2] - track.ellipse[:2]
     ellipses[:, 2:4] *= mean[2:4] / track.ellipse[2:4]

@@ -16,8 +16,8 @@ from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
-from motes.sot.discriminative.network_expert import NetworkTarget
 from motes.sot.discriminative.prediction import MotionHistory
+from motes.sot.discriminative.redetection import RedetectionModel
 from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.trend import Trend
@@ -35,6 +35,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         The last estimate: the ellipse in the target's box, turned as the target since the start.
     shape
         The first region; a track reports it moved, scaled and turned.
+    appearance
+        The histograms of the target's first region, for the search.
     scale
         The model of the size.
     border
@@ -52,8 +54,6 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         The status of the target.
     rival
         Another place that may be the target's.
-    network
-        What a trained network knows of the target; None without one.
     motion
         The last motion of the target and of the camera.
     light
@@ -63,6 +63,7 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     time: Annotated[float, SAME]
     ellipse: Ellipse
     shape: Ellipse
+    appearance: RedetectionModel
     scale: ScaleModel
     border: Floats
     search_particles: Annotated[Floats, ELLIPSES]
@@ -72,7 +73,6 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     turn: TurnEstimate
     standing: Standing
     rival: Rival
-    network: NetworkTarget | None
     motion: MotionHistory
     light: Light
 

@@ -1,11 +1,12 @@
 """The default tracker: experts of different kinds that check each other, joined by particles.
 
 A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first the place, then the
-size. Two experts learn the target and propose its place: a near window with gradients and colors
-(`localization.py`), and a filter that is confined to the target in a wide window. Where they part,
-both places are followed until the evidence of the next frames decides, and nothing is learned
-meanwhile (`rival.py`). What all experts say of a place is added to one evidence (`evidence.py`). It
-decides whether the target is there, and so whether the tracker learns or searches.
+size. Particles find the target in a near window, by gradients and colors (`localization.py`).
+Experts of other kinds (`expert.py`) say where they see it, among them a filter that is confined to
+the target in a wide window. Where they part, both places are followed until the evidence of the
+next frames decides, and nothing is learned meanwhile (`rival.py`). What all say of a place is added
+to one evidence (`evidence.py`). It decides whether the target is there, and so whether the tracker
+learns or searches.
 """
 
 from __future__ import annotations
@@ -17,22 +18,23 @@ from typing import ClassVar
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.config import Config, NonNegative, Particles, Positive
+from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import check, middle_of, rows
+from motes.core.saved_state import check, in_types_of, middle_of, rows
 from motes.core.track import Status
 from motes.cues.color_posterior import Posterior, borders, contrast
-from motes.cues.confined_filter import ConfinedFilter
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
+from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.expert import Expert, Experts
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.network_expert import NetworkOpinion, NetworkTarget
+from motes.sot.discriminative.network_expert import NetworkExpert
 from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, Placer
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import (
@@ -74,11 +76,9 @@ class Discriminative(
     budget
         Number of particles after the first of three rounds: fewer where fewer places are likely.
     correlation
-        Near expert: the correlation filter.
+        The near window's correlation filter.
     posterior
-        Near expert: the color posterior.
-    confined
-        Wide expert: the filter that is confined to the target.
+        The near window's color posterior.
     color_gain
         Weight of color in the near window, relative to the color contrast of the target. With 0,
         gradients alone count for the place.
@@ -97,19 +97,23 @@ class Discriminative(
     turn
         Angle of the turned windows that are tried when the tracker is not certain, in radians.
     evidence
-        How the experts' voices are added to the log odds that the target is at a place.
+        What the near window says of a place; the experts add to it.
+    confined
+        Expert: a filter that is confined to the target, in a wide window.
     network
-        A trained network that joins the experts; by default there is none.
+        Expert: a trained network; by default there is none.
+    extra_experts
+        Experts of other packages, by name. In files and options they stand among the other keys.
     """
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
     presence: ClassVar[None] = None
+    open_field: ClassVar[str | None] = "extra_experts"
 
     particles: Particles = 400
     budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
     correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
-    confined: ConfinedFilter = ConfinedFilter()
     color_gain: NonNegative = 1.0
     sigma: Positive = 0.02
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
@@ -118,12 +122,28 @@ class Discriminative(
     border_gain: NonNegative = 0.2
     turn: Positive = 0.25
     evidence: Evidence = Evidence()
+    confined: Confined = Confined()
     network: Network | None = None
+    extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_extra_names(self)
 
     @cached_property
     def cues(self) -> dict[str, Correlation | Posterior]:
         """The cues for the place, by name."""
         return {"correlation": self.correlation, "posterior": self.posterior}
+
+    @cached_property
+    def experts(self) -> Experts:
+        """The experts in use: those with a weight, and all of other packages."""
+        own: dict[str, Expert] = {}
+        if self.confined.weight:
+            own["confined"] = self.confined
+        if self.network is not None:
+            own["network"] = NetworkExpert(self.network)
+        return Experts(own | self.extra_experts)
 
     @cached_property
     def localizer(self) -> Localizer:
@@ -133,8 +153,7 @@ class Discriminative(
             budget=self.budget,
             correlation=self.correlation,
             posterior=self.posterior,
-            confined=self.confined,
-            redetection=self.redetection,
+            experts=self.experts,
             evidence=self.evidence,
             color_gain=self.color_gain,
             sigma=self.sigma,
@@ -144,7 +163,7 @@ class Discriminative(
     @cached_property
     def placer(self) -> Placer:
         """The finder of the place, with the values of this configuration."""
-        return Placer(self.localizer, self.confined, self.redetection, self.particles, self.turn)
+        return Placer(self.localizer, self.redetection, self.particles, self.turn)
 
     @cached_property
     def sizes(self) -> SizeEstimator:
@@ -171,7 +190,7 @@ class Discriminative(
             shape=region,
             correlation=correlation,
             posterior=posterior,
-            confined=self.confined.learn(frame, box),
+            experts=self.experts.learn(frame, box),
             scale=self.scale.learn(frame, box),
             appearance=self.redetection.learn(frame, box),
             contrast=contrast(integral, middle),
@@ -183,7 +202,6 @@ class Discriminative(
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
             rival=Rival(box),
-            network=NetworkTarget.learn(self.network, frame, box) if self.network else None,
             motion=prediction.started(small_picture(frame)),
             light=Light(),
         )
@@ -198,14 +216,11 @@ class Discriminative(
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
         shift = sight.likeliest(state.motion)
-        opinion = None
-        if self.network and state.network:
-            opinion = NetworkOpinion.of(self.network, state.network, frame, shift)
-        found = self.placer.place(rng, state, frame, shift, opinion)
+        found = self.placer.place(rng, state, frame, shift)
         if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
-            found = found._replace(look=self.placer.turned(rng, state, frame, found.look, opinion))
+            found = found._replace(look=self.placer.turned(rng, state, frame, found.look))
         if found.look.evidence < 0:
-            found = self.placer.search(rng, state, frame, found, opinion)
+            found = self.placer.search(rng, state, frame, found)
         look, jumped = found.look, found.jumped
         standing = state.standing.after(look.evidence, jumped=jumped)
         learned = not (standing.missed or found.rival.alive)
@@ -234,12 +249,9 @@ class Discriminative(
             light = light.learned(self.posterior.learning_rate)
         steady = not (jumped or state.standing.missed or standing.missed)
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
-        after = replace(after, motion=motion, light=light)
-        if opinion and state.network:
-            known = opinion.followed(state.network, pose, decided=learned)
-            after = replace(after, network=known)
-        ellipses = particles_of(look, state, pose)
-        return after, self.reporter.report(after, frame, look, ellipses, opinion)
+        experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
+        after = replace(after, motion=motion, light=light, experts=experts)
+        return after, self.reporter.report(after, frame, look, particles_of(look, state, pose))
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -256,7 +268,7 @@ class Discriminative(
             state,
             correlation=self.correlation.learn_also(state.correlation, frame, place),
             posterior=self.posterior.learn_also(state.posterior, frame, place),
-            confined=self.confined.learn_also(state.confined, frame, place),
+            experts=self.experts.learn_also(state.experts, frame, place),
         )
 
     def correct(
@@ -273,7 +285,7 @@ class Discriminative(
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
             rival=Rival(box),
-            network=replace(state.network, place=box) if state.network else None,
+            experts=self.experts.placed(state.experts, box),
         )
         return state, self.reporter.placed(state, frame)
 
@@ -289,6 +301,8 @@ class Discriminative(
         factors = rows(1.0, state.factors)
         turn = TurnEstimate.begin(frame, middle._replace(theta=state.shape.theta))
         fresh = replace(fresh, search_particles=searchers, factors=factors, turn=turn)
+        models = in_types_of(fresh.experts, state.experts, "state.experts")
+        state = replace(state, experts=models)
         check(state, fresh, "state")
         return state
 
@@ -318,7 +332,6 @@ class Discriminative(
                 state.correlation, spectra, correlation.learning_rate, x, y
             ),
             posterior=posterior.updated(state.posterior, window, posterior.learning_rate, x, y),
-            confined=self.confined.updated(state.confined, frame, look.view, pose),
             scale=scale,
             contrast=kept * state.contrast + RUNNING_MEAN_RATE * look.contrast,
             border=kept * state.border + RUNNING_MEAN_RATE * border,

@@ -1,0 +1,180 @@
+"""The interface of an expert of the default tracker, the experts by name, and all of them together.
+
+Experts differ in kind, and each learns the target in its own way. Each can say where it sees the
+target, and how much a place speaks for or against it. No expert is judge in its own case: what
+counts of a place is the sum of all log odds.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.registry import Registry
+from motes.core.types import Floats
+
+AGREES = 0.3
+"""Overlap of two boxes from which they show the same target."""
+
+
+class Expert:
+    """The interface of an expert.
+
+    An expert is also a `Config`: `class Flow(Expert, Config, frozen=True)`. Its model of the target
+    is any frozen `msgspec.Struct`, and its sight of a frame any object; only the expert itself
+    reads them. Methods change neither, nor the frame.
+    """
+
+    __slots__ = ()
+
+    @abstractmethod
+    def learn(self, frame: Frame, box: Ellipse) -> Any:
+        """Return the model of the target in the ellipse `box`."""
+
+    @abstractmethod
+    def look(self, model: Any, frame: Frame, place: Ellipse, shift: Floats) -> Any:
+        """Return the expert's sight of a frame.
+
+        Parameters
+        ----------
+        place
+            The ellipse around which it looks.
+        shift
+            (2,) by how much the target is expected to have moved since the last frame, in pixels,
+            for an expert that follows it by itself.
+        """
+
+    @abstractmethod
+    def log_odds(self, sight: Any, place: Ellipse) -> float:
+        """Return by how much the sight speaks for a place: 0 is neither for it nor against it."""
+
+    def serves(self, sight: Any, place: Ellipse) -> bool:
+        """Return whether a sight can judge a place. If not, the expert looks there again."""
+        return True
+
+    def proposes(self, sight: Any) -> Ellipse | None:
+        """Return where the expert sees the target, or None."""
+        return None
+
+    def region(self, sight: Any) -> tuple[Ellipse, float] | None:
+        """Return the target's region with the proportions that the expert sees, and how sure it is.
+
+        The surer it is, 0 to 1, the more it counts in the reported region. By default there is
+        none: the target keeps the proportions of the first region.
+        """
+        return None
+
+    def refined(self, sight: Any, place: Ellipse) -> Ellipse | None:
+        """Return where the expert sees the target near a place, or None if it does not."""
+        return None
+
+    def updated(self, model: Any, frame: Frame, sight: Any, place: Ellipse, share: float) -> Any:
+        """Return the model after a frame with the target at `place`; by default it stays.
+
+        `share` is how much of the frame is learned, from 0 to 1: nothing where the place is in
+        doubt.
+        """
+        return model
+
+    def learn_also(self, model: Any, frame: Frame, box: Ellipse) -> Any:
+        """Return the model of a target that also looks as in another frame; by default it stays."""
+        return model
+
+    def placed(self, model: Any, box: Ellipse) -> Any:
+        """Return the model of a target that the user has placed; by default it stays."""
+        return model
+
+
+EXPERTS = Registry[Expert](
+    "expert",
+    "motes.experts",
+    Expert,
+    {"confined": "motes.sot.discriminative.confined_expert:Confined"},
+    tagged=False,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Experts:
+    """The experts in use, asked together; models and sights are by the experts' names."""
+
+    named: Mapping[str, Expert]
+
+    def learn(self, frame: Frame, box: Ellipse) -> dict[str, Any]:
+        """Return the models of the target in `box`."""
+        return {name: expert.learn(frame, box) for name, expert in self.named.items()}
+
+    def look(
+        self, models: Mapping[str, Any], frame: Frame, place: Ellipse, shift: Floats
+    ) -> dict[str, Any]:
+        """Return the sights of a frame, looked at around `place`."""
+        return {
+            name: expert.look(models[name], frame, place, shift)
+            for name, expert in self.named.items()
+        }
+
+    def look_again(
+        self,
+        models: Mapping[str, Any],
+        frame: Frame,
+        place: Ellipse,
+        sights: Mapping[str, Any],
+    ) -> dict[str, Any]:
+        """Return sights that can judge a place: those given, or new ones around it."""
+        return {
+            name: sights[name]
+            if expert.serves(sights[name], place)
+            else expert.look(models[name], frame, place, np.zeros(2))
+            for name, expert in self.named.items()
+        }
+
+    def proposals(self, sights: Mapping[str, Any]) -> list[Ellipse]:
+        """Return where the experts see the target."""
+        places = [expert.proposes(sights[name]) for name, expert in self.named.items()]
+        return [place for place in places if place is not None]
+
+    def regions(self, sights: Mapping[str, Any]) -> list[tuple[Ellipse, float]]:
+        """Return the target's regions as experts see them, and how sure they are; see `Expert`."""
+        regions = [expert.region(sights[name]) for name, expert in self.named.items()]
+        return [region for region in regions if region is not None]
+
+    def refined(self, sights: Mapping[str, Any], place: Ellipse) -> Ellipse:
+        """Return the mean of a place and of where the experts see the target near it."""
+        near = [expert.refined(sights[name], place) for name, expert in self.named.items()]
+        centers = [seen[:2] for seen in (place, *near) if seen is not None]
+        x, y = np.mean(centers, axis=0).tolist()
+        return place._replace(x=x, y=y)
+
+    def log_odds(self, sights: Mapping[str, Any], place: Ellipse) -> float:
+        """Return by how much the experts together speak for a place."""
+        return sum(expert.log_odds(sights[name], place) for name, expert in self.named.items())
+
+    def updated(
+        self,
+        models: Mapping[str, Any],
+        frame: Frame,
+        sights: Mapping[str, Any],
+        place: Ellipse,
+        share: float,
+    ) -> dict[str, Any]:
+        """Return the models after a frame with the target at `place`; see `Expert.updated`."""
+        return {
+            name: expert.updated(models[name], frame, sights[name], place, share)
+            for name, expert in self.named.items()
+        }
+
+    def learn_also(self, models: Mapping[str, Any], frame: Frame, box: Ellipse) -> dict[str, Any]:
+        """Return the models of a target that also looks as in another frame."""
+        return {
+            name: expert.learn_also(models[name], frame, box) for name, expert in self.named.items()
+        }
+
+    def placed(self, models: Mapping[str, Any], box: Ellipse) -> dict[str, Any]:
+        """Return the models of a target that the user has placed."""
+        return {name: expert.placed(models[name], box) for name, expert in self.named.items()}

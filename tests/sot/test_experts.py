@@ -1,0 +1,178 @@
+"""The experts of the default tracker: what each says, and what they decide together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motes.core.config import Config, from_dict, from_toml, to_dict, to_toml
+from motes.core.errors import ConfigError
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes.cues.color import Color
+from motes.sot.discriminative.confined_expert import TRUSTED_RESPONSE, Confined
+from motes.sot.discriminative.expert import EXPERTS, Expert, Experts
+from motes.sot.discriminative.rival import APART
+from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.tracker import Tracker
+from motes.testing import check_expert
+
+PLACE = Ellipse(120.0, 90.0, 15.0, 12.0)
+STILL = np.zeros(2)
+
+
+def picture(x: float = PLACE.x, y: float = PLACE.y, *, gray: bool = False) -> Frame:
+    """Return a frame with a red-and-yellow target before gray noise."""
+    pixels = np.random.default_rng(3).integers(90, 130, (180, 240, 1), np.uint8).repeat(3, axis=2)
+    blocks = np.random.default_rng(5).integers(0, 2, (4, 5)).repeat(6, axis=0).repeat(6, axis=1)
+    target = np.where(blocks[..., None], (230, 60, 40), (200, 170, 20)).astype(np.uint8)
+    top, left = round(y - 11.5), round(x - 14.5)
+    pixels[top : top + 24, left : left + 30] = (
+        target.mean(axis=2, keepdims=True) if gray else target
+    )
+    return Frame(0, 0.0, pixels)
+
+
+class Sure(Expert, Config, frozen=True):
+    """An expert that says the same of all places, and proposes one."""
+
+    says: float = 0.0
+    place: tuple[float, float] | None = None
+    near: tuple[float, float] | None = None
+
+    def learn(self, frame: Frame, box: Ellipse) -> Any:
+        """Return any model."""
+        return Color().learn(frame, box)
+
+    def look(self, model: Any, frame: Frame, place: Ellipse, shift: Floats) -> Ellipse:
+        """Return the place."""
+        return place
+
+    def log_odds(self, sight: Ellipse, place: Ellipse) -> float:
+        """Return what it always says."""
+        return self.says
+
+    def proposes(self, sight: Ellipse) -> Ellipse | None:
+        """Return its place."""
+        return sight._replace(x=self.place[0], y=self.place[1]) if self.place else None
+
+    def refined(self, sight: Ellipse, place: Ellipse) -> Ellipse | None:
+        """Return its other place."""
+        return place._replace(x=self.near[0], y=self.near[1]) if self.near else None
+
+
+def test_ours_are_known_by_name() -> None:
+    assert EXPERTS.known()[:1] == ["confined"]
+    assert EXPERTS.resolve("confined") is Confined
+    assert list(Discriminative().experts.named) == ["confined"]
+
+
+def test_it_keeps_the_rules() -> None:
+    check_expert(Confined())
+
+
+def test_it_can_be_switched_off() -> None:
+    off: Discriminative = from_dict({"confined": {"weight": 0.0}}, Discriminative)
+    assert off.experts.named == {}
+    assert from_dict(from_toml(to_toml(off), "it"), Discriminative) == off
+    tracker = Tracker(off)
+    tracker.init(picture(), PLACE)
+    track = tracker.update(Frame(1, FRAME_INTERVAL, picture(124.0).pixels))
+    assert track.ellipse[:2] == pytest.approx((124.0, PLACE.y), abs=1.5)
+
+
+def test_log_odds_are_added_and_places_averaged() -> None:
+    together = Experts({"a": Sure(1.5, near=(100.0, 50.0)), "b": Sure(-0.5), "c": Sure()})
+    frame = picture()
+    sights = together.look(together.learn(frame, PLACE), frame, PLACE, STILL)
+    assert together.log_odds(sights, PLACE) == 1.0
+    assert together.refined(sights, PLACE)[:2] == (110.0, 70.0)
+    assert together.proposals(sights) == []
+
+
+def test_no_voice_can_veto_the_others() -> None:
+    """A target that has lost its colors, as in another light, is still known by its shape."""
+    tracker = Tracker()
+    tracker.init(picture(), PLACE)
+    track = tracker.update(Frame(1, FRAME_INTERVAL, picture(gray=True).pixels))
+    assert track.confidence > 0.5
+
+
+def sight_of(expert: Expert, frame: Frame) -> Any:
+    return expert.look(expert.learn(picture(), PLACE), frame, PLACE, STILL)
+
+
+def test_the_confined_filter_speaks_for_the_target_and_finds_it() -> None:
+    confined = Confined()
+    sight = sight_of(confined, picture(126.0, 96.0))
+    assert confined.proposes(sight)[:2] == pytest.approx((126.0, 96.0), abs=1.5)
+    target, beside = PLACE._replace(x=126.0, y=96.0), PLACE._replace(x=80.0)
+    assert confined.log_odds(sight, target) > confined.log_odds(sight, beside) + 1
+
+
+@pytest.mark.parametrize(("apart", "near"), [(0.8 * APART, True), (2.0, False)])
+def test_it_refines_a_place_up_to_where_another_target_begins(apart: float, near: bool) -> None:
+    """Farther off, it is a rival."""
+    confined = Confined()
+    sight = sight_of(confined, picture())
+    place = PLACE._replace(x=PLACE.x + apart * PLACE.side)
+    refined = confined.refined(sight, place)
+    if near:
+        assert refined is not None
+        assert refined[:2] == pytest.approx(PLACE[:2], abs=2)
+    else:
+        response, _ = sight.near(place, APART)
+        assert refined is None or response > TRUSTED_RESPONSE
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_nothing_is_learned_of_a_frame_with_a_share_of_0(share: float) -> None:
+    confined, frame = Confined(), picture(122.0)
+    model = confined.learn(picture(), PLACE)
+    sight = confined.look(model, frame, PLACE, STILL)
+    after = confined.updated(model, frame, sight, PLACE._replace(x=122.0), share)
+    assert (after is model) is (share == 0)
+
+
+def test_a_smaller_share_changes_the_filter_less() -> None:
+    confined, frame = Confined(), picture(gray=True)
+    model = confined.learn(picture(), PLACE)
+    sight = confined.look(model, frame, PLACE, STILL)
+    changes = [
+        np.abs(confined.updated(model, frame, sight, PLACE, share).filter - model.filter).mean()
+        for share in (0.2, 0.5, 1.0)
+    ]
+    assert changes == sorted(changes)
+    assert changes[0] < changes[2] / 2
+
+
+def test_another_expert_can_decide_between_two_places() -> None:
+    """What it proposes is followed as a rival, and is lost without evidence."""
+    far = (200.0, 40.0)
+    config = Discriminative(extra_experts={"sure": Sure(place=far)})
+    rng = np.random.default_rng(0)
+    state, _ = config.init(rng, picture(), PLACE)
+    after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
+    assert info.track.ellipse[:2] == pytest.approx(PLACE[:2], abs=1)
+    assert after.standing == Standing(confirmed=1)
+
+
+def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
+    evidence = {}
+    for says in (-1.0, 2.0):
+        config = Discriminative(extra_experts={"sure": Sure(says)})
+        rng = np.random.default_rng(0)
+        state, _ = config.init(rng, picture(), PLACE)
+        _, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
+        evidence[says] = info.evidence
+    assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
+
+
+def test_an_expert_has_a_name_of_its_own() -> None:
+    with pytest.raises(ConfigError, match="extra_experts names 'confined', which is the name of"):
+        Discriminative(extra_experts={"confined": Sure()})
+    assert to_dict(Discriminative())["confined"]["weight"] == 2.5
