@@ -31,6 +31,7 @@ from motes.cluster.state import counts, load_jobs, write_table
 from motes.cluster.store import Folder, open_store
 from motes.cluster.work import Order, work
 from motes.core.errors import FormatError
+from onnx_trackers import save_pair
 
 
 class InProcess:
@@ -271,6 +272,28 @@ def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixtur
     assert frames == {"film-1": 15, "film-2": 20, "both": 10, "mended": 10, "two": 20}
     log = [msgspec.json.decode(line) for line in Path("log").read_bytes().splitlines()]
     assert Counter(each["event"] for each in log) == {"started": 5, "done": 5}
+
+
+def test_a_network_is_a_column(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    films = batch_jobs.films(tmp_path, 2)
+    files = ",".join(save_pair(tmp_path))
+    row = {"source": films[0], "preset": ""}
+    batch_jobs.table(Path("jobs.csv"), [row | {"name": "with", "network": files}, row])
+    assert main(["batch", "jobs.csv", "-o", "out", "--workers", "1"]) == 0
+    command = ["track", str(films[0]), "--init", batch_jobs.REGION, "--network", files]
+    assert main([*command, "-o", "again.csv"]) == 0
+    assert rows(tmp_path / "out", "with") == Path("again.csv").read_text()
+    assert rows(tmp_path / "out", "with") != rows(tmp_path / "out", "film-0")
+    Path("cut.onnx").write_bytes(Path("head.onnx").read_bytes()[:100])
+    capsys.readouterr()
+    line = ["batch", str(films[1]), "--region", batch_jobs.REGION]
+    assert main([*line, "--network", "backbone.onnx,cut.onnx", "-o", "none"]) == 2
+    assert "row 1: " in (words := capsys.readouterr().err)
+    assert "cut.onnx is cut off" in words
+    assert not Path("none").exists()
 
 
 @pytest.mark.slow

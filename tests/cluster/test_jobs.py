@@ -50,12 +50,25 @@ def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
         ({"region": "1,2,3,4,0; 1,2,3,4,0"}, "boxes"),
         ({"region": "", "keyframes": "k.csv", "stride": 2}, "stride"),
         ({"preset": "numiaro"}, "did you mean 'nummiaro'"),
+        ({"do": "watch", "region": "", "network": "a.onnx"}, "watch takes no network"),
+        ({"preset": "nummiaro", "network": "a.onnx"}, "preset nummiaro takes no network"),
         ({"source": "rtsp://camera/1"}, "is live"),
     ],
 )
 def test_mistakes_in_a_row(row: dict[str, object], words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         job_of(ROW | row, "film")
+
+
+@pytest.mark.parametrize("value", ["a.onnx, b.onnx", ["a.onnx", "b.onnx"]])
+def test_the_files_of_a_network_are_inputs(value: object) -> None:
+    job = job_of(ROW | {"network": value}, "film")
+    assert [Path(path).name for path in job.network] == ["a.onnx", "b.onnx"]
+    assert all(Path(path).is_absolute() for path in job.network)
+    assert [path for _, path in job.files] == [job.source, *job.network]
+    moved = job.with_files(lambda path: f"copies/{Path(path).name}")
+    assert (moved.source, moved.network) == ("copies/film.mp4", ("copies/a.onnx", "copies/b.onnx"))
+    assert job.digest() != job_of(ROW, "film").digest()
 
 
 def test_a_job_is_told_from_others() -> None:

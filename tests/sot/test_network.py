@@ -267,7 +267,7 @@ def test_places_that_are_none_are_refused(network: Network, place: Any) -> None:
 def test_other_files_are_refused_with_what_is_known(folder: Path, tmp_path: Path) -> None:
     backbone, head = onnx_trackers.save_pair(folder)
     vit = onnx_trackers.save_vit(folder)
-    for files in ((), (backbone,), (head,), (backbone, backbone), (backbone, vit), (vit, vit)):
+    for files in ((backbone,), (head,), (backbone, backbone), (backbone, vit), (vit, vit)):
         with pytest.raises(ConfigError) as caught:
             Network(files).open()
         text = str(caught.value)
@@ -301,5 +301,7 @@ def test_its_configuration_is_checked() -> None:
         network.open()
     with pytest.raises(ConfigError, match="threads"):
         Network(("a",), 0)
+    with pytest.raises(ConfigError, match="needs its ONNX files"):
+        Network()
     with pytest.raises(ConfigError, match="did you mean 'files'"):
         from_dict({"file": ["a"]}, Network)

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from motes.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
+COLUMNS = ("do", "region", "detector", "places", "preset", "config", "seed", "network")
+"""Columns that are options too."""
 
 Out = Annotated[
     str,
@@ -110,14 +112,13 @@ class JobOptions:
         str | None, Parameter(help="TOML file whose values replace those of the preset.")
     ] = None
     seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
+    network: Annotated[
+        str | None, Parameter(help="Trained network that joins the tracker: A.onnx,B.onnx.")
+    ] = None
 
     def columns(self) -> dict[str, object]:
         """Return the values that are given, by their columns."""
-        return {
-            name: value
-            for name in ("do", "region", "detector", "places", "preset", "config", "seed")
-            if (value := getattr(self, name)) is not None
-        }
+        return {name: value for name in COLUMNS if (value := getattr(self, name)) is not None}
 
 
 @app.default
@@ -146,8 +147,8 @@ def batch(
     ----------
     jobs
         A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, region,
-        keyframes, rows, detector, places, preset, config, seed, start, end, stride, fps and label
-        (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
+        keyframes, rows, detector, places, preset, config, seed, network, start, end, stride, fps
+        and label (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
     """
     from motes.cluster.inputs import missing
     from motes.cluster.state import Options, save
@@ -225,16 +226,24 @@ def retry(
 
 
 def _check_config(job: Job, *, own_code: bool) -> None:
-    """Check the preset, the configuration and the detector of a job; raise a MotesError."""
+    """Check the tracker and the detector of a job; raise a MotesError."""
     from motes.mot.pipeline_config import check_code
 
     check_code(job.detector, own_code)
-    _config(job.do, job.preset, job.config, job.detector)
+    here = () if any("://" in path for path in job.network) else job.network
+    _config(job.do, job.preset, job.config, job.detector, here)
 
 
 @functools.cache
-def _config(do: str, preset: str | None, config: str | None, detector: str | None) -> None:
+def _config(
+    do: str,
+    preset: str | None,
+    config: str | None,
+    detector: str | None,
+    network: tuple[str, ...],
+) -> None:
     from motes.cli.load_config import tracker_config, watch_config
+    from motes.cli.network_option import network_settings, open_network
     from motes.cli.settings import default_preset
     from motes.cli.watch import PRESET
 
@@ -242,7 +251,8 @@ def _config(do: str, preset: str | None, config: str | None, detector: str | Non
     if do == "watch":
         watch_config(app, preset or PRESET, file, detector, None, {}, {})
     else:
-        tracker_config(app, preset or default_preset(False), file, {})
+        settings = network_settings(network)
+        open_network(tracker_config(app, preset or default_preset(False), file, settings))
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:

@@ -13,6 +13,7 @@ from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions
+from motes.cli.network_option import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
@@ -109,6 +110,7 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
         preset=job.preset,
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
+        **network_settings(job.network),
     )
 
 

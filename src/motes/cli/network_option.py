@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,31 +23,49 @@ NetworkFiles = Annotated[
         "backbone.onnx,head.onnx. docs/network.md says where to get one.",
     ),
 ]
+Threads = Annotated[
+    int | None,
+    Parameter(group=CONFIGURATION, help="Threads that run the trained network. [default: 1]"),
+]
 
 
-def with_network(settings: Mapping[str, Any], preset: str, given: str | None) -> Mapping[str, Any]:
-    """Return settings with the files of --network as their key `network.files`.
+def with_network(
+    settings: Mapping[str, Any], preset: str, given: str | None, threads: int | None = None
+) -> Mapping[str, Any]:
+    """Return settings with --network and --threads as their keys `network.files` and so on.
 
     Raises
     ------
     ConfigError
-        If the preset takes no network, or the settings name the files too.
+        If the preset takes no network, or the settings have these keys too.
     """
-    if given is None:
+    if given is None and threads is None:
         return settings
     from motes.sot import presets
 
+    option = "--threads" if given is None else "--network"
     if "network" not in presets.preset(preset).__struct_fields__:
         raise ConfigError(
-            f"Preset {preset} takes no network; omit --network or choose another preset."
+            f"Preset {preset} takes no network; omit {option} or choose another preset."
         )
-    files = [given] if Path(given).is_file() else given.split(",")
-    if not all(files):
-        raise ConfigError(f"--network is {given!r}; give files with commas between them.")
+    values: dict[str, Any] = {}
+    if given is not None:
+        values["files"] = [given] if Path(given).is_file() else given.split(",")
+        if not all(values["files"]):
+            raise ConfigError(f"--network is {given!r}; give files with commas between them.")
+    if threads is not None:
+        values["threads"] = threads
     others = settings.get("network", {})
-    if not isinstance(others, dict) or "files" in others:
-        raise ConfigError("--network and --network.files contradict each other; give one.")
-    return {**settings, "network": {**others, "files": files}}
+    for key in values:
+        if not isinstance(others, dict) or key in others:
+            option = "--threads" if key == "threads" else "--network"
+            raise ConfigError(f"{option} and --network.{key} contradict each other; give one.")
+    return {**settings, "network": {**others, **values}}
+
+
+def network_settings(files: Sequence[str]) -> dict[str, Any]:
+    """Return the settings that name the files of a network; none without files."""
+    return {"network": {"files": [*files]}} if files else {}
 
 
 def open_network(config: TrackerConfig) -> None:

@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
 )
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
-from motes.cli.network_option import NetworkFiles, open_network, with_network
+from motes.cli.network_option import NetworkFiles, Threads, open_network, with_network
 from motes.cli.options import (
     CONFIGURATION,
     ConfigOptions,
@@ -60,6 +60,7 @@ def track(
         ),
     ] = None,
     network_files: NetworkFiles = None,
+    threads: Threads = None,
     **settings: Settings,
 ) -> int:
     """Track one object, or several, through a video; or one through each of several videos.
@@ -83,7 +84,7 @@ def track(
     preset = preset or default_preset(
         known is not None or fps_target is not None or outputs.save_histogram is not None
     )
-    changes = with_network(settings, preset, network_files)
+    changes = with_network(settings, preset, network_files, threads)
     config = tracker_config(app, preset, values.config, changes, known)
     if values.dump_config:
         from motes.core.config import to_toml

@@ -15,8 +15,8 @@ from motes.cluster.jobs import Job
 from motes.video.image_files import IMAGE_ENDINGS
 from motes.video.shared import HELD
 
-PARTICLES, DEFAULT, WATCH = 80 << 20, 100 << 20, 160 << 20
-"""Bytes for a preset with particles, for the default tracker, and for many objects."""
+PARTICLES, DEFAULT, WATCH, NETWORK = 80 << 20, 100 << 20, 160 << 20, 40 << 20
+"""Bytes for a preset with particles, the default tracker, many objects, and a trained network."""
 TRACK_PIXEL, WATCH_PIXEL = 54, 215
 """Bytes for each pixel of a frame."""
 MARGIN = 1.25
@@ -32,6 +32,7 @@ def memory_of(job: Job) -> int:
     if job.do == "watch":
         return int(MARGIN * (WATCH + WATCH_PIXEL * pixels))
     base = DEFAULT if job.preset in (None, "default") else PARTICLES
+    base += NETWORK if job.network else 0
     held = 0 if job.keyframes is None else HELD  # the frames of a stretch
     return int(MARGIN * (base + TRACK_PIXEL * pixels + held))
 

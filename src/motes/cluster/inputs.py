@@ -38,7 +38,7 @@ class Input(msgspec.Struct, frozen=True):
 
 def paths_of(job: Job) -> list[str]:
     """Return the files that a job reads, its source first."""
-    found = [job.source, *job.files.values()]
+    found = [path for _, path in job.files]
     history = None if job.rows is None else f"{job.rows}{ENDING}"
     return [*found, history] if history is not None and not missing(history) else found
 
@@ -123,8 +123,7 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[Input, ...]]:
             objects.fetch(key, goal)
             places[path] = str(goal)
         inputs.append(Input(path, before, checksum(places[path])))
-    own = {name: places[path] for name, path in {"source": job.source, **job.files}.items()}
-    return msgspec.structs.replace(job, **own), tuple(inputs)
+    return job.with_files(places.__getitem__), tuple(inputs)
 
 
 def changed(inputs: Iterable[Input], *, thorough: bool = False) -> bool:

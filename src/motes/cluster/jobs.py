@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal
 
 import msgspec
@@ -44,6 +44,8 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     preset, config, seed
         The tracker: a preset, a TOML file whose values replace those of the preset, and the seed
         of the random numbers.
+    network
+        For track: the files of a trained network that joins the tracker.
     start, end, stride
         The frames that are used.
     fps
@@ -66,6 +68,7 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     preset: str | None = None
     config: str | None = None
     seed: int = 0
+    network: tuple[str, ...] = ()
     start: int = 0
     end: int | None = None
     stride: int = 1
@@ -76,13 +79,18 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     is_part: bool = False
 
     @property
-    def files(self) -> dict[str, str]:
-        """The files that it reads besides its source, by their columns."""
-        columns = ("keyframes", "rows", "places", "config")
-        found = {name: value for name in columns if (value := getattr(self, name)) is not None}
+    def files(self) -> list[tuple[str, str]]:
+        """The columns and paths of the files that it reads, its source first."""
+        columns = ("source", "keyframes", "rows", "places", "config")
+        found = [(name, value) for name in columns if (value := getattr(self, name)) is not None]
         if self.detector is not None and os.path.splitext(self.detector)[1] in (".onnx", ".txt"):
-            found["detector"] = self.detector
-        return found
+            found.append(("detector", self.detector))
+        return [*found, *(("network", path) for path in self.network)]
+
+    def with_files(self, place: Callable[[str], str]) -> Job:
+        """Return the job with the path `place(path)` for that of each file."""
+        own = {name: place(path) for name, path in self.files if name != "network"}
+        return replace(self, **own, network=tuple(map(place, self.network)))
 
     def digest(self, *more: object) -> str:
         """Return a text that differs where the job, or `more`, differs."""
@@ -107,6 +115,8 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     given = {key: value for key, value in row.items() if value not in (None, "")}
     if "region" in given:
         given["region"] = _regions(given["region"])
+    if isinstance(given.get("network"), str):
+        given["network"] = [path.strip() for path in given["network"].split(",")]
     try:
         job = msgspec.convert({"source": "", "name": name} | given, Job, strict=False)
     except msgspec.ValidationError as error:
@@ -114,8 +124,7 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     if not job.source:
         raise ConfigError("it has no source; name a film.")
     _check(job)
-    paths = {"source": job.source} | job.files
-    return replace(job, **{key: _absolute(path) for key, path in paths.items()})
+    return job.with_files(_absolute)
 
 
 def check_columns(columns: Iterable[str]) -> None:
@@ -153,18 +162,18 @@ def _check(job: Job) -> None:
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):
         raise ConfigError(f"{job.source} is live and has no end; motes watch is for it.")
     ways = {
-        "track": ("region", "keyframes", "detector"),
+        "track": ("region", "keyframes", "detector", "network"),
         "watch": ("detector", "places"),
         "refine": ("keyframes", "rows"),
     }
-    for column in ("region", "keyframes", "detector", "places", "rows"):
+    for column in ("region", "keyframes", "detector", "network", "places", "rows"):
         if getattr(job, column) and column not in ways[job.do]:
             raise ConfigError(f"{job.do} takes no {column}; empty that column.")
     if job.do == "refine" and not (job.keyframes and job.rows):
         raise ConfigError("refine needs rows and keyframes; fill both columns.")
     if job.do != "track":
         return
-    if sum(bool(getattr(job, column)) for column in ways["track"]) != 1:
+    if sum(map(bool, (job.region, job.keyframes, job.detector))) != 1:
         raise ConfigError("track takes one of region, keyframes and detector; fill one of them.")
     if job.detector not in (None, "face"):
         raise ConfigError(f"track takes the detector face; got {job.detector!r}.")
@@ -172,3 +181,5 @@ def _check(job: Job) -> None:
         raise ConfigError("several regions are boxes: x,y,width,height; x,y,width,height.")
     if job.keyframes and job.stride != 1:
         raise ConfigError("stride is not for keyframes; empty that column.")
+    if job.network and "network" not in preset(job.preset or "default").__struct_fields__:
+        raise ConfigError(f"preset {job.preset} takes no network; empty one of the two columns.")

@@ -100,7 +100,7 @@ class JobTable:
 
 
 def _check_files(job: Job, missing: Callable[[str], bool]) -> None:
-    for column, path in ({"source": job.source} | job.files).items():
+    for column, path in job.files:
         if missing(path):
             raise ConfigError(f"the {column} {path} is missing; check the name.")
 

@@ -48,9 +48,14 @@ class Network(Config, frozen=True):
         What ONNX Runtime runs them on, such as CUDAExecutionProvider; by default the processor.
     """
 
-    files: tuple[str, ...]
+    files: tuple[str, ...] = ()
     threads: Count = 1
     provider: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.files:
+            raise ConfigError("files: A network needs its ONNX files; got none")
 
     def open(self) -> str:
         """Open the files, try the network on a gray picture, and return its family's name.
