@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.help import HelpAll, UsualOptions, show_all
 from motes.cli.input_checks import (
     check_keyframe_error,
     check_label,
@@ -43,7 +44,11 @@ app = App(
         command="motes config --watch",
     ),
     help_format="plaintext",
-)
+    help_formatter=UsualOptions(
+        "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
+        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect", "--metrics",
+    ),
+)  # fmt: skip
 PRESET = "nummiaro:adaptive"
 
 
@@ -68,6 +73,7 @@ def watch(
     values: ConfigOptions = ConfigOptions(),
     cluster: Cluster = None,
     own_code: OwnCode = False,
+    help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
@@ -76,6 +82,9 @@ def watch(
     the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
     """
+    if help_all:
+        show_all("watch")
+        return DONE
     if source is not None and source.endswith(".toml"):
         _check_no_single(objects, counting, frames, outputs, preset, values, settings)
 
