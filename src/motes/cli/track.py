@@ -35,8 +35,9 @@ from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from motes.cli.frame_loop import Sink
     from motes.cli.track_between import Choice
-    from motes.cli.watch_outputs import Output as ObjectsOutput
+    from motes.cli.watch_outputs import FrameResult
     from motes.sot.presets import TrackerConfig
 
 app = App(
@@ -244,7 +245,7 @@ def _track_several(
     overwrite = outputs.overwrite
     with frames.open(source) as film:
         say_rate(film)
-        opened: list[ObjectsOutput] = []
+        opened: list[Sink[FrameResult]] = []
         if outputs.overlay is not None:
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import summarize
+from motes.cli.frame_loop import Sink, summarize
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
+from motes.cli.track_loop import Step
 from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
-from motes.cli.track_outputs import Output
 from motes.cli.track_units import check_size, motion_names
 from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
@@ -102,7 +102,7 @@ def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> in
     output, outputs
         Where the results go.
     """
-    opened = list[Output]()
+    opened = list[Sink[Step]]()
     run = Run(len(job.history.keys))
     try:
         track_film(job, output, outputs, run, opened, quiet=output == "-")
@@ -117,7 +117,7 @@ def track_film(
     output: str | None,
     outputs: TrackOutputs,
     run: Run,
-    opened: list[Output],
+    opened: list[Sink[Step]],
     *,
     quiet: bool = False,
     bar: FrameProgress | None = None,

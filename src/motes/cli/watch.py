@@ -34,7 +34,8 @@ from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.watch_outputs import Output
+    from motes.cli.frame_loop import Sink
+    from motes.cli.watch_outputs import FrameResult
     from motes.core.detection import Detector
 
 app = App(
@@ -190,7 +191,7 @@ def watch(
         film = running.enter_context(frames.open(source))
         where.check(film.width, film.height)
         say_rate(film)
-        opened: list[Output] = []
+        opened: list[Sink[FrameResult]] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
         opened += [Events(name, overwrite) for name in written]
