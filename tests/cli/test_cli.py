@@ -27,6 +27,7 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
+from motes.cli.help import UsualOptions
 from motes.cli.track_loop import follow, on_region
 from motes.core.errors import SourceError
 from motes.core.track import Status
@@ -373,8 +374,9 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
     assert set(usual) < set(every)
     assert len(every) == len(set(every)) > 30
     assert {"--output", "--overlay", "--help-all"} <= set(usual)
-    named = app[command].help_formatter.names
-    assert named == set(usual)  # none is misspelled
+    formatter = app[command].help_formatter
+    assert isinstance(formatter, UsualOptions)
+    assert formatter.names == set(usual)  # none is misspelled
 
 
 def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:
