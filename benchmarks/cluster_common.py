@@ -33,7 +33,7 @@ def table(path: Path, films: Sequence[Path], jobs: int, preset: str = "nummiaro"
     """Write a table of jobs, each with a film and a seed of its own."""
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "source", "do", "region", "preset", "seed"])
+        writer.writerow(["name", "source", "do", "init", "preset", "seed"])
         for job in range(jobs):
             source = films[job % len(films)]
             writer.writerow([f"job-{job}", source, "track", BOX, preset, job])

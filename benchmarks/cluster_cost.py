@@ -1,4 +1,4 @@
-"""Processor time of a frame in a worker of one core: what `docs/scale.md` reckons with.
+"""Processor time of a frame in a worker of one core: what `lab/docs/scale.md` reckons with.
 
     python benchmarks/cluster_cost.py FILM X,Y,WIDTH,HEIGHT
     python benchmarks/cluster_cost.py                          a rendered film of 640x480

@@ -65,7 +65,7 @@ def main() -> int:
             kinds: list[tuple[str, Job, tuple[str, ...]]] = [
                 (
                     preset,
-                    Job(source=str(path), region=(region,), preset=preset),
+                    Job(source=str(path), init=(region,), preset=preset),
                     ("track", str(path), "--init", box, "--preset", preset),
                 )
                 for preset in PRESETS

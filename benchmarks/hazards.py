@@ -1,4 +1,4 @@
-"""What docs/reliability.md tries that no test has the time for.
+"""What lab/docs/reliability-tried.md tries that no test has the time for.
 
     python benchmarks/hazards.py film FILM.mp4 FRAMES
     python benchmarks/hazards.py memory SECONDS COMMAND ...

@@ -121,7 +121,7 @@ def main() -> None:
         inside = ["--start", str(around.start), "--end", str(around.stop)]
         runs = {
             "forward": (range(total), ["--init", box(0)], range(0)),
-            "from": (around, ["--init", box(middle), "--from", str(middle), *inside], range(0)),
+            "middle": (around, ["--at", f"{middle}={box(middle)}", *inside], range(0)),
             "keyframes": (around, ["--keyframes", str(marks), *inside], absent),
             "backward": (
                 range(total - part, total),

@@ -1,4 +1,4 @@
-"""The methods of background subtraction that can run here."""
+"""The methods of background subtraction, and whether OpenCV is there."""
 
 from __future__ import annotations
 
@@ -11,6 +11,4 @@ from motes.mot.detection.background_models import Method
 
 NO_CV2 = importlib.util.find_spec("cv2") is None
 NEEDS_CV2 = pytest.mark.skipif(NO_CV2, reason="no OpenCV")
-METHODS = [
-    pytest.param(m, marks=NEEDS_CV2) if m == "knn" else pytest.param(m) for m in get_args(Method)
-]
+METHODS = get_args(Method)

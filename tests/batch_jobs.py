@@ -25,7 +25,7 @@ def films(folder: Path, count: int = 3) -> list[Path]:
 
 def table(path: Path, rows: Sequence[Mapping[str, Any]]) -> Path:
     """Write a table of jobs in CSV; by default each tracks `REGION` with 20 particles."""
-    usual = {"region": REGION, "preset": "nummiaro"}
+    usual = {"init": REGION, "preset": "nummiaro"}
     complete = [usual | dict(row) for row in rows]
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, list({name: None for row in complete for name in row}))

@@ -21,15 +21,7 @@ import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from motes.studio.protocol import (
-    Item,
-    Message,
-    Progress,
-    Reply,
-    Rows,
-    Session,
-    State,
-)
+from motes.studio.messages import Item, Message, Progress, Reply, Rows, Session, State
 from motes.studio.safety import Guard, Limits
 from motes.studio.serve import listening, settings
 from motes.studio.server import AGAIN, app

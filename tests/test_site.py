@@ -27,7 +27,8 @@ ROOT = Path(__file__).parent.parent
 KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
 MAIN = ("track", "watch", "demo", "doctor")
 LAB = ("evaluate", "compare", "experiment", "bench", "faces")
-PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "lab/docs").rglob("*.md")]
+USER_PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+PAGES = [*USER_PAGES, *(ROOT / "lab/docs").rglob("*.md")]
 CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}
 """Methods, not keys."""
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
@@ -79,6 +80,21 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_navigation_is_beside_the_page_at_1200_pixels(site: Path) -> None:
+    pytest.importorskip("playwright", reason="needs: pip install playwright")
+    from browsers import CHROMIUM, browsing
+
+    if CHROMIUM is None:
+        pytest.skip("needs Chromium")
+    with browsing() as browser:
+        page = browser.new_page(viewport={"width": 1200, "height": 900})
+        page.goto((site / "watch.html").as_uri())
+        assert page.get_by_role("link", name="Choose a detector").first.is_visible()
+        assert not page.locator(".md-header__button[for=__drawer]").is_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= 1200
+
+
+@pytest.mark.slow
 def test_reference_is_complete(site: Path) -> None:
     api = (site / "reference/api.html").read_text(encoding="utf-8")
     others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
@@ -114,6 +130,11 @@ def test_docstrings_are_read_as_they_are_meant() -> None:
 def test_readme_lines_are_short() -> None:
     lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
     assert max(map(len, lines)) <= 120
+
+
+def test_pages_for_users_are_read_in_an_afternoon() -> None:
+    """What was tried and measured is the lab's."""
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in USER_PAGES) <= 30_000
 
 
 def test_pictures_of_the_gallery_are_small() -> None:

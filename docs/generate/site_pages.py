@@ -1,6 +1,6 @@
 """The pages of the site that are not in docs/: those made from the code, and those of the lab.
 
-mkdocs calls `on_files` and `on_page_markdown` as hooks (mkdocs.yml).
+mkdocs calls `on_files`, `on_page_markdown` and `on_post_build` as hooks (mkdocs.yml).
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ from motes_lab.cli.app import app as lab_app
 
 LAB = Path(__file__).parents[2] / "lab" / "docs"
 """The folder of the lab's pages, which are in lab/ on the site."""
+NARROWER = {"76.25em": "70em", "76.234375em": "69.984375em"}
+"""The widths at which the theme puts its navigation beside the page, and narrower ones."""
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
@@ -93,6 +95,20 @@ def on_page_markdown(text: str, page: Page, **_: object) -> str:
     if page.file.src_uri.startswith("lab/"):
         return text.replace("](../../docs/", "](../")
     return re.sub(r"\]\(((?:\.\./)*)\.\./lab/docs/", r"](\1lab/", text)
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Show the navigation beside the page from 1120 pixels on; the theme has it from 1220 on."""
+    assets = Path(config.site_dir) / "assets"
+    changed = 0
+    for path in [*assets.glob("stylesheets/*.css"), *assets.glob("javascripts/bundle.*.js")]:
+        text = path.read_text(encoding="utf-8")
+        for old, new in NARROWER.items():
+            changed += text.count(old)
+            text = text.replace(old, new)
+        path.write_text(text, encoding="utf-8")
+    if not changed:
+        raise ValueError("the theme has other widths than docs/generate/site_pages.py knows")
 
 
 def api_page() -> str:

@@ -707,14 +707,14 @@ def test_listing_loads_nothing_heavy() -> None:
     ("line", "code", "why"),
     [
         ("ng-delp-tabel1", 2, "did you mean ng-delp-table1?"),
-        ("ng-delp-tabel1 film.mp4 --region 1,2,3,4", 2, "did you mean ng-delp-table1?"),
+        ("ng-delp-tabel1 film.mp4 --init 1,2,3,4", 2, "did you mean ng-delp-table1?"),
         ("magic", 2, "known are ng-delp-table1, "),
-        ("ng-delp-table1 nowhere.mp4 --region 1,2,30,40", 3, "no file or folder nowhere.mp4"),
-        ("ng-delp-table1 nowhere.mp4", 2, "--region"),
-        ("ng-delp-table1 --region 1,2,3,4", 2, "omit --region"),
-        ("ng-delp-table1 film.mp4 --region 1,2,3", 2, "--region takes x,y,width,height"),
+        ("ng-delp-table1 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
+        ("ng-delp-table1 nowhere.mp4", 2, "--init"),
+        ("ng-delp-table1 --init 1,2,3,4", 2, "omit --init"),
+        ("ng-delp-table1 film.mp4 --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("ng-delp-table1 --seeds 0", 2, "--seeds is 0"),
-        ("nummiaro-figure9 nowhere.mp4 --region 1,2,30,40", 3, "no file or folder nowhere.mp4"),
+        ("nummiaro-figure9 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
         ("nummiaro-leaps nobody", 2, "No preset 'nobody'"),
         ("maggio-growth --clips 0", 2, "--clips is 0"),
         ("maggio-rotation --seeds -1", 2, "--seeds is -1"),
@@ -852,8 +852,8 @@ def test_options_of_table_1(
 
     monkeypatch.setattr(sample_regions, "followed", made)
     monkeypatch.setattr(sample_regions, "rendered", made)
-    assert go(capfd, f"ng-delp-table1 {film} --region 1,-2,3.5,4")[0] == 0
-    assert go(capfd, f"ng-delp-table1 {film} --region -1,2,3,4 --preset maggio --seeds 2")[0] == 0
+    assert go(capfd, f"ng-delp-table1 {film} --init 1,-2,3.5,4")[0] == 0
+    assert go(capfd, f"ng-delp-table1 {film} --init -1,2,3,4 --preset maggio --seeds 2")[0] == 0
     assert go(capfd, "ng-delp-table1 --seeds 7")[0] == 0
     assert asked == [
         (str(film), [1, -2, 3.5, 4], "ng_delp", 1),

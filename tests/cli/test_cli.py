@@ -27,6 +27,7 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
+from motes.cli.help import UsualOptions
 from motes.cli.track_loop import follow, on_region
 from motes.core.errors import SourceError
 from motes.core.track import Status
@@ -185,7 +186,7 @@ def test_frames_are_chosen_and_the_region_is_in_the_first_of_them(go: Go) -> Non
 
 
 def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
-    _, out, _ = go("track FILM --ellipse 60,50,20,10,0.5 --end 1 -o -")
+    _, out, _ = go("track FILM --init 60,50,20,10,0.5 --end 1 -o -")
     assert out.splitlines()[1].startswith("0,0.000000,60.000,50.000,20.000,10.000,0.50000,")
 
 
@@ -364,6 +365,34 @@ def test_options_may_come_before_the_source(go: Go) -> None:
 
 
 @pytest.mark.parametrize("command", ["track", "watch"])
+def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) -> None:
+    def shown(flag: str) -> list[str]:
+        return re.findall(r"^│ (--[a-z-]+)", go(f"{command} {flag}")[1], re.MULTILINE)
+
+    usual, every = shown("--help"), shown("--help-all")
+    assert 10 <= len(usual) <= 15
+    assert set(usual) < set(every)
+    assert len(every) == len(set(every)) > 30
+    assert {"--output", "--overlay", "--help-all"} <= set(usual)
+    formatter = app[command].help_formatter
+    assert isinstance(formatter, UsualOptions)
+    assert formatter.names == set(usual)  # none is misspelled
+
+
+def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:
+    out = go("watch --help-all")[1]
+    groups = re.findall(r"^╭─ (.+?) ─", out, re.MULTILINE)
+    assert groups[-1] == "Live sources"
+    last = out.rpartition("Live sources")[2]
+    live = ["--reconnect", "--queue", "--home-assistant", "--metrics"]
+    assert re.findall(r"^│ (--[a-z-]+)", last, re.MULTILINE) == live
+
+
+def test_there_are_few_commands() -> None:
+    assert len([name for name in app if not name.startswith("-")]) <= 13
+
+
+@pytest.mark.parametrize("command", ["track", "watch"])
 def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
     out = " ".join(go(f"{command} --help")[1].split())
     assert "motes config lists the presets" in out
@@ -378,7 +407,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
     ("line", "code", "message"),
     [
         ("track", 2, "There is no source; name a video"),
-        ("track FILM", 2, "Give one of --init, --ellipse, --histogram, --detect, for example"),
+        ("track FILM", 2, "Give one of --init, --histogram, --detect, for example"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
         ("track FILM --init BOX --fps-target 0", 2, "A frame rate is a positive number; got 0"),
         ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
@@ -393,7 +422,8 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --face-model f", 2, "--face-model belongs to --detect face"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
-        ("track FILM --ellipse 1,2,3,4", 2, "--ellipse takes x,y,a,b,theta"),
+        ("track FILM --init 1,2,3,4,5,6", 2, "takes x,y,width,height or x,y,a,b,theta"),
+        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,a,b,theta"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
         ("track FILM --init 50,50,10,-4", 2, "has no area; give it a positive size"),
@@ -457,7 +487,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
         ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
         ("track folder --init BOX", 3, "There are no images in folder"),
-        ("track FILM --save-histogram x.json", 2, "give one --init x,y,width,height or"),
+        ("track FILM --save-histogram x.json", 2, "give one --init x,y,width,height"),
         ("track FILM --init BOX --init BOX --save-histogram x.json", 2, "is of one target"),
         ("track FILM --init BOX --save-histogram x.json -o r.csv", 2, "-o is for tracks"),
         ("track FILM --detect face --save-histogram x.json", 2, "--detect is for a search"),

@@ -81,10 +81,10 @@ def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
     assert "is taken for it" not in go("refine FILM rows.csv --at 12=BOX")[1]
 
 
-def test_backward_and_from(go: Go) -> None:
+def test_backward_and_from_a_frame(go: Go) -> None:
     assert go(f"track FILM --init BOX --backward -o a.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --init BOX --from 12 -o b.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --init BOX --from 12 --backward -o c.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --at 12=BOX -o b.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --at 12=BOX --backward -o c.csv {OPTIONS}")[0] == 0
     exact = [
         row["frame"] for name in "abc" for row in rows(f"{name}.csv") if row["x_std"] == "0.00000"
     ]
@@ -379,12 +379,14 @@ def test_files_are_written_though_the_reader_of_the_list_has_gone(
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
-        ("track FILM --at places.toml", 2, "--at takes N=x,y,width,height; got"),
+        ("track FILM --at places.toml", 2, "--at takes FRAME=x,y,width,height; got"),
         ("track FILM --at 99=BOX", 2, "keyframe 99 is outside of"),
         ("track FILM --at 3=500,1,9,9", 2, "center outside the frame of 96x80"),
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
-        ("track FILM --at 3=BOX --backward", 2, "in both directions; omit --backward"),
+        ("track FILM --at 3=BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
+        ("track FILM --init BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
+        ("track FILM --absent 9 --init BOX --backward", 2, "in both directions; omit --backward"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
             "track FILM --at 3=BOX --stride 2 --figures f --fps-target 9",

@@ -90,7 +90,7 @@ def test_documents(go: Go, boxes: str) -> None:
 @pytest.mark.parametrize(
     ("line", "code", "said"),
     [
-        (f"FILM {TWO} --ellipse 1,2,3,4,5", 2, "--init and --ellipse contradict each other"),
+        (f"FILM {TWO} --detect face", 2, "--init and --detect contradict each other"),
         (f"FILM {TWO} --figures f", 2, "for one --init"),
         (f"FILM {TWO} --fps-target 20", 2, "for one --init"),
         (f"FILM {TWO} --init 1,2,3 -o r.csv", 2, "--init takes x,y,width,height"),

@@ -144,7 +144,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         (
             "FILM --detector yolo",
             2,
-            "mog2, knn, gaussian, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
+            "mog2, gaussian, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
         ),
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
@@ -158,7 +158,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
         ("FILM --detector.speck 4", 2, "detector.speck"),
-        ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, knn, gaussian, people, faces"),
+        ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, gaussian, people, faces"),
         ("--dump-config --config nothing.toml", 3, "nothing.toml"),
         ("-o r.csv", 2, "no source"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),

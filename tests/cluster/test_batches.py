@@ -69,7 +69,7 @@ class InProcess:
 
 
 def job(name: str, film: Path, **more: object) -> Job:
-    return Job(name=name, source=str(film), region=((1, 2, 3, 4),), **more)  # type: ignore[arg-type]
+    return Job(name=name, source=str(film), init=((1, 2, 3, 4),), **more)  # type: ignore[arg-type]
 
 
 def run(
@@ -237,13 +237,13 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         Path("jobs.csv"),
         [
             {"source": "film-1.mp4", "seed": 3, "label": "one"},
-            {"source": "film-2.mp4", "region": "", "do": "watch", "preset": ""},
-            {"source": "film-0.mp4", "region": "", "keyframes": "keys.csv", "name": "both"},
+            {"source": "film-2.mp4", "init": "", "do": "watch", "preset": ""},
+            {"source": "film-0.mp4", "init": "", "keyframes": "keys.csv", "name": "both"},
             {
-                "source": "film-0.mp4", "region": "", "keyframes": "more.csv", "name": "mended",
+                "source": "film-0.mp4", "init": "", "keyframes": "more.csv", "name": "mended",
                 "rows": "both.csv", "do": "refine", "preset": "",
             },
-            {"source": "film-2.mp4", "region": "2,2,16,12; 20,9,12,12", "name": "two"},
+            {"source": "film-2.mp4", "init": "2,2,16,12; 20,9,12,12", "name": "two"},
         ],
     )  # fmt: skip
     return tmp_path
@@ -340,7 +340,7 @@ def test_films_in_parts_have_the_same_rows(
     Path("keys.csv").write_text(
         "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12\n45,2,2,16,12\n"
     )
-    usual = {"source": "film.mp4", "region": "", "keyframes": "keys.csv"}
+    usual = {"source": "film.mp4", "init": "", "keyframes": "keys.csv"}
     whole = [usual | {"name": "a"}, usual | {"name": "b", "start": "5", "end": "50"}]
     batch_jobs.table(Path("jobs.csv"), [*whole, {"source": "film.mp4", "name": "c"}])
     assert main(["batch", "jobs.csv", "-o", "whole", "--workers", "1"]) == 0
@@ -422,10 +422,10 @@ NESTED = "[" * 100_000 + "]" * 100_000
         ("deep.toml", f"[[job]]\nsource = {NESTED}\n", "deep.toml is nested too deeply"),
         ("deep.jsonl", f'{{"source": {NESTED}}}\n', "deep.jsonl is nested too deeply"),
         ("keys.toml", f"[[job]]\n{'a.' * 100_000}b = 1\n", "keys.toml has a key of more than"),
-        ("long.csv", f'source,region\n{"a" * 5000},"1,2,9,9"\n', "long.csv cannot be used"),
+        ("long.csv", f'source,init\n{"a" * 5000},"1,2,9,9"\n', "long.csv cannot be used"),
         ("a.toml", "", "a.toml has no job; add a row"),
         ("a.jsonl", "\n\n", "a.jsonl has no job; add a row"),
-        ("a.csv", "source,region\n", "a.csv has no job; add a row"),
+        ("a.csv", "source,init\n", "a.csv has no job; add a row"),
     ],
     ids=[
         "nested TOML",
@@ -454,7 +454,7 @@ def test_files_run_no_code_unasked(home: Path, capsys: pytest.CaptureFixture[str
     Path("rig.toml").write_text(
         "[[camera]]\nname = 'a'\nsource = 'film-0.mp4'\ndetector = 'evil:find'\n"
     )
-    row = {"source": "film-0.mp4", "do": "watch", "region": "", "preset": ""}
+    row = {"source": "film-0.mp4", "do": "watch", "init": "", "preset": ""}
     batch_jobs.table(Path("evil.csv"), [row | {"detector": "evil:find"}])
     batch_jobs.table(Path("config.csv"), [row | {"config": "evil.toml"}])
     for words in (

@@ -14,7 +14,7 @@ from motes.cluster.jobs import Job, job_of
 from motes.cluster.table import JobTable
 from motes.core.errors import ConfigError, SourceError
 
-ROW = {"source": "film.mp4", "region": "1,2,3,4"}
+ROW = {"source": "film.mp4", "init": "1,2,3,4"}
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ ROW = {"source": "film.mp4", "region": "1,2,3,4"}
     ],
 )
 def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
-    assert job_of(ROW | {"region": value}, "film").region == regions
+    assert job_of(ROW | {"init": value}, "film").init == regions
 
 
 @pytest.mark.parametrize(
@@ -39,16 +39,15 @@ def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
         ({"seed": "x"}, "column seed"),
         ({"seed": -1}, "0 or more"),
         ({"do": "trck"}, "column do"),
-        ({"region": "1,2,3"}, "4 numbers"),
-        ({"region": "1,2,0,4"}, "no area"),
-        ({"region": ""}, "one of region, keyframes and detector"),
-        ({"keyframes": "k.csv"}, "one of region, keyframes and detector"),
-        ({"do": "watch"}, "watch takes no region"),
-        ({"do": "refine", "region": ""}, "rows and keyframes"),
+        ({"init": "1,2,3"}, "4 numbers"),
+        ({"init": "1,2,0,4"}, "no area"),
+        ({"init": ""}, "one of init, keyframes and detect"),
+        ({"keyframes": "k.csv"}, "one of init, keyframes and detect"),
+        ({"do": "watch"}, "watch takes no init"),
+        ({"do": "refine", "init": ""}, "rows and keyframes"),
         ({"rows": "r.csv"}, "track takes no rows"),
-        ({"region": "", "detector": "mog2"}, "detector face"),
-        ({"region": "1,2,3,4,0; 1,2,3,4,0"}, "boxes"),
-        ({"region": "", "keyframes": "k.csv", "stride": 2}, "stride"),
+        ({"init": "", "detect": "hand"}, "column detect"),
+        ({"init": "", "keyframes": "k.csv", "stride": 2}, "stride"),
         ({"preset": "numiaro"}, "did you mean 'nummiaro'"),
         ({"do": "watch", "region": "", "network": "a.onnx"}, "watch takes no network"),
         ({"preset": "nummiaro", "network": "a.onnx"}, "preset nummiaro takes no network"),
@@ -82,7 +81,7 @@ def test_every_form_of_a_table(tmp_path: Path) -> None:
     from pyarrow import parquet
 
     film, _ = batch_jobs.films(tmp_path, 2)
-    rows = [{"source": str(film), "region": "1,2,3,4", "seed": n, "name": f"j{n}"} for n in (1, 2)]
+    rows = [{"source": str(film), "init": "1,2,3,4", "seed": n, "name": f"j{n}"} for n in (1, 2)]
     batch_jobs.table(tmp_path / "a.csv", [row | {"preset": ""} for row in rows])
     (tmp_path / "b.jsonl").write_text("".join(json.dumps(row) + "\n\n" for row in rows))
     parquet.write_table(pyarrow.Table.from_pylist(rows), tmp_path / "c.parquet")

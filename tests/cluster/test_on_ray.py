@@ -72,7 +72,7 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
     """A worker and a node are killed meanwhile."""
     films = batch_jobs.films(tmp_path)
     jobs = [
-        Job(name=f"j{n}", source=str(films[n % 3]), region=((2, 2, 16, 12),), seed=n)
+        Job(name=f"j{n}", source=str(films[n % 3]), init=((2, 2, 16, 12),), seed=n)
         for n in range(6)
     ]
     from motes.cli.batch_job import make
@@ -106,7 +106,7 @@ def test_the_commands_on_a_cluster(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     batch_jobs.films(tmp_path, 2)
-    words = "batch film-*.mp4 --region 2,2,16,12 --preset mean_shift"
+    words = "batch film-*.mp4 --init 2,2,16,12 --preset mean_shift"
     assert main([*words.split(), "-o", "out", "--cluster", cluster.address]) == 0
     assert "2 jobs, 2 done, 0 failed, 25 frames" in capsys.readouterr().err
     assert main(["track", "film-1.mp4", "--init", batch_jobs.REGION, "--preset", "mean_shift",

@@ -17,7 +17,7 @@ from motes.core.config import Config, Count, Positive, Share
 from motes.core.config_keys import all_keys, alternatives, keys, meanings
 from motes.core.type_words import words
 from motes.mot.pipeline_config import WatchConfig
-from motes.sot.presets import DESCRIPTIONS, PRESETS
+from motes.sot.presets import PRESETS
 
 
 class Small(Config, frozen=True, tag="small"):
@@ -141,7 +141,3 @@ def test_every_meaning_is_a_sentence_that_stands_alone() -> None:
         assert meaning.endswith("."), f"{path}: {meaning}"
         begins = re.match(r"([a-z]|(Of|As|At|By|Over|Range|That|Those|Who)\b)", meaning)
         assert not begins, f"{path}: {meaning}"
-
-
-def test_every_preset_has_a_description() -> None:
-    assert list(DESCRIPTIONS) == list(PRESETS)

@@ -24,7 +24,7 @@ NAMES = {
 }  # fmt: skip
 TABLES = {
     "csv": b"source,region,label\na.mp4,\"1,2,30,40\",x\nb.mp4,\"1,2,30,40\",\n",
-    "jsonl": b'{"source": "a.mp4", "region": [1, 2, 30, 40]}\n{"source": "b.mp4", "do": "watch"}\n',
+    "jsonl": b'{"source": "a.mp4", "init": [1, 2, 30, 40]}\n{"source": "b.mp4", "do": "watch"}\n',
     "toml": b'[[job]]\nsource = "a.mp4"\nregion = [1, 2, 30, 40]\n[[job]]\nsource = "b.mp4"\n',
 }  # fmt: skip
 

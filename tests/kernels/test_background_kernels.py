@@ -13,11 +13,16 @@ from backgrounds import NEEDS_CV2
 from motes import kernels
 from motes.kernels.structures import HoldLimits, LightLimits
 from motes.mot.detection.background_models import Mixture
-from motes.mot.detection.planes import Planes, picture_of, planes_of, window_sums
+from motes.mot.detection.planes import Planes, planes_of, window_sums
 from oracles import mosaic
 
 Mask = NDArray[np.uint8]
 SIZES = [(1, 1), (2, 3), (7, 70), (60, 130)]
+
+
+def picture_of(planes: Planes) -> Mask:
+    """Return the picture (H, W, 3) of planes."""
+    return np.ascontiguousarray(np.moveaxis(planes, 0, 2))
 
 
 def random_planes(size: tuple[int, int], seed: int = 0) -> Planes:

@@ -11,7 +11,7 @@ import pytest
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.output.figures import APPEARING, Recorder
-from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.presets import configure, preset
@@ -98,15 +98,8 @@ def test_mean_shift_reports_its_only_hypothesis() -> None:
     assert "ellipses" not in msgspec.structs.asdict(info)  # type: ignore[arg-type]
 
 
-def test_only_a_particle_filter_searches_and_chooses_its_number_of_particles() -> None:
-    able = {name for name in NAMES if isinstance(preset(name), SearchingAlgorithm)}
-    assert able == {name for name in NAMES if isinstance(preset(name), BudgetedAlgorithm)}
-    assert able == {"nummiaro", "maggio"}
-
-
 def test_a_budget_is_kept_or_the_default_one() -> None:
     own = configure(preset("nummiaro"), {"budget": {"min": 7, "max": 70}})
-    assert isinstance(own, BudgetedAlgorithm)
     assert Tracker(own, fps_target=500).config == own
     without = Tracker("nummiaro", fps_target=500).config
     assert without == configure(preset("nummiaro"), {"budget": {}})

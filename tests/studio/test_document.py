@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from motes.core.errors import ConfigError
-from motes.studio import protocol
+from motes.studio import commands
+from motes.studio.commands import Command, Region
 from motes.studio.document import Document, changed, regions_of
+from motes.studio.messages import FilmFacts
 from motes.studio.plan import needs, pass_to
-from motes.studio.protocol import Command, FilmFacts, Region
 
 FILM = FilmFacts("film.mkv", 100, 80, 50, 25.0)
 BOX = (30.0, 25.0, 30.0, 40.0)
@@ -21,12 +22,12 @@ def after(*commands: Command) -> Document:
     return document
 
 
-def added(frame: int = 10, region: Region = BOX) -> protocol.AddObject:
-    return protocol.AddObject(0, "one", "#000000", frame, region)
+def added(frame: int = 10, region: Region = BOX) -> commands.AddObject:
+    return commands.AddObject(0, "one", "#000000", frame, region)
 
 
-def key(frame: int, region: Region | None = BOX, number: int = 1) -> protocol.SetKeyframe:
-    return protocol.SetKeyframe(0, number, frame, region)
+def key(frame: int, region: Region | None = BOX, number: int = 1) -> commands.SetKeyframe:
+    return commands.SetKeyframe(0, number, frame, region)
 
 
 def test_absences_are_ranges() -> None:
@@ -37,20 +38,19 @@ def test_absences_are_ranges() -> None:
     document, _ = changed(document, key(22), FILM, lambda *_: None)
     assert document.target(1).absent == ((20, 21), (23, 23), (30, 30))
     assert [*document.target(1).keys] == [10, 22]
-    document, _ = changed(document, protocol.SetAbsent(0, 1, 19, 40), FILM, lambda *_: None)
+    document, _ = changed(document, commands.SetAbsent(0, 1, 19, 40), FILM, lambda *_: None)
     assert document.target(1).absent == ((19, 40),)
     assert [*document.target(1).marks] == [10, *range(19, 41)]
-    document, _ = changed(document, protocol.RemoveKeyframe(0, 1, 25), FILM, lambda *_: None)
+    document, _ = changed(document, commands.RemoveKeyframe(0, 1, 25), FILM, lambda *_: None)
     assert document.target(1).absent == ((19, 24), (26, 40))
 
 
 def test_split_and_join_keep_all_marks() -> None:
-    commands = added(), key(20, None), key(40), protocol.Split(0, 1, 20)
-    document = after(*commands)
+    document = after(added(), key(20, None), key(40), commands.Split(0, 1, 20))
     one, two = document.all()
     assert (one.first, one.last, [*one.keys], one.absent) == (0, 19, [10], ())
     assert (two.first, two.last, [*two.keys], two.absent) == (20, 49, [40], ((20, 20),))
-    document, _ = changed(document, protocol.Join(0, 1, 2), FILM, lambda *_: None)
+    document, _ = changed(document, commands.Join(0, 1, 2), FILM, lambda *_: None)
     (joined,) = document.all()
     assert (joined.first, joined.last) == (0, 49)
     assert ([*joined.keys], joined.absent) == ([10, 40], ((20, 20),))
@@ -84,18 +84,18 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
         (added(50), "frame 50"),
         (added(region=(200.0, 0.0, 5.0, 5.0)), "outside"),
         (key(3, number=7), "no object 7"),
-        (protocol.RemoveKeyframe(0, 1, 10), "needs a keyframe"),
-        (protocol.RemoveKeyframe(0, 1, 11), "not marked"),
-        (protocol.SetAbsent(0, 1, 9, 8), "no range"),
-        (protocol.SetAbsent(0, 1, 0, 49), "no keyframe"),
-        (protocol.SetAbsent(0, 1, 40, 50), "frame 50"),
-        (protocol.Split(0, 1, 0), "cannot be split"),
-        (protocol.Split(0, 1, 20), "no place"),
-        (protocol.Join(0, 1, 1), "itself"),
-        (protocol.Compare(0, 1, "nothing"), "preset"),
-        (protocol.ChangeObject(0, 1, config="particle = 5"), "particle"),
+        (commands.RemoveKeyframe(0, 1, 10), "needs a keyframe"),
+        (commands.RemoveKeyframe(0, 1, 11), "not marked"),
+        (commands.SetAbsent(0, 1, 9, 8), "no range"),
+        (commands.SetAbsent(0, 1, 0, 49), "no keyframe"),
+        (commands.SetAbsent(0, 1, 40, 50), "frame 50"),
+        (commands.Split(0, 1, 0), "cannot be split"),
+        (commands.Split(0, 1, 20), "no place"),
+        (commands.Join(0, 1, 1), "itself"),
+        (commands.Compare(0, 1, "nothing"), "preset"),
+        (commands.ChangeObject(0, 1, config="particle = 5"), "particle"),
         (
-            protocol.SetPlaces(0, protocol.Places(lines=(protocol.Line((1, 1, 1, 1)),))),
+            commands.SetPlaces(0, commands.Places(lines=(commands.Line((1, 1, 1, 1)),))),
             "two different",
         ),
     ],
@@ -107,11 +107,11 @@ def test_what_makes_no_sense_is_one_line(command: Command, word: str) -> None:
 
 
 def test_what_follows_another_object_is_not_drawn() -> None:
-    document = after(added(), protocol.Compare(0, 1, "nummiaro"))
-    for command in (key(3, number=2), protocol.Split(0, 2, 5), protocol.Compare(0, 2)):
+    document = after(added(), commands.Compare(0, 1, "nummiaro"))
+    for command in (key(3, number=2), commands.Split(0, 2, 5), commands.Compare(0, 2)):
         with pytest.raises(ConfigError, match="follows"):
             changed(document, command, FILM, lambda *_: None)
-    document, _ = changed(document, protocol.RemoveObject(0, 1), FILM, lambda *_: None)
+    document, _ = changed(document, commands.RemoveObject(0, 1), FILM, lambda *_: None)
     assert document.targets == ()
 
 
@@ -123,8 +123,8 @@ def test_objects_are_limited() -> None:
 def test_ground_points_are_a_plane() -> None:
     corners = (0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)
     square = tuple((x, y, x / 10, y / 10) for x, y in corners)
-    ground = regions_of(protocol.Places(ground=square)).ground
+    ground = regions_of(commands.Places(ground=square)).ground
     assert ground is not None
     assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
     with pytest.raises(ConfigError):
-        regions_of(protocol.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
+        regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))

@@ -27,7 +27,7 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from motes.core.errors import SourceError
-from motes.studio import connections, protocol
+from motes.studio import connections, messages, protocol
 from motes.studio.containers import check_container
 from motes.studio.films import Films
 from motes.studio.processes import Worker, WorkerError
@@ -337,10 +337,10 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[NaN,2,3,4]}',
             '"' + "x" * protocol.LARGEST_MESSAGE + '"', '{"a":' + DEEP,
         ):  # fmt: skip
-            before = len(page.of(protocol.Reply))
+            before = len(page.of(messages.Reply))
             page.raw(text)
-            page.until(lambda n=before: len(page.of(protocol.Reply)) > n)  # type: ignore[misc]
-            reply = page.of(protocol.Reply)[-1]
+            page.until(lambda n=before: len(page.of(messages.Reply)) > n)  # type: ignore[misc]
+            reply = page.of(messages.Reply)[-1]
             assert reply.id == -1, text[:60]
             assert reply.error
             assert "\n" not in reply.error
@@ -377,14 +377,14 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
             os.kill(worker.pid or 0, signal.SIGSEGV)
         refused = client.get(f"/api/sessions/{bad}/frames/1.jpg")
         assert "ended its worker (SIGSEGV" in error(refused)
-        other.until(lambda: other.of(protocol.Failure))
+        other.until(lambda: other.of(messages.Failure))
         job = other.do("track", objects=[number]).job
         assert job is not None
         other.until(lambda: other.jobs[job].status == "failed")
         assert "SIGSEGV" in str(other.jobs[job].error)
         assert client.get(f"/api/sessions/{bad}/frames/1.jpg").status_code == 200  # a new worker
         other.tracked(number)
-        assert not page.of(protocol.Failure)
+        assert not page.of(messages.Failure)
         assert client.get(f"/api/sessions/{good}/frames/1.jpg").status_code == 200
     for each in (good, bad):
         client.delete(f"/api/sessions/{each}")

@@ -13,7 +13,7 @@ from PIL import Image
 
 from motes.cli import main
 from motes.output.journal import Header, JournalWriter
-from motes.studio import protocol
+from motes.studio import messages
 from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
 
@@ -213,16 +213,16 @@ def test_layers_and_doubts(page: Page) -> None:
     page.tracked(number)
     layers = ["rho", "likelihoods", "particles", "histograms", "orientation"]
     page.do("look", object=number, frame=5, layers=layers)
-    page.until(lambda: page.of(protocol.Layers))
-    (found,) = page.of(protocol.Layers)
+    page.until(lambda: page.of(messages.Layers))
+    (found,) = page.of(messages.Layers)
     assert found.frame == 5
     assert set(found.likelihoods) == set(found.histograms) == {"color", "orientation"}
     assert len(found.rho.values) == len(found.rho.y)
     assert max(found.weights) == 1
     assert len(found.orientation["rotated"]) == 36
     page.do("doubts", object=number)
-    page.until(lambda: page.of(protocol.DoubtList))
-    assert page.of(protocol.DoubtList)[0].object == number
+    page.until(lambda: page.of(messages.DoubtList))
+    assert page.of(messages.DoubtList)[0].object == number
 
 
 def test_doubts_are_those_of_motes_check(both: Both) -> None:
@@ -233,8 +233,8 @@ def test_doubts_are_those_of_motes_check(both: Both) -> None:
     assert main(["check", "film.mkv", str(both.taken(number)), "-o", str(table)]) == 0
     theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
     page.do("doubts", object=number)
-    page.until(lambda: page.of(protocol.DoubtList))
-    assert [each.frame for each in page.of(protocol.DoubtList)[0].items] == theirs
+    page.until(lambda: page.of(messages.DoubtList))
+    assert [each.frame for each in page.of(messages.DoubtList)[0].items] == theirs
 
 
 def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
@@ -243,7 +243,7 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
     page.do("set_places", places=places)
     page.do("watch", seed=2)
     page.settle()
-    page.until(lambda: sum(len(each.frames) for each in page.of(protocol.SceneRows)) == FRAMES)
+    page.until(lambda: sum(len(each.frames) for each in page.of(messages.SceneRows)) == FRAMES)
     found = both.get("command").json()
     for name, text in found["files"].items():
         (at / name).write_text(text)
@@ -320,10 +320,10 @@ def test_a_job_is_paused_and_stopped(page: Page) -> None:
     number = page.drawn(preset="nummiaro", config=SLOW)
     job = page.do("track").job
     page.do("pause", job=job)
-    page.until(lambda: page.of(protocol.Progress)[-1].status == "paused")
+    page.until(lambda: page.of(messages.Progress)[-1].status == "paused")
     page.do("resume", job=job)
     page.do("stop", job=job)
-    page.until(lambda: page.of(protocol.Progress)[-1].status == "stopped")
+    page.until(lambda: page.of(messages.Progress)[-1].status == "stopped")
     assert not page.item(number).tracked
     page.do("change_object", object=number, preset="mean_shift", config=None)
     page.tracked(number)
@@ -361,5 +361,5 @@ def test_layers_go_to_the_page_that_asks(client: httpx.Client, session: str, pag
         for each, frame in ((page, 30), (other, 10)):
             each.do("look", object=number, frame=frame, layers=["rho"])
         for each, frame in ((page, 30), (other, 10)):
-            each.until(lambda each=each: each.of(protocol.Layers))  # type: ignore[misc]
-            assert [found.frame for found in each.of(protocol.Layers)] == [frame]
+            each.until(lambda each=each: each.of(messages.Layers))  # type: ignore[misc]
+            assert [found.frame for found in each.of(messages.Layers)] == [frame]

@@ -14,13 +14,14 @@ import pytest
 
 from motes.core.config import to_dict
 from motes.sot.presets import preset
+from motes.studio.commands import Region
 from motes.studio.document import Document, Target
 from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
 from motes.studio.line import Line
+from motes.studio.messages import FilmFacts
 from motes.studio.pool import Pool
 from motes.studio.processes import Wish
-from motes.studio.protocol import FilmFacts, Region
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
 from motes.studio.tasks import Answer, Done, Part, RunPass, RunPasses, Task

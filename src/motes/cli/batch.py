@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from motes.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
-COLUMNS = ("do", "region", "detector", "places", "preset", "config", "seed", "network")
 """Columns that are options too."""
 
 Out = Annotated[
@@ -102,9 +101,13 @@ class JobOptions:
     do: Annotated[
         Literal["track", "watch", "refine"] | None, Parameter(help="What to do with the films.")
     ] = None
-    region: Annotated[
-        str | None, Parameter(allow_leading_hyphen=True, help="Region: x,y,width,height.")
+    init: Annotated[
+        str | None,
+        Parameter(allow_leading_hyphen=True, help="The target in the first frame."),
     ] = None
+    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
+        None
+    )
     detector: Annotated[str | None, Parameter(help="Detector of motes watch.")] = None
     places: Annotated[str | None, Parameter(help="TOML file of lines and zones.")] = None
     preset: Annotated[str | None, Parameter(help="Preset of the tracker.")] = None
@@ -118,7 +121,7 @@ class JobOptions:
 
     def columns(self) -> dict[str, object]:
         """Return the values that are given, by their columns."""
-        return {name: value for name in COLUMNS if (value := getattr(self, name)) is not None}
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @app.default
@@ -146,9 +149,9 @@ def batch(
     Parameters
     ----------
     jobs
-        A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, region,
-        keyframes, rows, detector, places, preset, config, seed, network, start, end, stride, fps
-        and label (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
+        A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, init,
+        detect, keyframes, rows, detector, places, preset, config, seed, network, start, end,
+        stride, fps and label (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
     """
     from motes.cluster.inputs import missing
     from motes.cluster.state import Options, save

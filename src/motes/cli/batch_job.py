@@ -95,13 +95,7 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         keyframes = rows.parent.with_name("keyframes.csv")
         lines = (f"{t},{_text(mark)}\n" for t, mark in marks_of(job).items())
         keyframes.write_text("".join(lines))
-    ellipse = len(job.region) == 1 and len(job.region[0]) == 5
-    regions = [_text(region) for region in job.region]
-    target = TargetOptions(
-        init=None if ellipse or not regions else regions,
-        ellipse=regions[0] if ellipse else None,
-        detect="face" if job.detector else None,
-    )
+    target = TargetOptions(init=[_text(region) for region in job.init], detect=job.detect)
     return track(
         job.source,
         target=target,

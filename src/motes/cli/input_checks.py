@@ -18,6 +18,8 @@ from motes.core.files import leftovers, same_file
 
 MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
+BOX, ELLIPSE = "x,y,width,height", "x,y,a,b,theta"
+"""The two forms of a region."""
 
 
 def numbers_of(flag: str, text: str, form: str) -> list[float]:
@@ -35,6 +37,20 @@ def numbers_of(flag: str, text: str, form: str) -> list[float]:
     if len(numbers) != len(form.split(",")):
         raise ConfigError(f"{flag} takes {form}, numbers with commas; got {text!r}.")
     return numbers
+
+
+def region_of(flag: str, text: str) -> list[float]:
+    """Return the numbers of an option that takes a box or an ellipse.
+
+    Raises
+    ------
+    ConfigError
+        If the text is neither.
+    """
+    for form in (BOX, ELLIPSE):
+        if text.count(",") == form.count(","):
+            return numbers_of(flag, text, form)
+    raise ConfigError(f"{flag} takes {BOX} or {ELLIPSE}, numbers with commas; got {text!r}.")
 
 
 def first_pixels(texts: Sequence[str]) -> dict[str, int]:

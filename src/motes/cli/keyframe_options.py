@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from motes.cli.options import FLAG, HYPHEN, REPEATED
+from motes.cli.options import FLAG, HYPHEN, KEYFRAMES, REPEATED, TARGET
 from motes.core.errors import ConfigError, InputError, MotesError
 
-KEYFRAMES = Group("Keyframes", sort_key=1)
 Marks = list[tuple[int, Sequence[float] | None]]
 
 At = Annotated[
@@ -21,8 +20,9 @@ At = Annotated[
     REPEATED,
     HYPHEN,
     Parameter(
-        group=KEYFRAMES,
-        help="Keyframe: N=x,y,width,height or N=x,y,a,b,theta, the target in frame N. Repeat it.",
+        group=TARGET,
+        help="The target in any frame: FRAME=x,y,width,height or FRAME=x,y,a,b,theta. It is "
+        "tracked both ways from there, and between two such frames. Repeat it.",
     ),
 ]
 Absent = Annotated[
@@ -52,18 +52,10 @@ class KeyframeOptions:
     keyframes: File = None
     at: At = None
     absent: Absent = None
-    from_: Annotated[
-        int | None,
-        Parameter(
-            name="--from",
-            help="Frame of --init or --ellipse; from there the target is tracked in both "
-            "directions, or with --backward back to the start.",
-        ),
-    ] = None
     backward: Annotated[
         bool,
         FLAG,
-        Parameter(help="Track backward; --init or --ellipse is the target in the last frame."),
+        Parameter(help="Track backward: from the frame of --at, or from the last one with --init."),
     ] = False
 
     @property
@@ -74,7 +66,7 @@ class KeyframeOptions:
     @property
     def in_one_film(self) -> bool:
         """Whether an option names frames without their film."""
-        return any((self.at, self.absent, self.from_ is not None, self.backward))
+        return bool(self.at or self.absent or self.backward)
 
     def marks(self, source: str) -> Marks:
         """Return the keyframes of these options, for a source.
@@ -102,7 +94,7 @@ def marks(
     for text in at or []:
         frame, equals, region = text.partition("=")
         if not equals:
-            raise ConfigError(f"--at takes N=x,y,width,height; got {text!r}.")
+            raise ConfigError(f"--at takes FRAME=x,y,width,height; got {text!r}.")
         found += marks_of(frame, region)
     for text in absent or []:
         found += marks_of(text, ABSENT)

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from motes.video.film import Film
     from motes.video.sources import Source
 
-TARGET = Group("Target (one of these)", sort_key=1)
+TARGET = Group("Target", sort_key=1)
+KEYFRAMES = Group("Keyframes", sort_key=2)
 DATASET = Group("Dataset", sort_key=1)
 RUN = Group("Run", sort_key=2)
 FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
 CONFIGURATION = Group("Configuration", sort_key=4)
+LIVE = Group("Live sources", sort_key=5)
 
 FLAG = Parameter(negative=(), show_default=False)
 """An option without a value, off by default."""
@@ -89,16 +91,7 @@ Seed = Annotated[int, Parameter(group=CONFIGURATION, help="Seed of the random nu
 Region = Annotated[
     str | None,
     HYPHEN,
-    Parameter(help="Box of the target in the first frame: x,y,width,height."),
-]
-Ellipse = Annotated[
-    str | None,
-    HYPHEN,
-    Parameter(
-        group=TARGET,
-        help="Ellipse: center, half-axes and angle from the x axis towards y in radians: "
-        "x,y,a,b,theta.",
-    ),
+    Parameter(help="The target in the first frame: a box x,y,width,height."),
 ]
 ConfigFile = Annotated[
     Path | None,
@@ -128,8 +121,9 @@ class FrameOptions:
     reconnect: Annotated[
         float | None,
         Parameter(
+            group=LIVE,
             help="If a live source fails, try to open it again for this many seconds, with growing "
-            "pauses; then end with an error. The default is no limit."
+            "pauses; then end with an error. The default is no limit.",
         ),
     ] = None
 

@@ -46,8 +46,8 @@ def refine(
     """Correct rows of one target, and track again only what changes.
 
     The stretches between the corrected frames and their neighboring keyframes are tracked again, in
-    both directions, and smoothed. All other rows stay as they are, to the byte. The history of
-    XX of a plain motes track have one keyframe, their first frame. The tracker and the real units
+    both directions, and smoothed. All other rows stay as they are, to the byte. Rows of a
+    plain motes track have one keyframe, their first frame. The tracker and the real units
     are given with the first correction.
 
     Parameters
@@ -74,7 +74,9 @@ def refine(
     new = marks(source, keyframes, at, absent)
     film, history = corrected_run(app, source, rows, table, known, tracker, settings, units)
     if not new and not history.unfinished:
-        raise ConfigError("There is nothing to correct; give --at N=x,y,width,height or --absent.")
+        raise ConfigError(
+            "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."
+        )
     after = history.corrected(new)
     made, interrupted = refine_rows(film, table, history, after, goal)
     log(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source, numbers_of, point_out_leftovers, refuse
+from motes.cli.input_checks import check_not_source, point_out_leftovers, refuse
 from motes.cli.messages import log
 from motes.core.errors import ConfigError
 
@@ -59,13 +59,9 @@ def save_histogram(
         {"--histogram": target.histogram, "--detect": target.detect, "--places": target.places},
         "for a search, and --save-histogram tracks nothing",
     )
-    regions = target.boxes()
-    if target.ellipse is not None:
-        regions.append(numbers_of("--ellipse", target.ellipse, "x,y,a,b,theta"))
+    regions = target.regions()
     if len(regions) != 1:
-        raise ConfigError(
-            "--save-histogram is of one target; give one --init x,y,width,height or --ellipse."
-        )
+        raise ConfigError("--save-histogram is of one target; give one --init x,y,width,height.")
     check_not_source(source, output)
     point_out_leftovers(output)
     check_writable(output, outputs.overwrite)

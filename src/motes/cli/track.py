@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.help import HelpAll, UsualOptions, show_all
 from motes.cli.input_checks import (
     check_keyframe_error,
     check_label,
@@ -34,11 +35,20 @@ from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from motes.cli.frame_loop import Sink
     from motes.cli.track_between import Choice
-    from motes.cli.watch_outputs import Output as ObjectsOutput
+    from motes.cli.watch_outputs import FrameResult
     from motes.sot.presets import TrackerConfig
 
-app = App(name="track", help_epilogue=TRACKER_HELP, help_format="plaintext")
+app = App(
+    name="track",
+    help_epilogue=TRACKER_HELP,
+    help_format="plaintext",
+    help_formatter=UsualOptions(
+        "--init", "--at", "--keyframes", "--histogram", "--start", "--end", "--scale", "--output",
+        "--overlay", "--show", "--overwrite", "--resume", "--preset", "--network", "--help-all",
+    ),
+)  # fmt: skip
 
 
 @app.default
@@ -61,6 +71,7 @@ def track(
     ] = None,
     network_files: NetworkFiles = None,
     threads: Threads = None,
+    help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
     """Track one object, or several, through a video; or one through each of several videos.
@@ -77,9 +88,12 @@ def track(
     Parameters
     ----------
     sources
-        A video, an image, a folder or pattern of images, the number of a camera, or an address. Or
-        several of them, or a pattern of videos, with --keyframes.
+        A video, an image, a folder or pattern of images, the number of a camera, or an address; or
+        several videos, or a pattern of them, with --keyframes.
     """
+    if help_all:
+        show_all("track")
+        return DONE
     known = target.known()
     preset = preset or default_preset(
         known is not None or fps_target is not None or outputs.save_histogram is not None
@@ -125,20 +139,20 @@ def track(
         raise ConfigError(
             "A run with --fps-target cannot be repeated exactly; omit it or --resume."
         )
-    boxes = target.boxes()
+    regions = target.regions()
     begin = target.begin(known)
-    if len(boxes) > 1:
+    if len(regions) > 1:
         single = {"--figures": outputs.figures, "--masks": outputs.masks, **units.given}
         refuse(single | {"--resume": outputs.resume, "--fps-target": fps_target}, "for one --init")
     plane = units.units()
     check_keyframe_error(outputs.keyframe_error)
     output = _checked_output(source, outputs)
-    if len(boxes) > 1:
+    if len(regions) > 1:
         if output is not None:
             from motes.cli.watch_outputs import check_several
 
             check_several(output, outputs.format)
-        return _track_several(source, boxes, frames, output, outputs, config, values.seed, preset)
+        return _track_several(source, regions, frames, output, outputs, config, values.seed, preset)
 
     from motes.cli.track_one import track_one
     from motes.sot.tracker import Tracker
@@ -181,7 +195,7 @@ def _track_keyframes(
     choice: Choice,
 ) -> int:
     """Track an object between keyframes, or backward; or one in each of several films."""
-    from motes.cli.track_between import Between, frame_of_init, open_film, track_between
+    from motes.cli.track_between import Between, open_film, track_between
     from motes.cli.track_films import films_of, marks_of_films, track_films
 
     films = films_of(sources)
@@ -198,18 +212,22 @@ def _track_keyframes(
     marks = keys.marks(source)
     if region is None and not any(mark for _, mark in marks):
         raise ConfigError(
-            "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
+            "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,height."
+        )
+    if keys.backward and len(marks) + (region is not None) > 1:
+        raise ConfigError(
+            "Between keyframes, the target is tracked in both directions; omit --backward."
         )
     output = _checked_output(source, outputs)
-    film = open_film(source, frames, keys)
+    film = open_film(source, frames, last=marks[0][0] if keys.backward and marks else None)
     if region is not None:
-        marks = [(frame_of_init(film, keys), region), *marks]
+        marks = [(film.frames.stop - 1 if keys.backward else film.frames.start, region), *marks]
     return track_between(Between(film, source, marks, choice), output, outputs)
 
 
 def _track_several(
     source: str,
-    boxes: Sequence[Sequence[float]],
+    regions: Sequence[Sequence[float]],
     frames: FrameOptions,
     output: str | None,
     outputs: TrackOutputs,
@@ -217,7 +235,7 @@ def _track_several(
     seed: int,
     preset: str,
 ) -> int:
-    """Track the objects in several boxes of the first frame."""
+    """Track the objects in several regions of the first frame."""
     from motes.cli.known_run import remembered
     from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
@@ -228,7 +246,7 @@ def _track_several(
     overwrite = outputs.overwrite
     with frames.open(source) as film:
         say_rate(film)
-        opened: list[ObjectsOutput] = []
+        opened: list[Sink[FrameResult]] = []
         if outputs.overlay is not None:
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
@@ -237,4 +255,4 @@ def _track_several(
         if output is not None:
             opened += remembered(output, outputs, film, frames, config, seed, preset)
             opened.append(objects_output(output, film, outputs))
-        return track_several(film, Trackers(config, seed), boxes, opened)
+        return track_several(film, Trackers(config, seed), regions, opened)

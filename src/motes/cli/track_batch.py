@@ -6,9 +6,9 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import run_and_report, summarize
+from motes.cli.frame_loop import Sink, run_and_report, summarize
 from motes.cli.messages import counted
-from motes.cli.watch_outputs import FrameResult, Output
+from motes.cli.watch_outputs import FrameResult
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.track import Status
@@ -21,7 +21,7 @@ def track_several(
     film: Source,
     trackers: Trackers,
     regions: Sequence[Sequence[float]],
-    outputs: Sequence[Output],
+    outputs: Sequence[Sink[FrameResult]],
 ) -> int:
     """Track the objects in regions of the first frame; their identities count from 1."""
     tally = Tally(len(regions))

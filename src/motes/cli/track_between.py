@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import summarize
-from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.frame_loop import Sink, summarize
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
+from motes.cli.track_loop import Step
 from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
-from motes.cli.track_outputs import Output
 from motes.cli.track_units import check_size, motion_names
 from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
@@ -29,33 +28,14 @@ from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def open_film(source: str, frames: FrameOptions, options: KeyframeOptions) -> Film:
-    """Return the film with the frames that these options use.
-
-    Raises
-    ------
-    ConfigError
-        If options contradict each other.
-    """
-    if options.backward and (options.keyframes or options.at or options.absent):
-        raise ConfigError(
-            "Between keyframes, the target is tracked in both directions; omit --backward."
-        )
-    start, end = frames.start, frames.end
-    if options.from_ is not None and options.from_ < start:
-        raise ConfigError(f"--from is {options.from_}, before the first frame {start}.")
-    if options.backward and options.from_ is not None:
-        end = options.from_ + 1 if end is None else min(end, options.from_ + 1)
-    film = Film(source, start=start, end=end, fps=frames.fps)
+def open_film(source: str, frames: FrameOptions, *, last: int | None) -> Film:
+    """Return the film with the frames that these options use, up to a last one."""
+    end = frames.end
+    if last is not None:
+        end = last + 1 if end is None else min(end, last + 1)
+    film = Film(source, start=frames.start, end=end, fps=frames.fps)
     say_rate(film)
     return film
-
-
-def frame_of_init(film: Film, options: KeyframeOptions) -> int:
-    """Return the frame of --init or --ellipse."""
-    if options.from_ is not None:
-        return options.from_
-    return film.frames.stop - 1 if options.backward else film.frames.start
 
 
 @dataclass(frozen=True)
@@ -122,7 +102,7 @@ def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> in
     output, outputs
         Where the results go.
     """
-    opened = list[Output]()
+    opened = list[Sink[Step]]()
     run = Run(len(job.history.keys))
     try:
         track_film(job, output, outputs, run, opened, quiet=output == "-")
@@ -137,7 +117,7 @@ def track_film(
     output: str | None,
     outputs: TrackOutputs,
     run: Run,
-    opened: list[Output],
+    opened: list[Sink[Step]],
     *,
     quiet: bool = False,
     bar: FrameProgress | None = None,

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes.cli.correct_run import run_stretches
+from motes.cli.frame_loop import Sink
 from motes.cli.messages import counted
 from motes.cli.progress import FrameProgress
 from motes.cli.track_loop import Step
-from motes.cli.track_outputs import Output
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
@@ -80,9 +80,9 @@ class Outputs:
         Whether these need the pixels of the frames.
     """
 
-    rows: Output | None
+    rows: Sink[Step] | None
     history: Path | None
-    others: Sequence[Output]
+    others: Sequence[Sink[Step]]
     pictures: bool
 
 

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from motes.cli.frame_loop import exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
 from motes.cli.known_run import remembered
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
-from motes.cli.track_loop import Begin, Steps, follow
+from motes.cli.track_loop import Begin, Step, Steps, follow
 from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
-from motes.cli.track_outputs import Output
 from motes.cli.track_units import check_size, measured, motion_names
 from motes.cli.watch_outputs import format_of, row_form
 from motes.core.errors import ConfigError
@@ -70,7 +69,7 @@ def track_one(
 
 
 def _run(
-    film: Source, tracker: Tracker, steps: Steps, outputs: Sequence[Output], *, quiet: bool
+    film: Source, tracker: Tracker, steps: Steps, outputs: Sequence[Sink[Step]], *, quiet: bool
 ) -> int:
     """Track the target through the film, write the outputs and print a summary."""
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None

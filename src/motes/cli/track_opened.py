@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from motes.cli.frame_loop import Sink
 from motes.cli.input_checks import stem_of
+from motes.cli.track_loop import Step
 from motes.cli.track_options import TrackOutputs
-from motes.cli.track_outputs import AsObjects, Figures, Output, Overlay, Rows
+from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
 from motes.cli.track_units import MotionFigures, motion_names
 from motes.cli.watch_outputs import format_of, objects_output, row_form
 from motes.output.track_rows import GROUND
@@ -29,7 +31,7 @@ def pictures_outputs(
     *,
     config: TrackerConfig | None = None,
     stride: int = 1,
-) -> list[Output]:
+) -> list[Sink[Step]]:
     """Return the outputs beside the rows: overlay, figures, masks and the live picture.
 
     Parameters
@@ -54,7 +56,7 @@ def pictures_outputs(
     FormatError
         If a file exists and must not be overwritten, or cannot be made.
     """
-    opened: list[Output] = []
+    opened: list[Sink[Step]] = []
     anew = outputs.overwrite or outputs.resume
     if outputs.overlay is not None:
         unit = None if units is None else "m"
@@ -87,7 +89,7 @@ def rows_output(
     units: RealUnits | None,
     *,
     resume: bool = False,
-) -> Output:
+) -> Sink[Step]:
     """Return the output of rows, or of another format.
 
     Parameters

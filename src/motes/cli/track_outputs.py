@@ -6,8 +6,7 @@ import os
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Self
 
 from motes.cli.annotated_video import AnnotatedVideo
 from motes.cli.track_loop import Companion, Step
@@ -22,28 +21,6 @@ from motes.sot.presets import TrackerConfig
 if TYPE_CHECKING:
     from motes.video.film import Film
     from motes.video.sources import Source
-
-
-class Output(Protocol):
-    """Takes steps; is closed as a context manager, with the exception that ended the run."""
-
-    def write(self, step: Step) -> None:
-        """Add a frame."""
-        ...
-
-    @property
-    def result(self) -> str | None:
-        """The name of what was written, for the summary; None for nothing."""
-        ...
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
 
 
 class Rows:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import numbers_of, read_text
+from motes.cli.input_checks import read_text, region_of
 from motes.cli.load_config import error_context, load_target
-from motes.cli.options import HYPHEN, REPEATED, TARGET, Ellipse
+from motes.cli.options import HYPHEN, REPEATED, TARGET
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -22,15 +22,18 @@ if TYPE_CHECKING:
 @Parameter(name="*", group=TARGET)
 @dataclass(frozen=True, kw_only=True)
 class TargetOptions:
-    """The object that is tracked, given in one of four ways."""
+    """The object that is tracked, given in one of three ways."""
 
     init: Annotated[
         list[str] | None,
         REPEATED,
         HYPHEN,
-        Parameter(help="Box: x,y,width,height. Repeat it to track several objects."),
+        Parameter(
+            help="The target in the first frame: a box x,y,width,height, or an ellipse "
+            "x,y,a,b,theta (center, half-axes, and the angle from the x axis towards y in "
+            "radians). Repeat it to track several objects."
+        ),
     ] = None
-    ellipse: Ellipse = None
     histogram: Annotated[
         Path | None,
         Parameter(help="Search for the target in this file, which --save-histogram has written."),
@@ -53,16 +56,16 @@ class TargetOptions:
         Path | None, Parameter(help="With --histogram: a picture without the target.")
     ] = None
 
-    def boxes(self) -> list[list[float]]:
-        """Return the boxes of --init; raise a ConfigError for a text that is none."""
-        return [numbers_of("--init", text, "x,y,width,height") for text in self.init or []]
+    def regions(self) -> list[list[float]]:
+        """Return the regions of --init; raise a ConfigError for a text that is none."""
+        return [region_of("--init", text) for text in self.init or []]
 
     def known(self) -> Target | None:
         """Return the target of --histogram; raise a SourceError if it cannot be read."""
         return None if self.histogram is None else load_target(self.histogram)
 
     def region(self) -> list[float] | None:
-        """Return the numbers of one --init or of --ellipse, for a target with keyframes.
+        """Return the numbers of one --init, for a target with keyframes; None without it.
 
         Raises
         ------
@@ -71,13 +74,11 @@ class TargetOptions:
         """
         others = (self.histogram, self.detect, self.face_model, self.places, self.background)
         if any(other is not None for other in others):
-            raise ConfigError("Keyframes go with --init or --ellipse; omit other targets.")
-        boxes = self.boxes()
-        if len(boxes) + (self.ellipse is not None) > 1:
-            raise ConfigError("Keyframes are of one object; give one --init or --ellipse.")
-        if self.ellipse is not None:
-            return numbers_of("--ellipse", self.ellipse, "x,y,a,b,theta")
-        return boxes[0] if boxes else None
+            raise ConfigError("Keyframes go with --init; omit other targets.")
+        regions = self.regions()
+        if len(regions) > 1:
+            raise ConfigError("Keyframes are of one object; give one --init.")
+        return regions[0] if regions else None
 
     def begin(self, known: Target | None) -> Begin:
         """Return how tracking begins.
@@ -96,7 +97,6 @@ class TargetOptions:
         """
         ways = {
             "--init": self.init or None,
-            "--ellipse": self.ellipse,
             "--histogram": known,
             "--detect": self.detect,
         }
@@ -118,9 +118,7 @@ class TargetOptions:
         from motes.cli import track_loop
 
         if self.init:
-            return track_loop.on_region(self.boxes()[0])
-        if self.ellipse is not None:
-            return track_loop.on_region(numbers_of("--ellipse", self.ellipse, "x,y,a,b,theta"))
+            return track_loop.on_region(self.regions()[0])
         if known is None:
             from motes.mot.detection.pretrained import FacesConfig
 

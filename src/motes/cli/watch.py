@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.help import HelpAll, UsualOptions, show_all
 from motes.cli.input_checks import (
     check_keyframe_error,
     check_label,
@@ -33,7 +34,8 @@ from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.watch_outputs import Output
+    from motes.cli.frame_loop import Sink
+    from motes.cli.watch_outputs import FrameResult
     from motes.core.detection import Detector
 
 app = App(
@@ -43,7 +45,11 @@ app = App(
         command="motes config --watch",
     ),
     help_format="plaintext",
-)
+    help_formatter=UsualOptions(
+        "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
+        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect", "--metrics",
+    ),
+)  # fmt: skip
 PRESET = "nummiaro:adaptive"
 
 
@@ -68,6 +74,7 @@ def watch(
     values: ConfigOptions = ConfigOptions(),
     cluster: Cluster = None,
     own_code: OwnCode = False,
+    help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
@@ -76,6 +83,9 @@ def watch(
     the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
     """
+    if help_all:
+        show_all("watch")
+        return DONE
     if source is not None and source.endswith(".toml"):
         _check_no_single(objects, counting, frames, outputs, preset, values, settings)
 
@@ -181,7 +191,7 @@ def watch(
         film = running.enter_context(frames.open(source))
         where.check(film.width, film.height)
         say_rate(film)
-        opened: list[Output] = []
+        opened: list[Sink[FrameResult]] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
         opened += [Events(name, overwrite) for name in written]

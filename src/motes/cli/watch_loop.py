@@ -6,10 +6,10 @@ import contextlib
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.frame_loop import exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
 from motes.cli.messages import counted, log
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import FrameResult, Output
+from motes.cli.watch_outputs import FrameResult
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
@@ -18,7 +18,7 @@ from motes.video.sources import Source
 
 
 def watch_scene(
-    film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Output]
+    film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Sink[FrameResult]]
 ) -> int:
     """Track the objects of the film, write the outputs and print a summary."""
     frames, printed = 0, set[str]()

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, MetricsPlace, OutputOptions
+from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, MetricsPlace, OutputOptions
 from motes.core.errors import ConfigError
 
 QUEUE = "motes-events.sqlite"
@@ -25,7 +25,7 @@ class ObjectOptions:
         str | None,
         Parameter(
             accepts_keys=False,
-            help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
+            help="Detector: mog2 or gaussian (objects that move before a background), people, "
             "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
             "the MOTChallenge. The default is mog2.",
         ),
@@ -70,8 +70,9 @@ class ObjectOptions:
     histogram: Annotated[
         Path | None,
         Parameter(
-            help="With a file of several cameras: search for the target in this file, which motes "
-            "histogram has written. A camera that finds it reports its place to the others.",
+            help="With a file of several cameras: search for the target in this file, which "
+            "motes track --save-histogram has written. A camera that finds it reports its place to "
+            "the others.",
         ),
     ] = None
 
@@ -94,14 +95,17 @@ class WatchOutputs(OutputOptions):
     queue: Annotated[
         Path | None,
         Parameter(
+            group=LIVE,
             help="File in which events wait until a server or broker has confirmed them, also "
-            f"after the run. [default: {QUEUE}]"
+            f"after the run. [default: {QUEUE}]",
         ),
     ] = None
     home_assistant: Annotated[
-        bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
+        bool,
+        FLAG,
+        Parameter(group=LIVE, help="Announce the counts to Home Assistant, over MQTT of --events."),
     ] = False
-    metrics: MetricsPlace = None
+    metrics: Annotated[MetricsPlace, Parameter(group=LIVE)] = None
     slit: Annotated[
         Path | None,
         Parameter(

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Protocol, Self
+from typing import TYPE_CHECKING, BinaryIO, Self
 
 from msgspec.structs import replace
 
@@ -54,23 +54,6 @@ class FrameResult:
     frame: Frame
     tracks: Sequence[SceneTrack]
     events: Sequence[Event]
-
-
-class Output(Protocol):
-    """Takes results of frames; is closed as a context manager."""
-
-    def write(self, moment: FrameResult) -> None:
-        """Add a frame."""
-        ...
-
-    @property
-    def result(self) -> str | None:
-        """The name of what was written, for the summary; None for nothing."""
-        ...
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, *exception: object) -> None: ...
 
 
 class Lines:

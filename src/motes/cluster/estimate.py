@@ -1,8 +1,8 @@
 """How much memory a job needs, from the size of its frames and its preset; how long its film is.
 
 The memory is the largest resident memory of `motes track` and `motes watch`, measured from 320x240
-to 3840x2160 pixels (`benchmarks/cluster_memory.py`, docs/scale.md): a constant, and bytes for each
-pixel.
+to 3840x2160 pixels (`benchmarks/cluster_memory.py`, lab/docs/scale.md): a constant, and bytes for
+each pixel.
 """
 
 from __future__ import annotations

@@ -30,15 +30,17 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
         A video file, a folder or a pattern of images, or an address that fsspec knows.
     do
         What `motes track`, `motes watch` or `motes refine` does.
-    region
-        For track: the target in the first frame, x,y,width,height or x,y,a,b,theta; or several
-        boxes, with semicolons between them.
+    init
+        For track: the target in the first frame, x,y,width,height or x,y,a,b,theta; or several,
+        with semicolons between them.
+    detect
+        For track: `face`, to wait for a face.
     keyframes
         For track and refine: a file of keyframes.
     rows
         For refine: the rows that are corrected.
     detector
-        For watch, its detector; for track, `face`.
+        For watch: its detector.
     places
         For watch: a TOML file of lines and zones, whose events are counted.
     preset, config, seed
@@ -60,7 +62,8 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     name: str = ""
     source: str
     do: Literal["track", "watch", "refine"] = "track"
-    region: tuple[Region, ...] = ()
+    init: tuple[Region, ...] = ()
+    detect: Literal["face"] | None = None
     keyframes: str | None = None
     rows: str | None = None
     detector: str | None = None
@@ -113,8 +116,8 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     """
     check_columns(row)
     given = {key: value for key, value in row.items() if value not in (None, "")}
-    if "region" in given:
-        given["region"] = _regions(given["region"])
+    if "init" in given:
+        given["init"] = _regions(given["init"])
     if isinstance(given.get("network"), str):
         given["network"] = [path.strip() for path in given["network"].split(",")]
     try:
@@ -152,7 +155,7 @@ def _regions(value: Any) -> Any:
 
 def _check(job: Job) -> None:
     """Check what a job needs, without its files; raise a ConfigError."""
-    for region in job.region:
+    for region in job.init:
         as_ellipse(region)
     if job.preset is not None:
         preset(job.preset)
@@ -162,23 +165,19 @@ def _check(job: Job) -> None:
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):
         raise ConfigError(f"{job.source} is live and has no end; motes watch is for it.")
     ways = {
-        "track": ("region", "keyframes", "detector", "network"),
+        "track": ("init", "keyframes", "detect", "network"),
         "watch": ("detector", "places"),
         "refine": ("keyframes", "rows"),
     }
-    for column in ("region", "keyframes", "detector", "network", "places", "rows"):
+    for column in ("init", "detect", "keyframes", "detector", "network", "places", "rows"):
         if getattr(job, column) and column not in ways[job.do]:
             raise ConfigError(f"{job.do} takes no {column}; empty that column.")
     if job.do == "refine" and not (job.keyframes and job.rows):
         raise ConfigError("refine needs rows and keyframes; fill both columns.")
     if job.do != "track":
         return
-    if sum(map(bool, (job.region, job.keyframes, job.detector))) != 1:
-        raise ConfigError("track takes one of region, keyframes and detector; fill one of them.")
-    if job.detector not in (None, "face"):
-        raise ConfigError(f"track takes the detector face; got {job.detector!r}.")
-    if len(job.region) > 1 and any(len(region) == 5 for region in job.region):
-        raise ConfigError("several regions are boxes: x,y,width,height; x,y,width,height.")
+    if sum(map(bool, (job.init, job.keyframes, job.detect))) != 1:
+        raise ConfigError("track takes one of init, keyframes and detect; fill one of them.")
     if job.keyframes and job.stride != 1:
         raise ConfigError("stride is not for keyframes; empty that column.")
     if job.network and "network" not in preset(job.preset or "default").__struct_fields__:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
-from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.step_info import StepInfo
@@ -95,44 +94,6 @@ class Algorithm(Generic[S, I_co]):
         ValueError
             If no frame leaves such a state; see `motes.core.saved_state`.
         """
-
-
-class SearchingAlgorithm(Algorithm[S, I_co]):
-    """An algorithm that can also start by looking for a known target."""
-
-    __slots__ = ()
-
-    @abstractmethod
-    def search(
-        self,
-        rng: np.random.Generator,
-        frame: Frame,
-        models: dict[str, Any],
-        size: Ellipse,
-        places: Floats | None = None,
-        background: Frame | None = None,
-    ) -> tuple[S, I_co]:
-        """Start looking for a target of known models and size; see `ParticleFilter.search`."""
-
-
-class BudgetedAlgorithm(Algorithm[S, I_co]):
-    """An algorithm that can also choose how many particles it has."""
-
-    __slots__ = ()
-
-    @abstractmethod
-    def with_budget(self) -> Self:
-        """Return the algorithm with a budget: its own, or else the default one."""
-
-    @abstractmethod
-    def step(
-        self,
-        rng: np.random.Generator,
-        state: S,
-        frame: Frame,
-        max_particles: int | None = None,
-    ) -> tuple[S, I_co]:
-        """Find the target in the next frame, with at most `max_particles` within the budget."""
 
 
 TRACKERS = Registry[Algorithm[Any, Any]](

@@ -25,7 +25,7 @@ from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
-from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.algorithm import Algorithm
 from motes.sot.cue_names import check_cue_names
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
@@ -49,8 +49,7 @@ from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
 
 
 class ParticleFilter(
-    SearchingAlgorithm[FilterState, FilterInfo],
-    BudgetedAlgorithm[FilterState, FilterInfo],
+    Algorithm[FilterState, FilterInfo],
     Config,
     frozen=True,
     dict=True,

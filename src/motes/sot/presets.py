@@ -188,83 +188,120 @@ ZHAO_PEI_PRINTED = replace(
     ),
 )
 
-PRESETS: dict[str, TrackerConfig] = {
-    "default": Discriminative(),
-    "nummiaro": NUMMIARO,
-    "nummiaro:adaptive": ADAPTIVE,
-    "nummiaro:printed": NUMMIARO_PRINTED,
-    "mean_shift": MEAN_SHIFT,
-    "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
-    "maggio": MAGGIO,
-    "maggio:printed": MAGGIO_PRINTED,
+KNOWN: dict[str, tuple[str, TrackerConfig]] = {
+    "default": (
+        "Correlation filters, a color posterior and particles that search a lost target.",
+        Discriminative(),
+    ),
+    "nummiaro": ("Nummiaro et al.: a particle filter with a color histogram.", NUMMIARO),
+    "nummiaro:adaptive": ("The same with a target model that is updated.", ADAPTIVE),
+    "nummiaro:printed": (
+        "As printed: every pixel, constant velocity, equation 13 alone.",
+        NUMMIARO_PRINTED,
+    ),
+    "mean_shift": (
+        "Mean shift on a color histogram, the comparison of Nummiaro et al.",
+        MEAN_SHIFT,
+    ),
+    "mean_shift:kalman": (
+        "The same from a start that a Kalman filter predicts.",
+        replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
+    ),
+    "maggio": ("Maggio et al.: color and edge orientation (ROH), adaptive cue weights.", MAGGIO),
+    "maggio:printed": (
+        "As printed: a sum of likelihoods, every pixel, no appearance rule.",
+        MAGGIO_PRINTED,
+    ),
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": replace(
-        MAGGIO, orientation=None, fusion=ALONE, calibration=Calibration(middle=0.36, width=0.1)
+    "maggio:C": (
+        "Color alone (table 1).",
+        replace(
+            MAGGIO, orientation=None, fusion=ALONE, calibration=Calibration(middle=0.36, width=0.1)
+        ),
     ),
-    "maggio:O-FOH": replace(
-        MAGGIO_FOH, color=None, fusion=ALONE, calibration=Calibration(middle=0.02, width=0.1)
+    "maggio:O-FOH": (
+        "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
+        replace(
+            MAGGIO_FOH, color=None, fusion=ALONE, calibration=Calibration(middle=0.02, width=0.1)
+        ),
     ),
-    "maggio:O-ROH": replace(
-        MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)
+    "maggio:O-ROH": (
+        "Orientation alone, turned with the target (table 1).",
+        replace(MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)),
     ),
-    "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
-    "maggio:C+O-SS-ROH": replace(MAGGIO, fusion=FIXED),
-    "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
-    "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
-    "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
-    "maggio:C+O-A&SS-ROH": MAGGIO,
-    "ng_delp": NG_DELP,
-    "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
-    "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
-    "ng_delp:half": _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
-    "ng_delp:quarter": _reading(NG_DELP, Checkerboard(share="quarter")),  # section 3.5, figure 2
-    "ng_delp:printed": NG_DELP_PRINTED,
-    "zhao_pei": ZHAO_PEI,
-    "zhao_pei:printed": ZHAO_PEI_PRINTED,
-    "zhao_pei:fixed": replace(  # figure 2, above
+    "maggio:C+O-SS-FOH": (
+        "Fixed cue weights, scale selection, FOH (table 1).",
+        replace(MAGGIO_FOH, fusion=FIXED),
+    ),
+    "maggio:C+O-SS-ROH": (
+        "Fixed cue weights, scale selection, ROH (table 1).",
+        replace(MAGGIO, fusion=FIXED),
+    ),
+    "maggio:C+O-A-FOH": (
+        "Adaptive cue weights, no scale selection, FOH (figure 5).",
+        replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
+    ),
+    "maggio:C+O-A-ROH": (
+        "Adaptive cue weights, no scale selection, ROH (figure 5).",
+        replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
+    ),
+    "maggio:C+O-A-SS-FOH": ("Adaptive cue weights, scale selection, FOH (table 1).", MAGGIO_FOH),
+    "maggio:C+O-A-SS-ROH": (
+        "Adaptive cue weights, scale selection, ROH: the same as maggio.",
+        MAGGIO,
+    ),
+    "ng_delp": ("Ng and Delp: color and edge histograms, on a part of the pixels.", NG_DELP),
+    "ng_delp:color": (
+        "Color alone.",
+        replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
+    ),
+    "ng_delp:edges": (
+        "Edges alone.",
+        replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
+    ),
+    "ng_delp:half": (
+        "Half of the pixels (figure 2).",
+        _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
+    ),
+    "ng_delp:quarter": (
+        "A quarter of the pixels (figure 2).",
+        _reading(NG_DELP, Checkerboard(share="quarter")),  # section 3.5, figure 2
+    ),
+    "ng_delp:printed": ("As printed: every pixel, epsilon 0.1, never lost.", NG_DELP_PRINTED),
+    "zhao_pei": (
+        "Zhao and Pei: color and HOG, target models updated bin by bin, with a gate.",
         ZHAO_PEI,
-        adaptation=ExponentialForgetting(),
-        calibration=Calibration(middle=0.25, width=0.07),
     ),
-    "zhao_pei:72": replace(  # section 2.1
-        ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
+    "zhao_pei:printed": (
+        "As printed: the updates of equations 3 to 16, every pixel, never lost.",
+        ZHAO_PEI_PRINTED,
     ),
-    "zhao_pei:color": replace(ZHAO_PEI, hog=None, calibration=Calibration(middle=0.11, width=0.2)),
-    "zhao_pei:hog": replace(ZHAO_PEI, color=None, calibration=Calibration(middle=0.0, width=0.05)),
+    "zhao_pei:fixed": (
+        "The same with target models that stay fixed (figure 2).",
+        replace(  # figure 2, above
+            ZHAO_PEI,
+            adaptation=ExponentialForgetting(),
+            calibration=Calibration(middle=0.25, width=0.07),
+        ),
+    ),
+    "zhao_pei:72": (
+        "HOG of 72 bins, in 3x3 cells (section 2.1).",
+        replace(  # section 2.1
+            ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
+        ),
+    ),
+    "zhao_pei:color": (
+        "Color alone.",
+        replace(ZHAO_PEI, hog=None, calibration=Calibration(middle=0.11, width=0.2)),
+    ),
+    "zhao_pei:hog": (
+        "HOG alone.",
+        replace(ZHAO_PEI, color=None, calibration=Calibration(middle=0.0, width=0.05)),
+    ),
 }
-
-DESCRIPTIONS = {
-    "default": "Correlation filters, a color posterior and particles that search a lost target.",
-    "nummiaro": "Nummiaro et al.: a particle filter with a color histogram.",
-    "nummiaro:adaptive": "The same with a target model that is updated.",
-    "nummiaro:printed": "As printed: every pixel, constant velocity, equation 13 alone.",
-    "mean_shift": "Mean shift on a color histogram, the comparison of Nummiaro et al.",
-    "mean_shift:kalman": "The same from a start that a Kalman filter predicts.",
-    "maggio": "Maggio et al.: color and edge orientation (ROH), adaptive cue weights.",
-    "maggio:printed": "As printed: a sum of likelihoods, every pixel, no appearance rule.",
-    "maggio:C": "Color alone (table 1).",
-    "maggio:O-FOH": "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
-    "maggio:O-ROH": "Orientation alone, turned with the target (table 1).",
-    "maggio:C+O-SS-FOH": "Fixed cue weights, scale selection, FOH (table 1).",
-    "maggio:C+O-SS-ROH": "Fixed cue weights, scale selection, ROH (table 1).",
-    "maggio:C+O-A-FOH": "Adaptive cue weights, no scale selection, FOH (figure 5).",
-    "maggio:C+O-A-ROH": "Adaptive cue weights, no scale selection, ROH (figure 5).",
-    "maggio:C+O-A&SS-FOH": "Adaptive cue weights, scale selection, FOH (table 1).",
-    "maggio:C+O-A&SS-ROH": "Adaptive cue weights, scale selection, ROH: the same as maggio.",
-    "ng_delp": "Ng and Delp: color and edge histograms, on a part of the pixels.",
-    "ng_delp:color": "Color alone.",
-    "ng_delp:edges": "Edges alone.",
-    "ng_delp:half": "Half of the pixels (figure 2).",
-    "ng_delp:quarter": "A quarter of the pixels (figure 2).",
-    "ng_delp:printed": "As printed: every pixel, epsilon 0.1, never lost.",
-    "zhao_pei": "Zhao and Pei: color and HOG, target models updated bin by bin, with a gate.",
-    "zhao_pei:printed": "As printed: the updates of equations 3 to 16, every pixel, never lost.",
-    "zhao_pei:fixed": "The same with target models that stay fixed (figure 2).",
-    "zhao_pei:72": "HOG of 72 bins, in 3x3 cells (section 2.1).",
-    "zhao_pei:color": "Color alone.",
-    "zhao_pei:hog": "HOG alone.",
-}
-"""One line on each preset."""
+"""The presets by name, with one line on each."""
+PRESETS = {name: config for name, (_, config) in KNOWN.items()}
+DESCRIPTIONS = {name: about for name, (about, _) in KNOWN.items()}
 
 
 def preset(name: str) -> TrackerConfig:

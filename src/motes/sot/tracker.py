@@ -25,7 +25,7 @@ from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.core.types import Floats
-from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import Target
@@ -87,10 +87,10 @@ class Tracker:
             self.config = replace(self.config, network=Network(tuple(network)))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
-        self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
+        self._paced: tuple[ParticleFilter, SpeedBudget] | None = None
         if fps_target is not None:
             pace = SpeedBudget(fps_target)
-            if not isinstance(self.config, BudgetedAlgorithm):
+            if not isinstance(self.config, ParticleFilter):
                 raise ConfigError("Only a particle filter can choose how many particles it has.")
             self.config = self.config.with_budget()
             self._paced = self.config, pace
@@ -185,7 +185,7 @@ class Tracker:
             If the tracker cannot search, or has other cues or bins than the target.
         """
         config = self.config
-        if not isinstance(config, SearchingAlgorithm):
+        if not isinstance(config, ParticleFilter):
             raise ConfigError(
                 "Only a particle filter can search for a known target; choose preset nummiaro, or "
                 "another one."

@@ -7,7 +7,8 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from msgspec.structs import replace
 
-from motes.studio.protocol import Message, Overlay, Progress, Reply, Row, Rows, State, encode
+from motes.studio.messages import Message, Overlay, Progress, Reply, Row, Rows, State
+from motes.studio.protocol import encode
 
 AHEAD = 3
 """Overlays that a page gets before it has acknowledged the first of them."""

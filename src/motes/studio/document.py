@@ -14,13 +14,14 @@ from motes.core.geometry import Ellipse, as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
 from motes.mot.analytics.regions import Regions
 from motes.sot.presets import TrackerConfig, configure, preset
-from motes.studio import protocol
-from motes.studio.protocol import FilmFacts, Places, Region
+from motes.studio import commands, messages
+from motes.studio.commands import Places, Region
+from motes.studio.messages import FilmFacts
 
 MAX_OBJECTS = 50
 
 
-class Target(protocol.Subject, frozen=True):
+class Target(messages.Subject, frozen=True):
     """An object.
 
     Attributes
@@ -30,7 +31,7 @@ class Target(protocol.Subject, frozen=True):
     absent
         First and last frames of absences, in order, apart from each other.
     corrections, compared
-        As in `protocol.Item`.
+        As in `messages.Item`.
     """
 
     keys: dict[int, Region]
@@ -143,13 +144,13 @@ def places_toml(places: Places) -> str:
     return to_toml(regions_of(places))
 
 
-def _plain(each: protocol.Line | protocol.Zone) -> dict[str, object]:
+def _plain(each: commands.Line | commands.Zone) -> dict[str, object]:
     values: dict[str, object] = msgspec.to_builtins(each)
     return {name: value for name, value in values.items() if value is not None}
 
 
 def changed(
-    document: Document, command: protocol.Command, film: FilmFacts, row_at: RowAt
+    document: Document, command: commands.Command, film: FilmFacts, row_at: RowAt
 ) -> tuple[Document, int | None]:
     """Return the document after a command, and the number of an object that is new or changed.
 
@@ -159,16 +160,16 @@ def changed(
         If the command makes no sense here.
     """
     match command:
-        case protocol.AddObject():
+        case commands.AddObject():
             return _added(document, command, film)
-        case protocol.ChangeObject():
+        case commands.ChangeObject():
             names = ("name", "color", "preset", "config", "seed")
             given = {name: getattr(command, name) for name in names}
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(_own(document, command.object, compared=True), **given)
             target.tracker  # noqa: B018
             return _with(document, target), target.object
-        case protocol.RemoveObject():
+        case commands.RemoveObject():
             document.target(command.object)
             left = [
                 each
@@ -176,22 +177,22 @@ def changed(
                 if command.object not in (each.object, each.compared)
             ]
             return replace(document, targets=tuple(left)), None
-        case protocol.SetKeyframe() if command.region is None:
+        case commands.SetKeyframe() if command.region is None:
             return _absent(document, command.object, command.frame, command.frame)
-        case protocol.SetKeyframe():
+        case commands.SetKeyframe():
             return _marked(document, command, film)
-        case protocol.RemoveKeyframe():
+        case commands.RemoveKeyframe():
             return _unmarked(document, command)
-        case protocol.SetAbsent():
+        case commands.SetAbsent():
             return _absent(document, command.object, command.first, command.last)
-        case protocol.Split():
+        case commands.Split():
             return _split(document, command, row_at)
-        case protocol.Join():
+        case commands.Join():
             return _joined(document, command)
-        case protocol.Compare():
+        case commands.Compare():
             _own(document, command.object)
             return _compared(document, command)
-        case protocol.SetPlaces():
+        case commands.SetPlaces():
             regions_of(command.places)
             return replace(document, places=command.places), None
         case _:
@@ -221,7 +222,7 @@ def appended(document: Document, target: Target) -> Document:
 
 
 def _added(
-    document: Document, command: protocol.AddObject, film: FilmFacts
+    document: Document, command: commands.AddObject, film: FilmFacts
 ) -> tuple[Document, int]:
     _check_frame(command.frame, range(film.frames))
     region_within(command.region, film.width, film.height)
@@ -242,7 +243,7 @@ def _check_frame(frame: int, frames: range) -> None:
 
 
 def _marked(
-    document: Document, command: protocol.SetKeyframe, film: FilmFacts
+    document: Document, command: commands.SetKeyframe, film: FilmFacts
 ) -> tuple[Document, int]:
     target = _own(document, command.object)
     assert command.region is not None
@@ -258,7 +259,7 @@ def _marked(
     return _with(document, target), target.object
 
 
-def _unmarked(document: Document, command: protocol.RemoveKeyframe) -> tuple[Document, int]:
+def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Document, int]:
     target = _own(document, command.object)
     if command.frame not in target.keys and not target.is_absent(command.frame):
         raise ConfigError(f"Frame {command.frame} is not marked.")
@@ -313,7 +314,7 @@ def _part(target: Target, first: int, last: int) -> Target:
     )
 
 
-def _split(document: Document, command: protocol.Split, row_at: RowAt) -> tuple[Document, int]:
+def _split(document: Document, command: commands.Split, row_at: RowAt) -> tuple[Document, int]:
     target, frame = _own(document, command.object), command.frame
     if frame not in target.frames[1:]:
         raise ConfigError(f"{target.name} cannot be split at frame {frame}; choose a later one.")
@@ -338,7 +339,7 @@ def _split(document: Document, command: protocol.Split, row_at: RowAt) -> tuple[
     return appended(_with(document, before), after), number
 
 
-def _joined(document: Document, command: protocol.Join) -> tuple[Document, int]:
+def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
     one, other = _own(document, command.object), _own(document, command.other)
     if one.object == other.object:
         raise ConfigError("An object cannot be joined with itself; choose another one.")
@@ -364,7 +365,7 @@ def _joined(document: Document, command: protocol.Join) -> tuple[Document, int]:
     return _with(replace(document, targets=tuple(left)), target), one.object
 
 
-def _compared(document: Document, command: protocol.Compare) -> tuple[Document, int]:
+def _compared(document: Document, command: commands.Compare) -> tuple[Document, int]:
     of, number = document.target(command.object), document.following
     name = f"{of.name}: {'file' if command.config is not None else command.preset}"
     target = replace(

@@ -21,8 +21,9 @@ from motes.formats.recording import Recording
 from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.output.journal import FrameRow, Header, ObjectRow
 from motes.output.track_rows import CORRECTED, Form, fields_of, line_of
+from motes.studio.commands import Places, Watch
 from motes.studio.document import Target, places_toml
-from motes.studio.protocol import FilmFacts, Places, Watch
+from motes.studio.messages import FilmFacts
 from motes.studio.scenes import watch_config
 
 LABEL = "object"

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
-from motes.studio.protocol import Film
+from motes.studio.messages import Film
 from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
 from motes.studio.sample import sample
 from motes.video.image_files import IMAGE_ENDINGS

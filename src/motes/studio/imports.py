@@ -17,7 +17,7 @@ from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.visibility import VISIBLE
 from motes.output.journal import ObjectRow
 from motes.output.track_rows import DEVIATIONS
-from motes.studio import protocol
+from motes.studio import messages
 from motes.studio.document import Document, Target
 from motes.studio.document import appended as appended_to
 from motes.studio.safety import plain_name
@@ -27,7 +27,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 """The palette of Okabe and Ito, whose colors color-blind readers can distinguish."""
 
 
-def recording(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> Recording:
+def recording(name: str, data: bytes, form: str | None, film: messages.FilmFacts) -> Recording:
     """Return the objects in an uploaded file, whose format is recognized unless it is given.
 
     Raises

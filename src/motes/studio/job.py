@@ -6,8 +6,8 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple, Protocol
 
+from motes.studio.messages import FilmFacts, JobStatus, Overlay, Progress
 from motes.studio.pool import Pool
-from motes.studio.protocol import FilmFacts, JobStatus, Overlay, Progress
 from motes.studio.store import Store
 
 

@@ -11,10 +11,10 @@ from msgspec.structs import replace
 from motes.core.errors import MotesError
 from motes.studio.document import Document, Target
 from motes.studio.job import Desk, Job
+from motes.studio.messages import JobStatus, Overlay
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
-from motes.studio.protocol import JobStatus, Overlay
 from motes.studio.results import Results, cues_of
 from motes.studio.tables import (
     CUES,

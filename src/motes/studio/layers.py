@@ -15,8 +15,9 @@ from motes.output.figures import cue_distances, orientation_of, surface_of
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
+from motes.studio.commands import Layer
+from motes.studio.messages import Histograms, Layers, Surface
 from motes.studio.overlays import heaviest
-from motes.studio.protocol import Histograms, Layer, Layers, Surface
 
 
 def layers_of(

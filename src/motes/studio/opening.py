@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from motes.core.frame import FRAME_INTERVAL
-from motes.studio.protocol import FilmFacts
+from motes.studio.messages import FilmFacts
 from motes.video.film import DamagedError, Film
 
 

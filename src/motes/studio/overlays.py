@@ -6,7 +6,7 @@ import numpy as np
 
 from motes.core.geometry import Ellipse
 from motes.sot.step_info import StepInfo
-from motes.studio.protocol import Overlay
+from motes.studio.messages import Overlay
 
 PARTICLES = 200
 """Particles of an overlay at most."""

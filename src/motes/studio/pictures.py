@@ -12,8 +12,8 @@ from PIL import Image
 
 from motes.core.errors import ConfigError
 from motes.studio.containers import check_container
+from motes.studio.messages import FilmFacts
 from motes.studio.opening import facts_of, opened
-from motes.studio.protocol import FilmFacts
 from motes.studio.safety import Limits
 from motes.video.seeker import Seeker
 

@@ -1,9 +1,10 @@
-"""The protocol of the studio: all that the page and the server send each other, as types.
+"""The protocol of the studio: all that the page and the server send each other.
 
-A WebSocket carries `Command`s from the page and `Message`s to it, each a JSON object whose `type`
-names it. Every command has an `id`, and is answered by one `Reply` with that id, after the state
-and the rows that have changed with it. HTTP carries films, pictures and files, and the JSON of
-`Film`, `SessionCard`, `Session` and `Failure`. Both sides are tested against `schema`.
+A WebSocket carries the `Command`s of `commands` from the page and the `Message`s of `messages` to
+it, each a JSON object whose `type` names it. Every command has an `id`, and is answered by one
+`Reply` with that id, after the state and the rows that have changed with it. HTTP carries films,
+pictures and files, and the JSON of `Film`, `SessionCard`, `Session` and `Failure`. Both sides are
+tested against `schema`.
 
 Places are in pixels of the film from 0, angles in radians, times in seconds. Frames count from 0. A
 region has four numbers, a box x, y, width, height; or five, an ellipse x, y, a, b, theta: its
@@ -16,9 +17,7 @@ from typing import Any
 
 import msgspec
 
-from motes.studio.commands import *  # noqa: F403
 from motes.studio.commands import Command
-from motes.studio.messages import *  # noqa: F403
 from motes.studio.messages import Film, Message, Open, Presets, Session, SessionCard
 
 LARGEST_MESSAGE = 1 << 18

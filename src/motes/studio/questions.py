@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from motes.core.errors import ConfigError
-from motes.studio import protocol
+from motes.studio import commands, messages
 from motes.studio.clients import Client
 from motes.studio.document import Target
 from motes.studio.plan import pass_to
@@ -59,7 +59,7 @@ class Questions:
         """Find the doubtful frames among the rows of an object's frames."""
         self._begin(self._find_doubts(client, target, rows, count))
 
-    def look(self, client: Client, target: Target, command: protocol.Look) -> None:
+    def look(self, client: Client, target: Target, command: commands.Look) -> None:
         """Make layers of a frame; of a page's questions the newest one counts."""
         self.leave(client)
         self._looks[client] = self._begin(self._look(client, target, command))
@@ -76,7 +76,7 @@ class Questions:
     async def _find_doubts(
         self, client: Client, target: Target, rows: Table | None, count: int
     ) -> None:
-        items: list[protocol.Doubt] = []
+        items: list[messages.Doubt] = []
         if rows is not None:
             rows = rows[~np.isnan(rows[:, STATUS])]
             marks = [
@@ -87,17 +87,17 @@ class Questions:
             try:
                 done = await self._ask(task)
             except WorkerError as error:
-                client.send(protocol.Failure(str(error)))
+                client.send(messages.Failure(str(error)))
                 return
-            items = msgspec.json.decode(done.data, type=list[protocol.Doubt])
-        client.send(protocol.DoubtList(target.object, items))
+            items = msgspec.json.decode(done.data, type=list[messages.Doubt])
+        client.send(messages.DoubtList(target.object, items))
 
-    async def _look(self, client: Client, target: Target, command: protocol.Look) -> None:
+    async def _look(self, client: Client, target: Target, command: commands.Look) -> None:
         run = pass_to(target, command.frame)
         task = LookAt(target.object, run, command.layers)
         try:
             done = await self._ask(task, frames=abs(run.stop - run.start))
         except WorkerError as error:
-            client.send(protocol.Failure(str(error)))
+            client.send(messages.Failure(str(error)))
             return
-        client.send(msgspec.json.decode(done.data, type=protocol.Layers))
+        client.send(msgspec.json.decode(done.data, type=messages.Layers))

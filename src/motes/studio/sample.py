@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from pathlib import Path
 
-from motes.studio.protocol import Film
+from motes.studio.messages import Film
 
 NAME = "sample.mp4"
 FRAMES, RATE = 150, 25.0

@@ -19,7 +19,8 @@ from motes.mot.pipeline_config import WatchConfig, detector_values
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.output.journal import FrameRow, ObjectRow, object_rows
-from motes.studio.protocol import SceneFrame, SceneObject, Watch
+from motes.studio.commands import Watch
+from motes.studio.messages import SceneFrame, SceneObject
 
 REFUSED = ("detector",)
 """Keys of a configuration file that may name files and code; the page chooses the detector."""

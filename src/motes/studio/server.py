@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motes.core.errors import ConfigError, MotesError
 from motes.formats.registry import FORMATS
-from motes.studio import files, protocol
+from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.processes import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
@@ -93,7 +93,7 @@ def _json(content: Any, status: int = 200) -> Response:
 
 
 def _refused(error: str, status: int) -> Response:
-    return _json(protocol.Failure(error), status)
+    return _json(messages.Failure(error), status)
 
 
 def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Request], Any]:
@@ -162,7 +162,7 @@ class _Api:
 
     async def begin(self, request: Request) -> Response:
         body = await _body(request, protocol.LARGEST_MESSAGE)
-        wanted = msgspec.json.decode(body, type=protocol.Open)
+        wanted = msgspec.json.decode(body, type=messages.Open)
         session = await self._studio.begin(wanted.film, uploaded=wanted.uploaded)
         return _json(session.state(), 201)
 
@@ -239,7 +239,7 @@ class _Api:
         try:
             session = await self._studio.session(socket.path_params["id"])
         except MotesError as failed:
-            await socket.send_text(protocol.encode(protocol.Failure(str(failed))))
+            await socket.send_text(protocol.encode(messages.Failure(str(failed))))
             await socket.close()
             return
         client = Client(session.rows_of, session.watching.messages)
@@ -250,14 +250,14 @@ class _Api:
                 text = await socket.receive_text()
                 if len(text) > protocol.LARGEST_MESSAGE:
                     most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
-                    client.send(protocol.Reply(-1, most))
+                    client.send(messages.Reply(-1, most))
                     continue
                 try:
                     command = protocol.decode(text)
                 except (msgspec.MsgspecError, RecursionError) as error:
-                    client.send(protocol.Reply(-1, f"This message is no command: {error}."))
+                    client.send(messages.Reply(-1, f"This message is no command: {error}."))
                     continue
-                if isinstance(command, protocol.Acknowledge):
+                if isinstance(command, commands.Acknowledge):
                     client.acknowledge(command.number)
                 else:
                     client.send(session.obey(command, client))

@@ -12,14 +12,15 @@ import numpy as np
 from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
-from motes.studio import protocol
+from motes.studio import commands, messages
 from motes.studio.clients import Client
+from motes.studio.commands import Command, Region
 from motes.studio.document import Document, Target, changed
 from motes.studio.job import Desk, Job
 from motes.studio.jobs import Jobs
+from motes.studio.messages import FilmFacts, Keyframe, Message, Reply, Row
 from motes.studio.pool import Pool
 from motes.studio.processes import Worker, WorkerError
-from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
 from motes.studio.questions import Questions
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
@@ -170,7 +171,7 @@ class Session:
             return (await worker.run(task)).data
         except WorkerError as error:
             if worker.ended:
-                self.send(protocol.Failure(str(error)))
+                self.send(messages.Failure(str(error)))
             raise
 
     async def ask(self, task: Task, frames: int = 0) -> Done:
@@ -196,12 +197,12 @@ class Session:
         for client in self.clients:
             client.reset(number)
 
-    def overlay(self, overlay: protocol.Overlay) -> None:
+    def overlay(self, overlay: messages.Overlay) -> None:
         """Take what a tracker sees in a frame."""
         for client in self.clients:
             client.overlay(overlay)
 
-    def progress(self, progress: protocol.Progress) -> None:
+    def progress(self, progress: messages.Progress) -> None:
         """Take the state of a job."""
         for client in self.clients:
             client.progress(progress)
@@ -222,7 +223,7 @@ class Session:
     def join(self, client: Client) -> None:
         """Let a page look: it gets the state and all rows."""
         self.clients.add(client)
-        client.send(protocol.State(self.state()))
+        client.send(messages.State(self.state()))
         client.scene()
         for target in self.document.targets:
             client.reset(target.object)
@@ -235,9 +236,9 @@ class Session:
         self.clients.discard(client)
         self._questions.leave(client)
 
-    def state(self) -> protocol.Session:
+    def state(self) -> messages.Session:
         """Return the session without rows."""
-        return protocol.Session(
+        return messages.Session(
             id=self.name,
             film=self.facts,
             revision=self._revision,
@@ -249,8 +250,8 @@ class Session:
             redo=self._place < self._last,
         )
 
-    def _item(self, target: Target) -> protocol.Item:
-        return protocol.Item(
+    def _item(self, target: Target) -> messages.Item:
+        return messages.Item(
             target.object, target.name, target.color, target.preset, target.config, target.seed,
             target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
             [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
@@ -271,25 +272,25 @@ class Session:
     def _obey(self, command: Command, client: Client) -> Reply:
         reply = Reply(command.id)
         match command:
-            case protocol.Track():
+            case commands.Track():
                 job = self._track(command.objects)
                 return Reply(command.id, job=job.number)
-            case protocol.Watch():
+            case commands.Watch():
                 return Reply(command.id, job=self._watch(command).number)
-            case protocol.Pause() | protocol.Resume():
-                self._pause(self._job(command.job), on=isinstance(command, protocol.Pause))
-            case protocol.Stop():
+            case commands.Pause() | commands.Resume():
+                self._pause(self._job(command.job), on=isinstance(command, commands.Pause))
+            case commands.Stop():
                 self._stop(self._job(command.job))
-            case protocol.Undo():
+            case commands.Undo():
                 self._go(self._place - 1, "There is nothing to take back.")
-            case protocol.Redo():
+            case commands.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
-            case protocol.Doubts():
+            case commands.Doubts():
                 target = self.document.target(command.object)
                 shown = self.jobs.shown(target.object)
                 mine = None if shown is None else shown[target.first : target.last + 1]
                 self._questions.doubts(client, target, mine, command.count)
-            case protocol.Look():
+            case commands.Look():
                 target = self.document.target(command.object)
                 self.check_frame(command.frame)
                 self._questions.look(client, target, command)
@@ -300,10 +301,10 @@ class Session:
     def _change(self, command: Command) -> Reply:
         document, number = changed(self.document, command, self.facts, self._row_at)
         self._put(document)
-        if isinstance(command, protocol.Split) and command.object in self._tracked:
+        if isinstance(command, commands.Split) and command.object in self._tracked:
             assert number is not None
             self._set_tracked({*self._tracked, number})
-        tracker = isinstance(command, protocol.ChangeObject) and any(
+        tracker = isinstance(command, commands.ChangeObject) and any(
             each is not UNSET for each in (command.preset, command.config, command.seed)
         )
         if tracker and number is not None:
@@ -344,7 +345,7 @@ class Session:
         ]
         if again:
             self.jobs.track(again)
-        self.send(protocol.State(self.state()))
+        self.send(messages.State(self.state()))
 
     def _row_at(self, number: int, frame: int) -> Region | None:
         shown = self.jobs.shown(number)
@@ -362,12 +363,12 @@ class Session:
             raise ConfigError(f"{self._limits.jobs} jobs run already; wait for one, or stop it.")
         self._set_tracked({*self._tracked, *numbers})
         job = self.jobs.track(numbers)
-        self.send(protocol.State(self.state()))
+        self.send(messages.State(self.state()))
         return job
 
-    def _watch(self, command: protocol.Watch) -> Job:
+    def _watch(self, command: commands.Watch) -> Job:
         job = self.watching.begin(command, self.document.places)
-        self.send(protocol.State(self.state()))
+        self.send(messages.State(self.state()))
         return job
 
     def _pause(self, job: Job, *, on: bool) -> None:
@@ -385,7 +386,7 @@ class Session:
         left = {each for each in job.objects if not self.jobs.complete(each)}
         self._set_tracked(self._tracked - left)
         self.jobs.stop(job)
-        self.send(protocol.State(self.state()))
+        self.send(messages.State(self.state()))
 
     def _set_tracked(self, tracked: set[int]) -> None:
         self._tracked = tracked

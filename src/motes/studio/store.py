@@ -16,7 +16,7 @@ import msgspec
 
 from motes.core.errors import FormatError
 from motes.studio.document import Document
-from motes.studio.protocol import SessionCard
+from motes.studio.messages import SessionCard
 
 SCHEMA = """
 CREATE TABLE IF NOT EXISTS session (

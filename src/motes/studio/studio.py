@@ -8,7 +8,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError
 from motes.studio.films import Films
-from motes.studio.protocol import Preset, Presets, SessionCard
+from motes.studio.messages import Preset, Presets, SessionCard
 from motes.studio.safety import Limits
 from motes.studio.sessions import Session
 from motes.studio.store import Store

@@ -11,7 +11,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.correction.passes import Pass
-from motes.studio.protocol import Row
+from motes.studio.messages import Row
 
 STATUSES = tuple(Status)
 """A status is stored as its place here."""

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 import msgspec
 
-from motes.studio.protocol import FilmFacts, Layer, Overlay, Places
+from motes.studio.commands import Layer, Places
+from motes.studio.messages import FilmFacts, Overlay
 
 
 class _Task(msgspec.Struct, frozen=True, tag=True):
@@ -124,7 +125,7 @@ class DrawSlit(_Task, frozen=True):
 class DrawForeground(_Task, frozen=True):
     """Make a PNG of what moves in a frame, white on transparent; `Done` has it."""
 
-    method: Literal["mog2", "knn", "gaussian"]
+    method: Literal["mog2", "gaussian"]
     index: int
 
 

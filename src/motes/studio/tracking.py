@@ -19,7 +19,7 @@ from motes.mot.pipeline_config import WatchConfig
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
-from motes.studio import protocol
+from motes.studio import messages
 from motes.studio.document import regions_of
 from motes.studio.line import Line
 from motes.studio.opening import facts_of, opened
@@ -75,7 +75,7 @@ class Work:
         }
 
     @property
-    def facts(self) -> protocol.FilmFacts:
+    def facts(self) -> messages.FilmFacts:
         """Size and length of the film."""
         return facts_of(self._film)
 
@@ -145,7 +145,7 @@ class Work:
             frame: None if region is None else Ellipse(*region) for frame, region in task.keyframes
         }
         found = doubts(tracks(unpack(task.table, task.cues)), keys, task.count)
-        items = [protocol.Doubt(each.frame, each.gain, [*each.reasons]) for each in found]
+        items = [messages.Doubt(each.frame, each.gain, [*each.reasons]) for each in found]
         return Done(msgspec.json.encode(items))
 
     def _look(self, task: LookAt) -> Done:

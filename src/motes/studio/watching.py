@@ -11,11 +11,12 @@ import msgspec
 from motes.core.config import to_dict
 from motes.core.errors import MotesError
 from motes.output.journal import FrameRow
+from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
 from motes.studio.job import Desk, Job
+from motes.studio.messages import Counts, Message, SceneEvents, SceneRows
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
-from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
 from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
 

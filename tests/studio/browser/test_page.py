@@ -40,10 +40,10 @@ def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
         found = [definitions[kind.__name__]["properties"] for kind in get_args(kinds)]
         return {each["type"]["enum"][0]: set(each) - {"type", "id"} for each in found}
 
-    assert {name: set(fields) for name, fields in commands.items()} == described(protocol.Command)
-    assert {*messages, "reply"} == set(described(protocol.Message))
-    assert tuple(row) == protocol.Row.__struct_fields__
-    assert tuple(scene_object) == protocol.SceneObject.__struct_fields__
+    assert {name: set(fields) for name, fields in commands.items()} == described(commands.Command)
+    assert {*messages, "reply"} == set(described(messages.Message))
+    assert tuple(row) == messages.Row.__struct_fields__
+    assert tuple(scene_object) == messages.SceneObject.__struct_fields__
 
 
 def test_all_that_moves_is_counted(shown: Shown) -> None:

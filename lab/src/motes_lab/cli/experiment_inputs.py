@@ -23,12 +23,12 @@ Clips = Annotated[int, Parameter(group=RUN, help="Number of rendered clips.")]
 
 
 def region_of(source: str | None, region: str | None) -> Sequence[float] | None:
-    """Return the numbers of --region; raise a ConfigError unless it comes with a source."""
+    """Return the numbers of --init; raise a ConfigError unless it comes with a source."""
     if source is None and region is not None:
-        raise ConfigError("--region belongs to a picture or video; name it, or omit --region.")
+        raise ConfigError("--init belongs to a picture or video; name it, or omit --init.")
     if source is not None and region is None:
-        raise ConfigError(f"The target in {source} is missing; give --region x,y,width,height.")
-    return None if region is None else numbers_of("--region", region, "x,y,width,height")
+        raise ConfigError(f"The target in {source} is missing; give --init x,y,width,height.")
+    return None if region is None else numbers_of("--init", region, "x,y,width,height")
 
 
 def on_clips(

@@ -116,7 +116,7 @@ def maggio_growth(
     from motes import synthetic
     from motes_lab.papers import rendered_claims
 
-    adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A&SS-FOH", "maggio:C+O-A-FOH")
+    adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A-SS-FOH", "maggio:C+O-A-FOH")
     names = presets or ("maggio:C", "maggio", *adaptive)
     output = results.output("maggio-growth", "tracks", "histograms")
     return on_clips(rendered_claims.growth, names, synthetic.growing, seeds, clips, output)

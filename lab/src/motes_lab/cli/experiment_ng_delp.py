@@ -16,7 +16,7 @@ def ng_delp_table1(
     source: str | None = None,
     /,
     *,
-    region: Region = None,
+    init: Region = None,
     preset: Annotated[str, Parameter(help="Preset that tracks the target of a video.")] = "ng_delp",
     seeds: Annotated[
         int, Parameter(group=RUN, help="Number of runs of the tracker, or of rendered targets.")
@@ -28,10 +28,10 @@ def ng_delp_table1(
     Parameters
     ----------
     source
-        A picture or a video, with --region. By default a rendered target is used.
+        A picture or a video, with --init. By default a rendered target is used.
     """
     check_counts(seeds=seeds)
-    box = region_of(source, region)
+    box = region_of(source, init)
     output = results.output("ng-delp-table1", "color", "edges")
 
     from motes_lab.papers import ng_delp_table1, sample_regions

@@ -109,7 +109,7 @@ def nummiaro_figure9(
     source: str | None = None,
     /,
     *,
-    region: Region = None,
+    init: Region = None,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Nummiaro et al., figure 9: the color histogram of a target.
@@ -117,9 +117,9 @@ def nummiaro_figure9(
     Parameters
     ----------
     source
-        A picture or a video, with --region. By default a rendered target is used.
+        A picture or a video, with --init. By default a rendered target is used.
     """
-    box = region_of(source, region)
+    box = region_of(source, init)
     output = results.output("nummiaro-figure9", plot=True)
 
     from motes_lab.papers import nummiaro_figure9, sample_regions

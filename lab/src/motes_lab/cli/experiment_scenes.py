@@ -23,7 +23,7 @@ RenderedDetector = Annotated[
     str | None,
     Parameter(
         group=RUN,
-        help="Detector: mog2, knn, gaussian, people, faces or one of another package. The default "
+        help="Detector: mog2, gaussian, people, faces or one of another package. The default "
         "is that of the table in lab/docs/results.md.",
     ),
 ]

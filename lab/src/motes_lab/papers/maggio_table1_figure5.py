@@ -30,8 +30,8 @@ COLUMNS = {
     "O ROH": "maggio:O-ROH",
     "C+O(SS) FOH": "maggio:C+O-SS-FOH",
     "C+O(SS) ROH": "maggio:C+O-SS-ROH",
-    "C+O(A&SS) FOH": "maggio:C+O-A&SS-FOH",
-    "C+O(A&SS) ROH": "maggio:C+O-A&SS-ROH",
+    "C+O(A&SS) FOH": "maggio:C+O-A-SS-FOH",
+    "C+O(A&SS) ROH": "maggio:C+O-A-SS-ROH",
 }
 """The columns of table 1, and the presets of motes."""
 FIXED_SCALE = {"C+O(A) FOH": "maggio:C+O-A-FOH", "C+O(A) ROH": "maggio:C+O-A-ROH"}

@@ -26,7 +26,6 @@ from motes.mot.detection.background_models import (
     Gaussian,
     Method,
     Mixture,
-    Nearest,
 )
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.ghosts import without_ghosts
@@ -66,8 +65,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     ----------
     method
         Model of the background. `mog2` is a mixture of Gaussians for each pixel (Zivkovic, ICPR
-        2004), `knn` keeps the nearest samples of each pixel (Zivkovic and van der Heijden, 2006)
-        and needs OpenCV, `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997).
+        2004), `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997).
     history
         Number of frames over which the background is learned. With a larger value it changes more
         slowly.
@@ -75,11 +73,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         Share of each frame that enters the background. With a larger value it changes faster. By
         default 1 / `history`, and more at the start.
     deviations
-        Number of standard deviations from the background, from which on a pixel is foreground
-        (`mog2` and `gaussian`). With a larger value fewer pixels are.
-    distance
-        Distance from the background's samples in gray levels, from which on a pixel is foreground
-        (`knn`). With a larger value fewer pixels are.
+        Number of standard deviations from the background, from which on a pixel is foreground.
+        With a larger value fewer pixels are.
     noise
         Least standard deviation of a background pixel in gray levels (`gaussian`), as from camera
         noise and compression. With a larger value fewer pixels are foreground.
@@ -138,7 +133,6 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     history: Count = 500
     rate: Annotated[float, Meta(gt=0, le=1)] | None = None
     deviations: Positive = 4.0
-    distance: Positive = 20.0
     noise: Positive = 4.0
     shadow: Annotated[float, Meta(gt=0, le=1)] = 0.5
     highlight: Annotated[float, Meta(ge=1)] = 1.25
@@ -168,7 +162,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
             )
 
     def detector(self) -> BackgroundDetector:
-        """Return the detector; raise a MissingDependencyError if `knn` finds no OpenCV."""
+        """Return the detector."""
         return BackgroundDetector(self)
 
 
@@ -196,8 +190,6 @@ class BackgroundDetector:
 
     Raises
     ------
-    MissingDependencyError
-        If OpenCV is not installed, for `knn`.
     ConfigError
         If the method is unknown, or a number is out of its range.
     """
@@ -367,6 +359,4 @@ def _model(config: BackgroundConfig) -> BackgroundModel:
     """Return the model of a background."""
     if config.method == "gaussian":
         return Gaussian(config.deviations, config.noise)
-    if config.method == "knn":
-        return Nearest(config.history, config.distance, config.rate)
     return Mixture(config.deviations)

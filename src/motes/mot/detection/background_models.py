@@ -1,4 +1,4 @@
-"""Models of the background of each pixel: mixtures of Gaussians, nearest samples, one Gaussian."""
+"""Models of the background of each pixel: a mixture of Gaussians, or one Gaussian."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import Literal, Protocol
 import numpy as np
 
 from motes import kernels
-from motes.core.errors import MissingDependencyError
 from motes.kernels.structures import MixtureLearning
-from motes.mot.detection.morphology import Mask, opencv
-from motes.mot.detection.planes import Planes, picture_of, planes_of
+from motes.mot.detection.morphology import Mask
+from motes.mot.detection.planes import Planes
 
-Method = Literal["mog2", "knn", "gaussian"]
+Method = Literal["mog2", "gaussian"]
 
 FIRST = 5
 """A background begins as if its first picture had come this many times."""
@@ -83,49 +82,6 @@ class Mixture:
         out = np.empty(self._shape, np.uint8)
         kernels.mixture.means(self._model, SHARE, out)
         return out
-
-
-class Nearest:
-    """OpenCV's nearest samples of each pixel: Zivkovic and van der Heijden, 2006.
-
-    It learns from every pixel that it compares, the foreground too: OpenCV has no other way.
-
-    Parameters
-    ----------
-    history, distance
-        As in `BackgroundConfig`.
-    rate
-        Share of each frame; None for OpenCV's choice.
-    """
-
-    def __init__(self, history: int, distance: float, rate: float | None) -> None:
-        cv2 = opencv()
-        if cv2 is None:
-            raise MissingDependencyError(
-                "The background knn needs OpenCV; install it with: pip install 'motes[opencv]', or "
-                "take mog2."
-            )
-        self._cv2, self._history, self._squared = cv2, history, distance**2
-        self._rate = -1.0 if rate is None else rate
-
-    def begin(self, planes: Planes) -> None:
-        """Start a new model."""
-        self._model = self._cv2.createBackgroundSubtractorKNN(self._history, self._squared, False)
-        picture = picture_of(planes)
-        for _ in range(FIRST):
-            self._model.apply(picture)
-
-    def foreground(self, planes: Planes) -> Mask:
-        """Return OpenCV's foreground, and learn."""
-        mask: Mask = self._model.apply(picture_of(planes), learningRate=self._rate) >> 7
-        return mask
-
-    def learn(self, planes: Planes, rate: float) -> None:
-        """Do nothing: `foreground` has learned."""
-
-    def picture(self) -> Planes:
-        """Return OpenCV's mean of the background."""
-        return planes_of(self._model.getBackgroundImage())
 
 
 class Gaussian:

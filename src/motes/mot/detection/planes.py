@@ -20,11 +20,6 @@ def planes_of(pixels: NDArray[np.uint8], tables: NDArray[np.uint8] = UNCHANGED) 
     return out
 
 
-def picture_of(planes: Planes) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 3) of planes."""
-    return np.ascontiguousarray(np.moveaxis(planes, 0, 2))
-
-
 def window_sums(planes: Planes) -> Sums:
     """Return the sums over the 3 x 3 pixels around each, (3, H, W); a picture goes on mirrored."""
     out = np.empty(planes.shape, np.uint16)

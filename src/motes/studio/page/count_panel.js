@@ -7,7 +7,6 @@ import { isMore, presetOptions } from "./trackers.js";
 
 const DETECTORS = [
   ["mog2", "Motion, MOG2"],
-  ["knn", "Motion, nearest neighbors"],
   ["gaussian", "Motion, one Gaussian"],
   ["people", "People"],
   ["faces", "Faces"],
