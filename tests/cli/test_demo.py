@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import errno
 import math
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from PIL import Image
 from motes import synthetic
 from motes.cli.demo import FILES, Score, demo, score
 from motes.core.errors import ConfigError, FormatError
+from motes.output.figures import Recorder
 from motes.output.track_rows import COLUMNS
 from motes.video.sources import open_source
 
@@ -21,10 +24,17 @@ FRAMES = 6
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("out") / "deep" / "demo"
-    assert demo(out=out, frames=FRAMES) == 0
-    return out
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, str]:
+    """Make a demo; return its folder, standard output and standard error."""
+    out = tmp_path_factory.mktemp("out") / "[red]" / "demo"
+    with redirect_stdout(StringIO()) as said, redirect_stderr(StringIO()) as errors:
+        assert demo(out=out, frames=FRAMES) == 0
+    return out, said.getvalue(), errors.getvalue()
+
+
+@pytest.fixture(scope="module")
+def folder(made: tuple[Path, str, str]) -> Path:
+    return made[0]
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -104,11 +114,8 @@ def test_a_short_clip_still_has_a_strip(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_says_how_the_trackers_did_and_what_is_next(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    demo(out=tmp_path / "[red]", frames=1)
-    out, err = capsys.readouterr()
+def test_it_says_how_the_trackers_did_and_what_is_next(made: tuple[Path, str, str]) -> None:
+    _, out, err = made
     for text in ("default", "nummiaro", "mean shift", "IoU", "never", " ms", "[red]"):
         assert text in out
     assert "motes track your_video.mp4 --init x,y,w,h --overlay out.mp4" in out
@@ -157,6 +164,7 @@ def test_a_full_disk_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr(Recorder, "save", lambda *_: None)  # figures take long
     with pytest.raises(FormatError, match="No space left on device; make room"):
         demo(out=tmp_path / "demo", frames=1)
 

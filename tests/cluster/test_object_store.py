@@ -17,6 +17,7 @@ from motes.cluster.store import open_store
 
 pytest.importorskip("s3fs", reason="s3fs is not installed: pip install 'motes[cloud]'")
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+FAULTS = "error", "stall", "lost before", "lost after"
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
 
 
@@ -37,20 +38,23 @@ def server() -> Iterator[tuple[Any, Any]]:
         Objects._of_protocol.cache_clear()
 
 
-def test_a_store_on_a_bad_network(server: tuple[Any, Any], tmp_path: Path) -> None:
+def test_a_store_on_a_bad_network(server: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until each kind of fault has happened."""
     files, proxy = server
-    store = open_store("s3://films/store")
-    for n in range(40):
-        assert store.create(f"a/{n}", f"{n}".encode()) or files.cat(f"films/store/a/{n}")
-        assert not store.create(f"a/{n}", b"another")
-    names = [f"a/{n}" for n in range(41)]
-    assert store.read(names) == {f"a/{n}": f"{n}".encode() for n in range(40)}
-    assert sorted(store.names("a"), key=int) == [f"{n}" for n in range(40)]
+    monkeypatch.setattr(objects, "PAUSE", 0.01)
+    store, names = open_store("s3://films/store"), list[str]()
+    while len(names) < 10 or set(proxy.faults) != set(FAULTS):
+        assert len(names) < 200, proxy.faults
+        name = f"a/{len(names)}"
+        assert store.create(name, name.encode()) or files.cat(f"films/store/{name}")
+        assert not store.create(name, b"another")
+        names.append(name)
+    assert store.read([*names, "a/none"]) == {name: name.encode() for name in names}
+    assert {f"a/{each}" for each in store.names("a")} == set(names)
     store.replace("a/0", b"new\nlines")
     assert list(store.lines("a/0")) == [b"new\n", b"lines"]
     store.remove("a")
     assert not list(store.names("a"))
-    assert set(proxy.faults) == {"error", "stall", "lost before", "lost after"}
 
 
 def test_a_server_that_always_fails(

@@ -1,11 +1,9 @@
-"""The same jobs on Ray: same results, whatever dies. One cluster serves all tests."""
+"""The same jobs on Ray: same results, whatever dies."""
 
 from __future__ import annotations
 
 import os
 import signal
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,26 +20,10 @@ from motes.cluster.ray_connection import connected
 from motes.cluster.store import Folder
 from motes.core.errors import ConfigError
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.xdist_group("ray"),
     pytest.mark.filterwarnings("ignore"),  # those of Ray
 ]
-
-
-@pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
-    """Give a cluster of two nodes; its head does not work, so that any working node may die."""
-    pytest.importorskip("ray", reason="ray is not installed: pip install 'motes[cluster]'")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(BENCHMARKS)
-        patch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))  # of the workers
-        from cluster_common import ray_cluster
-
-        with ray_cluster(2) as started:
-            yield started
 
 
 def results(out: Path) -> dict[str, bytes]:
@@ -86,7 +68,6 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
                 os.kill(event.pid, signal.SIGKILL)
             elif hit and isinstance(event, Started) and count == 3:
                 cluster.remove_node(cluster.worker_nodes.copy().pop(), allow_graceful=False)
-                cluster.add_node(num_cpus=1)
         return events
 
     with LocalPool(1) as local:

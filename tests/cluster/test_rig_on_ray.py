@@ -7,7 +7,7 @@ import os
 import re
 import signal
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +30,6 @@ from streams import camera
 
 pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes[cluster]'")
 
-QUICK = {
-    "health_check_initial_delay_ms": 1000,
-    "health_check_period_ms": 1000,
-    "memory_monitor_refresh_ms": 0,
-    "worker_niceness": 0,
-}
-"""Nodes that died are noticed after seconds, not after a quarter of a minute. Workers do not wait
-for other processes of this machine, and do not end for their memory."""
 LIVES = re.compile("its process ended|its node died|it is back")
 ROOMS = """
 [[camera]]
@@ -63,29 +55,6 @@ place = [{ name = "door", box = [0, 0, 10, 96] }]
 between = ["hall/door", "office/door"]
 seconds = [0.5, 4]
 """
-
-
-@pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
-    """Give a cluster with a head and two nodes that reach the hall; reports meet on these."""
-    from ray.cluster_utils import Cluster
-
-    head = {
-        "num_cpus": 1,
-        "include_dashboard": False,
-        "_system_config": QUICK,
-    }
-    with pytest.MonkeyPatch.context() as patch:  # workers find the detector, and this motes
-        here = Path(__file__).parents[1]
-        patch.setenv("PYTHONPATH", f"{here}:{here.parent / 'src'}")
-        made = Cluster(initialize_head=True, head_node_args=head)
-        for _ in range(2):
-            made.add_node(num_cpus=1, resources={"reaches-hall": 1, "handover": 1}, wait=False)
-        made.wait_for_nodes()
-    try:
-        yield made
-    finally:
-        made.shutdown()
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +147,6 @@ def test_identities_go_on_when_handover_actors_and_their_node_are_killed(
 ) -> None:
     """Each kill comes after some reports; what follows is as on one machine, to the last digit."""
     monkeypatch.chdir(rooms)
-    cluster.add_node(num_cpus=1, resources={"reaches-hall": 1, "handover": 1})
     rig = Rig.parse(Path("rig.toml").read_text())
     whole, found, said = [], [], list[str]()
     with RigRunner(rig) as local:

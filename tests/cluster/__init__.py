@@ -1,0 +1,1 @@
+"""Tests of jobs on many machines, which share what a cluster costs."""
