@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import signal
@@ -21,7 +22,7 @@ import batch_jobs
 from clips import clip
 from motes.cli import main
 from motes.cli.batch_progress import BatchProgress
-from motes.cluster.driver import BatchEvent, Finished, Plan, batch, longest_first
+from motes.cluster.driver import BatchEvent, Finished, batch, longest_first
 from motes.cluster.inputs import missing
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
@@ -29,7 +30,7 @@ from motes.cluster.pool import Again, Ended, Event, Started, Task, outcome
 from motes.cluster.records import Record, records
 from motes.cluster.state import counts, load_jobs, write_table
 from motes.cluster.store import Folder, open_store
-from motes.cluster.work import Order, work
+from motes.cluster.work import Order, Plan, work
 from motes.core.errors import FormatError
 from onnx_trackers import save_pair
 
@@ -115,7 +116,7 @@ def test_the_longest_film_of_the_next_ones_begins_first(tmp_path: Path) -> None:
     def tasks() -> Iterator[Task]:
         for each in films:
             taken.append(each.stem)
-            order = Order(job(each.stem, each), "", "", batch_jobs.make, "csv", False)
+            order = Order(job(each.stem, each), Plan("", batch_jobs.make))
             yield Task(each.stem, work, order)
 
     ordered = longest_first(tasks(), ahead=3)
@@ -184,16 +185,39 @@ def test_a_folder_that_only_the_workers_see(tmp_path: Path, film: Path) -> None:
         list(batch(InProcess(), Folder(tmp_path / "ours"), [job("a", film)], plan, lambda _: None))
 
 
-def test_a_file_is_created_once(tmp_path: Path) -> None:
-    store = open_store(str(tmp_path / "out"))
-    assert store.create("a/b", b"one")
-    assert not store.create("a/b", b"two")
-    assert store.read(["a/b", "a/c"]) == {"a/b": b"one"}
-    store.replace("a/b", b"three")
-    assert list(store.lines("a/b")) == [b"three"]
-    assert [*store.names("a"), *store.names("none")] == ["b"]
+def test_a_file_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store, made = open_store(str(tmp_path / "out")), tmp_path / "made"
+    store.write("a/b", b"one")
+    made.write_bytes(b"two\nlines")
+    store.write("a/c", made)
+    assert not made.exists()  # it was renamed, not copied
+    assert store.read(["a/b", "a/c", "a/d"]) == {"a/b": b"one", "a/c": b"two\nlines"}
+    assert list(store.lines("a/c")) == [b"two\n", b"lines"]
+    assert sorted([*store.names("a"), *store.names("none")]) == ["b", "c"]
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        with pytest.raises(FormatError, match="make room"):
+            store.write("a/b", b"three")
+    assert store.read(["a/b"]) == {"a/b": b"one"}
+    assert not list((tmp_path / "out" / "_attempts").iterdir())
     store.remove("a")
     assert not list(store.names("a"))
+
+
+def full(_: int) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_worker_that_was_taken_for_dead_changes_nothing(tmp_path: Path, film: Path) -> None:
+    """It ends after another one has done its job: each file is whole, before and after."""
+    order = Order(job("a", film), Plan(str(tmp_path / "out"), batch_jobs.make))
+    first = work(order)
+    before = rows(tmp_path / "out", "a")
+    second = work(order)
+    assert (second.files, second.inputs) == (first.files, first.inputs)
+    assert rows(tmp_path / "out", "a") == before
+    ((_, kept),) = records(Folder(tmp_path / "out"), [order.job])
+    assert kept == second
 
 
 def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:

@@ -11,13 +11,14 @@ import pytest
 
 import batch_jobs
 from motes.cli import main
-from motes.cluster.driver import Finished, Plan, batch
+from motes.cluster.driver import Finished, batch
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
 from motes.cluster.on_ray import RayPool
 from motes.cluster.pool import Again, Ended, Started, Task, run
 from motes.cluster.ray_connection import connected
 from motes.cluster.store import Folder
+from motes.cluster.work import Plan
 from motes.core.errors import ConfigError
 
 pytestmark = [

@@ -263,9 +263,10 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes.cli.batch_job import make
     from motes.cli.batch_progress import BatchProgress
     from motes.cluster import resources
-    from motes.cluster.driver import PARTS, Plan, Stage, batch, stages_of_split
+    from motes.cluster.driver import PARTS, Stage, batch, stages_of_split
     from motes.cluster.open_pool import open_pool
     from motes.cluster.state import load_jobs, write_table
+    from motes.cluster.work import Plan
     from motes.mot.pipeline_config import check_code
 
     plan = Plan(

@@ -10,18 +10,15 @@ from __future__ import annotations
 import dataclasses
 import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from motes import __version__
 from motes.cluster import pool as pools
 from motes.cluster.estimate import length_of, memory_of
 from motes.cluster.inputs import Input, changed, missing, paths_of, stamp
 from motes.cluster.jobs import Job
-from motes.cluster.pool import ATTEMPTS, TIME_LIMIT, Again, Pool, Started, Task
+from motes.cluster.pool import Again, Pool, Started, Task
 from motes.cluster.records import (
     Record,
     encoded,
@@ -32,7 +29,7 @@ from motes.cluster.records import (
 )
 from motes.cluster.split import parts_of
 from motes.cluster.store import Store, open_store
-from motes.cluster.work import Made, Order, work
+from motes.cluster.work import Order, Plan, work
 from motes.core.errors import FormatError, MotesError
 
 AHEAD = 64
@@ -40,38 +37,6 @@ AHEAD = 64
 driver holds few jobs."""
 PARTS = "parts"
 """The folder of a store that has the parts of films until they are joined."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How the jobs of a batch are done.
-
-    Attributes
-    ----------
-    out, make, form, overlay
-        As in `Order`.
-    attempts
-        How often a job whose worker dies is tried.
-    time_limit
-        Seconds for an attempt.
-    again
-        Whether jobs that have failed are tried again.
-    thorough
-        Whether the checksums of all inputs are compared, not only of those that seem changed.
-    """
-
-    out: str
-    make: Callable[[Job, Path, str, bool], Made]
-    form: str = "csv"
-    overlay: bool = False
-    attempts: int = ATTEMPTS
-    time_limit: float = TIME_LIMIT
-    again: bool = False
-    thorough: bool = False
-
-    def digest(self, job: Job) -> str:
-        """Return the digest of a job's record."""
-        return job.digest(self.form, self.overlay)
 
 
 class Finished(NamedTuple):
@@ -180,13 +145,12 @@ def _tasks(
             # The record goes first: without it, what is left of the results does not count.
             for name in (record_name(job.name), *result_names(job.name)):
                 store.remove(name)
-        order = Order(job, plan.digest(job), plan.out, plan.make, plan.form, plan.overlay)
-        yield Task(job.name, work, order, memory_of(job), plan.time_limit)
+        yield Task(job.name, work, Order(job, plan), memory_of(job), plan.time_limit)
 
 
 def _outdated(record: Record, job: Job, plan: Plan) -> bool:
     """Return whether a job has to be done again."""
-    if record.digest != plan.digest(job) or (record.status == "failed" and plan.again):
+    if record.digest != plan.new_record(job).digest or (record.status == "failed" and plan.again):
         return True
     if any(missing(each.path) for each in record.inputs):
         return True
@@ -195,17 +159,10 @@ def _outdated(record: Record, job: Job, plan: Plan) -> bool:
 
 def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
     """Return the record of a job that has ended, and see that it is in the store."""
-    order: Order = event.task.argument
+    job: Job = event.task.argument.job
     record: Record | None = event.value
     if record is None:
-        record = Record(
-            name=order.job.name,
-            status="failed",
-            digest=order.digest,
-            version=__version__,
-            inputs=_stamped(order.job),
-            error=event.error,
-        )
+        record = replace(plan.new_record(job), inputs=_stamped(job), error=event.error)
     if record.status == "done" and event.task.attempt == 1:
         if read_record(store, record.name) is None:
             raise FormatError(
@@ -214,7 +171,7 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
             )
         return record
     record = replace(record, attempts=event.task.attempt)
-    store.replace(record_name(record.name), encoded(record))
+    store.write(record_name(record.name), encoded(record))
     return record
 
 

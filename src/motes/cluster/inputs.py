@@ -46,8 +46,7 @@ def paths_of(job: Job) -> list[str]:
 def missing(path: str) -> bool:
     """Return whether a file, a folder, or all files of a pattern are missing."""
     if "://" in path:
-        objects, key = Objects.of(path)
-        return objects.stamp(key) is None
+        return Objects(path).stamp() is None
     return not _files(path)
 
 
@@ -60,8 +59,7 @@ def stamp(path: str) -> str:
         If it is missing.
     """
     if "://" in path:
-        objects, key = Objects.of(path)
-        found = objects.stamp(key)
+        found = Objects(path).stamp()
     else:
         marks = [_stat(file) for file in _files(path)]
         found = marks[0] if len(marks) == 1 else _digest(marks) if marks else None
@@ -117,10 +115,9 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[Input, ...]]:
     for number, path in enumerate(paths_of(job)):
         before, places[path] = stamp(path), path
         if "://" in path:
-            objects, key = Objects.of(path)
-            goal = folder / str(number) / posixpath.basename(key)
+            goal = folder / str(number) / posixpath.basename(path.rstrip("/"))
             goal.parent.mkdir(parents=True)
-            objects.fetch(key, goal)
+            Objects(path).fetch(goal)
             places[path] = str(goal)
         inputs.append(Input(path, before, checksum(places[path])))
     return job.with_files(places.__getitem__), tuple(inputs)

@@ -1,26 +1,30 @@
 """Files at addresses (S3, Google's storage, HTTP, ...) through fsspec; requests are repeated.
 
 Networks fail: a request may be refused, stall, or lose its connection, perhaps after the server has
-done what it asked for. So each request has a time limit and is tried again, after growing pauses.
-All of them can be: what is created only if it is missing is compared when it seems to be there.
+done what it asked for. So each request has a time limit and is tried again, after growing pauses;
+none of them does harm when it is done twice.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import random
+import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
+from motes.cluster.pool import TryAgain
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 
 T = TypeVar("T")
 
 
-class StoreError(FormatError):
+class StoreError(FormatError, TryAgain):
     """A server or the network failed each time; a later attempt may succeed."""
 
 
@@ -40,120 +44,140 @@ S3: dict[str, Any] = {
 }
 OPTIONS: dict[str, dict[str, Any]] = {"s3": S3, "s3a": S3}
 """Options of fsspec's file systems."""
-FINAL = (FileNotFoundError, FileExistsError, PermissionError, IsADirectoryError, ImportError)
+FINAL = (FileNotFoundError, PermissionError, IsADirectoryError, ImportError)
 """Errors that no second try mends."""
 
 
 class Objects:
-    """The files of one kind of address."""
+    """The files below an address, or the one file there; see `Folder` for the same on a disk.
 
-    def __init__(self, files: Any) -> None:
-        self._files = files
+    Parameters
+    ----------
+    address
+        Such as s3://BUCKET/PREFIX.
 
-    @classmethod
-    @functools.cache
-    def _of_protocol(cls, protocol: str) -> Self:
-        try:
-            import fsspec
-        except ImportError:
-            raise MissingDependencyError(
-                f"{protocol}:// needs fsspec; install it with: pip install 'motes[cloud]'."
-            ) from None
-        try:
-            return cls(fsspec.filesystem(protocol, **OPTIONS.get(protocol, {})))
-        except ValueError:
-            raise ConfigError(f"{protocol}:// is no kind of address that fsspec knows.") from None
-        except ImportError as error:
-            raise MissingDependencyError(f"{protocol}:// needs a package: {error}.") from None
+    Raises
+    ------
+    ConfigError
+        If its kind is not known.
+    MissingDependencyError
+        If fsspec, or its package for this kind, is not installed.
+    """
 
-    @classmethod
-    def of(cls, address: str) -> tuple[Self, str]:
-        """Return the files of an address's kind, and its key among them.
+    def __init__(self, address: str) -> None:
+        self._files = _file_system(address.partition("://")[0].lower())
+        self._root = str(self._files._strip_protocol(address)).rstrip("/")
+
+    def _key(self, name: str) -> str:
+        return f"{self._root}/{name}" if name else self._root
+
+    def write(self, name: str, data: bytes | Path) -> None:
+        """Make a file, or replace it.
 
         Raises
         ------
-        ConfigError
-            If the kind is not known.
-        MissingDependencyError
-            If fsspec, or its package for this kind, is not installed.
+        FormatError
+            If it cannot be written.
         """
-        protocol = address.partition("://")[0].lower()
-        found = cls._of_protocol(protocol)
-        key: str = found._files._strip_protocol(address)
-        return found, key.rstrip("/")
-
-    def put(self, key: str, data: bytes | Path, *, create: bool) -> bool:
-        """Make a file; with `create`, return False if it is there."""
-        mode = "create" if create else "overwrite"
+        key = self._key(name)
 
         def send() -> None:
             if isinstance(data, Path):
-                self._files.put_file(str(data), key, mode=mode)
+                self._files.put_file(str(data), key)
             else:
-                self._files.pipe_file(key, data, mode=mode)
+                self._files.pipe_file(key, data)
 
         try:
             _repeated(send, key)
-        except FileExistsError:
-            return False
         except OSError as error:
             raise FormatError(f"{key} cannot be written: {error}; check the rights.") from None
-        return True
 
-    def read(self, keys: Sequence[str]) -> dict[str, bytes]:
+    def read(self, names: Iterable[str]) -> dict[str, bytes]:
         """Return the content of those files that are there; they are read at the same time."""
-        if not keys:
-            return {}
+        left = {self._key(name): name for name in names}
         found: dict[str, bytes] = {}
 
         def load() -> None:
-            left = [key for key in keys if key not in found]
-            answers = self._files.cat(left, on_error="return")
             failed = None
-            for key, answer in answers.items():
+            for key, answer in self._files.cat([*left], on_error="return").items():
                 if isinstance(answer, bytes):
-                    found[key] = answer
+                    found[left.pop(key)] = answer
                 elif not isinstance(answer, FileNotFoundError):
                     failed = answer
             if failed is not None:
                 raise failed
 
-        _repeated(load, keys[0])
+        if left:
+            _repeated(load, next(iter(left)))
         return found
 
-    def fetch(self, key: str, goal: Path) -> None:
-        """Copy a file to this machine."""
-        _repeated(lambda: self._files.get_file(key, str(goal)), key)
-
-    def stamp(self, key: str) -> str | None:
-        """Return a text that changes when a file is written again; None if it is missing."""
-        try:
-            info = _repeated(lambda: self._files.info(key), key)
-        except FileNotFoundError:
-            return None
-        marks = ("ETag", "etag", "size", "LastModified", "mtime", "updated")
-        return " ".join(str(info[mark]) for mark in marks if info.get(mark) is not None)
+    def lines(self, name: str) -> Iterator[bytes]:
+        """Yield the lines of a file, of which a copy is made."""
+        with self.scratch() as folder:
+            copy = Path(folder) / "copy"
+            self.fetch(copy, name)
+            with copy.open("rb") as file:
+                yield from file
 
     def names(self, folder: str) -> Iterator[str]:
-        """Yield the names in a folder."""
+        """Yield the names in a folder, without the folder's."""
+        key = self._key(folder)
         try:
-            found = _repeated(lambda: self._files.ls(folder, detail=False), folder)
+            found = _repeated(lambda: self._files.ls(key, detail=False), key)
         except FileNotFoundError:
             return
-        for key in found:
-            yield key.rstrip("/").rpartition("/")[2]
+        for each in found:
+            yield each.rstrip("/").rpartition("/")[2]
 
-    def remove(self, key: str) -> None:
+    def remove(self, name: str) -> None:
         """Remove a file, or a folder with all that is in it, if it is there."""
+        key = self._key(name)
 
         def remove() -> None:
             if self._files.exists(key):
                 self._files.rm(key, recursive=True)
 
-        try:
+        with contextlib.suppress(FileNotFoundError):
             _repeated(remove, key)
+
+    def scratch(self) -> AbstractContextManager[str]:
+        """Return a new folder on this machine."""
+        return tempfile.TemporaryDirectory(prefix="motes-")
+
+    def used_alone(self) -> AbstractContextManager[None]:
+        """Do nothing: no file is ever seen in part, and there is nothing to lock."""
+        return contextlib.nullcontext()
+
+    def fetch(self, goal: Path, name: str = "") -> None:
+        """Copy a file to this machine; without a name, the one at the address."""
+        key = self._key(name)
+        _repeated(lambda: self._files.get_file(key, str(goal)), key)
+
+    def stamp(self) -> str | None:
+        """Return a text that changes when the file there is written again; None if missing."""
+        try:
+            info = _repeated(lambda: self._files.info(self._root), self._root)
         except FileNotFoundError:
-            return
+            return None
+        marks = ("ETag", "etag", "size", "LastModified", "mtime", "updated")
+        return " ".join(str(info[mark]) for mark in marks if info.get(mark) is not None)
+
+
+@functools.cache
+def _file_system(protocol: str) -> Any:
+    """Return fsspec's file system for a kind of address."""
+    try:
+        import fsspec
+    except ImportError:
+        raise MissingDependencyError(
+            f"{protocol}:// needs fsspec; install it with: pip install 'motes[cloud]'."
+        ) from None
+    try:
+        return fsspec.filesystem(protocol, **OPTIONS.get(protocol, {}))
+    except ValueError:
+        raise ConfigError(f"{protocol}:// is no kind of address that fsspec knows.") from None
+    except ImportError as error:
+        raise MissingDependencyError(f"{protocol}:// needs a package: {error}.") from None
 
 
 def _repeated(request: Callable[[], T], what: str) -> T:

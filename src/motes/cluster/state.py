@@ -44,8 +44,8 @@ def save(store: Store, jobs: Iterable[Job], options: Options) -> None:
         with path.open("wb") as file:
             for job in jobs:
                 file.write(msgspec.json.encode(job) + b"\n")
-        store.replace(JOBS, path)
-    store.replace(OPTIONS, msgspec.json.encode(options) + b"\n")
+        store.write(JOBS, path)
+    store.write(OPTIONS, msgspec.json.encode(options) + b"\n")
 
 
 def load_options(store: Store, out: str) -> Options:
@@ -95,7 +95,7 @@ def write_table(store: Store) -> str:
         path = Path(folder) / name
         rows = (_row(job, record) for job, record in records(store, load_jobs(store)))
         (_write_parquet if parquet else _write_csv)(path, rows)
-        store.replace(name, path)
+        store.write(name, path)
     return name
 
 

@@ -1,9 +1,8 @@
-"""Where results are kept: a folder, or an address of object storage.
+"""Where results are kept: a folder, or an address of object storage (`objects.py`).
 
-A file appears once and whole, or not at all. In a folder it is written under another name and
-linked to its own, which fails if that is taken. Object storage is asked to create it only if it is
-not there (If-None-Match on S3). So two workers with the same job, as after a node was taken for
-dead, leave one result.
+A file appears whole, or not at all. In a folder it is written under another name and renamed;
+object storage shows a file when all of it has come. What a job makes does not depend on who makes
+it. So two workers with the same job, as after a node was taken for dead, leave one result.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Protocol
 
 from motes.cluster.objects import Objects
 from motes.core.errors import FormatError
@@ -29,99 +27,35 @@ LOCK = "_lock"
 """The file that is locked while a batch writes into a folder."""
 
 
-class Store(Protocol):
-    """Files by name, with slashes."""
-
-    def create(self, name: str, data: bytes | Path) -> bool:
-        """Make a file; return False, and change nothing, if it is there."""
-        ...
-
-    def replace(self, name: str, data: bytes | Path) -> None:
-        """Make a file, or replace it."""
-        ...
-
-    def read(self, names: Iterable[str]) -> dict[str, bytes]:
-        """Return the content of those files that are there."""
-        ...
-
-    def lines(self, name: str) -> Iterator[bytes]:
-        """Yield the lines of a file, which is not held in memory."""
-        ...
-
-    def names(self, folder: str) -> Iterator[str]:
-        """Yield the names in a folder, without the folder's."""
-        ...
-
-    def remove(self, folder: str) -> None:
-        """Remove a file, or a folder with all that is in it, if it is there."""
-        ...
-
-    def scratch(self) -> AbstractContextManager[str]:
-        """Return a new folder on this machine, from which files come into the store quickly."""
-        ...
-
-    def used_alone(self) -> AbstractContextManager[None]:
-        """Keep other batches out, where that is possible, and remove what killed ones left."""
-        ...
-
-
-def open_store(address: str) -> Store:
-    """Return the store of a folder's name or of an address.
-
-    Raises
-    ------
-    ConfigError
-        If the address is of no known kind.
-    MissingDependencyError
-        If fsspec is not installed.
-    """
-    address = address.removeprefix("file://")
-    if "://" in address:
-        return ObjectStore(address)
-    return Folder(Path(address).absolute())
-
-
 class Folder:
-    """A folder; for several machines, one that all of them see."""
+    """A folder with files by name, with slashes; for several machines, one that all of them see."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def create(self, name: str, data: bytes | Path) -> bool:
-        """Make a file; return False, and change nothing, if it is there."""
-        with self._new(name, data) as new:
-            try:
-                os.link(new, self.path / name)
-            except FileExistsError:
-                return False
-        return True
+    def write(self, name: str, data: bytes | Path) -> None:
+        """Make a file, or replace it; a file of `scratch` is renamed.
 
-    def replace(self, name: str, data: bytes | Path) -> None:
-        """Make a file, or replace it."""
-        with self._new(name, data) as new:
-            os.replace(new, self.path / name)
-
-    @contextlib.contextmanager
-    def _new(self, name: str, data: bytes | Path) -> Iterator[Path]:
-        """Give a file with the data under another name: the file itself, or one that is removed."""
+        Raises
+        ------
+        FormatError
+            If it cannot be written.
+        """
         goal = self.path / name
         new = data if isinstance(data, Path) else self.path / ATTEMPTS / secrets.token_hex(8)
         try:
             goal.parent.mkdir(parents=True, exist_ok=True)
-            new.parent.mkdir(parents=True, exist_ok=True)
-            with new.open("rb+" if isinstance(data, Path) else "xb") as file:
-                if not isinstance(data, Path):
-                    file.write(data)
-                    file.flush()
+            if isinstance(data, bytes):
+                new.parent.mkdir(parents=True, exist_ok=True)
+                new.write_bytes(data)
+            with new.open("rb+") as file:
                 os.fsync(file.fileno())  # before it has its name, also after a loss of power
-            yield new
+            new.replace(goal)
         except OSError as error:
+            new.unlink(missing_ok=True)
             raise FormatError(
                 f"{goal} cannot be written: {error.strerror}; make room, or choose another place."
             ) from None
-        finally:
-            if not isinstance(data, Path):
-                new.unlink(missing_ok=True)
 
     def read(self, names: Iterable[str]) -> dict[str, bytes]:
         """Return the content of those files that are there."""
@@ -142,16 +76,16 @@ class Folder:
             for entry in entries:
                 yield entry.name
 
-    def remove(self, folder: str) -> None:
+    def remove(self, name: str) -> None:
         """Remove a file, or a folder with all that is in it, if it is there."""
-        path = self.path / folder
+        path = self.path / name
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:
             path.unlink(missing_ok=True)
 
     def scratch(self) -> AbstractContextManager[str]:
-        """Return a new folder on the same disk."""
+        """Return a new folder on the same disk, whose files `write` renames."""
         (self.path / ATTEMPTS).mkdir(parents=True, exist_ok=True)
         return tempfile.TemporaryDirectory(dir=self.path / ATTEMPTS)
 
@@ -184,60 +118,24 @@ class Folder:
             self.remove(ATTEMPTS)
 
 
-class ObjectStore:
-    """A prefix of object storage."""
+Store = Folder | Objects
 
-    def __init__(self, address: str) -> None:
-        self._objects, self._root = Objects.of(address)
 
-    def _key(self, name: str) -> str:
-        return f"{self._root}/{name}"
+def open_store(address: str) -> Store:
+    """Return the store of a folder's name or of an address.
 
-    def create(self, name: str, data: bytes | Path) -> bool:
-        """Make a file; return False, and change nothing, if it is there."""
-        return self._objects.put(self._key(name), data, create=True)
-
-    def replace(self, name: str, data: bytes | Path) -> None:
-        """Make a file, or replace it."""
-        self._objects.put(self._key(name), data, create=False)
-
-    def read(self, names: Iterable[str]) -> dict[str, bytes]:
-        """Return the content of those files that are there."""
-        keys = {self._key(name): name for name in names}
-        return {keys[key]: data for key, data in self._objects.read([*keys]).items()}
-
-    def lines(self, name: str) -> Iterator[bytes]:
-        """Yield the lines of a file, of which a copy is made."""
-        with self.scratch() as folder:
-            copy = Path(folder) / "copy"
-            self._objects.fetch(self._key(name), copy)
-            with copy.open("rb") as file:
-                yield from file
-
-    def names(self, folder: str) -> Iterator[str]:
-        """Yield the names in a folder, without the folder's."""
-        yield from self._objects.names(self._key(folder))
-
-    def remove(self, folder: str) -> None:
-        """Remove a file, or a folder with all that is in it, if it is there."""
-        self._objects.remove(self._key(folder))
-
-    def scratch(self) -> AbstractContextManager[str]:
-        """Return a new folder."""
-        return tempfile.TemporaryDirectory(prefix="motes-")
-
-    def used_alone(self) -> AbstractContextManager[None]:
-        """Do nothing: who creates a file first is known, and others leave no parts."""
-        return contextlib.nullcontext()
+    Raises
+    ------
+    ConfigError
+        If the address is of no known kind.
+    MissingDependencyError
+        If fsspec is not installed.
+    """
+    address = address.removeprefix("file://")
+    return Objects(address) if "://" in address else Folder(Path(address).absolute())
 
 
 def sha256(path: Path) -> str:
     """Return the checksum of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def same(store: Store, name: str, digest: str) -> bool:
-    """Return whether a file of a store has a checksum."""
-    data = store.read([name]).get(name)
-    return data is not None and hashlib.sha256(data).hexdigest() == digest

@@ -1,10 +1,11 @@
-"""The one function that does a job, wherever its worker is."""
+"""How the jobs of a batch are done, and the one function that does one, wherever its worker is."""
 
 from __future__ import annotations
 
 import socket
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,10 +15,10 @@ from motes import __version__
 from motes.cluster.inputs import changed, localized
 from motes.cluster.jobs import Job
 from motes.cluster.objects import StoreError
-from motes.cluster.pool import TryAgain
-from motes.cluster.records import Record, encoded, place_of, read_record, record_name
-from motes.cluster.store import Store, open_store, same, sha256
-from motes.core.errors import FormatError, MotesError, SourceError
+from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
+from motes.cluster.records import Record, encoded, place_of, record_name
+from motes.cluster.store import open_store, sha256
+from motes.core.errors import MotesError, SourceError
 
 
 class Made(NamedTuple):
@@ -35,13 +36,12 @@ class Made(NamedTuple):
     note: str | None = None
 
 
-class Order(NamedTuple):
-    """A job with all that a worker needs to do it.
+@dataclass(frozen=True)
+class Plan:
+    """How the jobs of a batch are done.
 
     Attributes
     ----------
-    job, digest
-        The job, and the digest of its record.
     out
         The address of the store.
     make
@@ -51,18 +51,43 @@ class Order(NamedTuple):
         The ending of the rows: csv or parquet.
     overlay
         Whether an annotated video is made.
+    attempts
+        How often a job whose worker dies is tried.
+    time_limit
+        Seconds for an attempt.
+    again
+        Whether jobs that have failed are tried again.
+    thorough
+        Whether the checksums of all inputs are compared, not only of those that seem changed.
     """
 
-    job: Job
-    digest: str
     out: str
     make: Callable[[Job, Path, str, bool], Made]
-    form: str
-    overlay: bool
+    form: str = "csv"
+    overlay: bool = False
+    attempts: int = ATTEMPTS
+    time_limit: float = TIME_LIMIT
+    again: bool = False
+    thorough: bool = False
+
+    def new_record(self, job: Job) -> Record:
+        """Return the record of a job that has no results yet."""
+        digest = job.digest(self.form, self.overlay)
+        return Record(name=job.name, status="failed", digest=digest, version=__version__)
+
+
+class Order(NamedTuple):
+    """A job, and how it is done: what a worker is sent."""
+
+    job: Job
+    plan: Plan
 
 
 def work(order: Order) -> Record:
     """Do a job; return its record, which is in the store already if the job is done.
+
+    Results get their names when all are made, and the record comes last: without it, what is left
+    of an attempt does not count.
 
     Raises
     ------
@@ -71,58 +96,37 @@ def work(order: Order) -> Record:
     FormatError
         If the store cannot be written.
     """
-    begun, store = time.perf_counter(), open_store(order.out)
-    record = Record(
-        name=order.job.name,
-        status="failed",
-        digest=order.digest,
-        host=socket.gethostname(),
-        version=__version__,
-    )
-    try:
-        with store.scratch() as scratch:
-            made = Path(scratch) / "made"
-            made.mkdir()
-            try:
-                job, inputs = localized(order.job, Path(scratch) / "inputs")
-                record = replace(record, inputs=inputs)
-                result = order.make(job, made, order.form, order.overlay)
-                if changed(inputs):
-                    raise SourceError("An input has changed while it was read; start again.")
-            except StoreError:
-                raise
-            except MotesError as error:
-                seconds = round(time.perf_counter() - begun, 3)
-                return replace(record, seconds=seconds, error=str(error))
-            names = {place_of(order.job.name, path.name): path for path in sorted(made.iterdir())}
-            files = {name: sha256(path) for name, path in names.items()}
-            for name, path in names.items():
-                _publish(store, name, path, files[name])
-    except StoreError as error:
-        raise TryAgain(str(error)) from None
+    begun, (job, plan) = time.perf_counter(), order
+    store = open_store(plan.out)
+    record = replace(plan.new_record(job), host=socket.gethostname())
+    with store.scratch() as scratch:
+        made = Path(scratch) / "made"
+        made.mkdir()
+        try:
+            here, inputs = localized(job, Path(scratch) / "inputs")
+            record = replace(record, inputs=inputs)
+            result = plan.make(here, made, plan.form, plan.overlay)
+            if changed(inputs):
+                raise SourceError("An input has changed while it was read; start again.")
+        except StoreError:
+            raise
+        except MotesError as error:
+            return replace(record, seconds=_since(begun), error=str(error))
+        names = {place_of(job.name, path.name): path for path in sorted(made.iterdir())}
+        files = {name: sha256(path) for name, path in names.items()}
+        for name, path in names.items():
+            store.write(name, path)
     record = replace(
         record,
         status="done",
         frames=result.frames,
         files=files,
         error=result.note,
-        seconds=round(time.perf_counter() - begun, 3),
+        seconds=_since(begun),
     )
-    return _commit(store, record)
+    store.write(record_name(job.name), encoded(record))
+    return record
 
 
-def _publish(store: Store, name: str, path: Path, digest: str) -> None:
-    """Give a result its name; what is there already without a record is of an earlier attempt."""
-    if not store.create(name, path) and not same(store, name, digest):
-        store.replace(name, path)
-
-
-def _commit(store: Store, record: Record) -> Record:
-    """Write the record, by which the job is done; return the one that is there."""
-    name = record_name(record.name)
-    if store.create(name, encoded(record)):
-        return record
-    other = read_record(store, record.name)
-    if other is None or other.files != record.files:
-        raise FormatError(f"{name} is of another result; start the batch again.")
-    return other
+def _since(begun: float) -> float:
+    return round(time.perf_counter() - begun, 3)
