@@ -49,7 +49,7 @@ def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
         ({"init": "", "detect": "hand"}, "column detect"),
         ({"init": "", "keyframes": "k.csv", "stride": 2}, "stride"),
         ({"preset": "numiaro"}, "did you mean 'nummiaro'"),
-        ({"do": "watch", "region": "", "network": "a.onnx"}, "watch takes no network"),
+        ({"do": "watch", "init": "", "network": "a.onnx"}, "watch takes no network"),
         ({"preset": "nummiaro", "network": "a.onnx"}, "preset nummiaro takes no network"),
         ({"source": "rtsp://camera/1"}, "is live"),
     ],
