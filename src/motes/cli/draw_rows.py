@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run, summarize
 from motes.cli.messages import counted
 from motes.cli.track_keyframes import Hindsight
 from motes.cli.track_loop import Step
@@ -265,5 +265,5 @@ def _run(film: Source, outputs: Sequence[Sink[T]], steps: object) -> int:
         if count:
             summarize([counted(count, "frame")], film, outputs, interrupted)
 
-    interrupted = run_and_report(film, outputs, steps, note, report)  # type: ignore[arg-type]
+    interrupted = run(film, outputs, steps, note, report)  # type: ignore[arg-type]
     return exit_code(interrupted, True, "")
