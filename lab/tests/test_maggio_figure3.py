@@ -14,7 +14,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.synthetic.failing_cues import (
     FRAMES_OF_PART,
     PARTS,
-    Part,
+    FilmPart,
     Shot,
     blue_light,
     failing_cues,
@@ -43,8 +43,8 @@ def test_a_cue_fails_where_the_film_says_so(film: list[Shot]) -> None:
             cue.distances(model, frame, regions)
             for cue, model in zip((color, orientation), models, strict=True)
         )
-        assert (colors[1] - colors[0] > 0.1) == (part is not Part.BLUE_LIGHT)
-        assert (edges[0] < 0.5) == (part is not Part.FROSTED_GLASS)
+        assert (colors[1] - colors[0] > 0.1) == (part is not FilmPart.BLUE_LIGHT)
+        assert (edges[0] < 0.5) == (part is not FilmPart.FROSTED_GLASS)
 
 
 def test_blue_light_has_no_color_of_before() -> None:

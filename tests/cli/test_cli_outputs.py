@@ -52,7 +52,7 @@ def pictures(path: Path | str) -> int:
 def test_an_overlay_beside_rows_that_fail(
     go: Go, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for kind in (track_outputs.Rows, watch_outputs.Rows):
+    for kind in (track_outputs.TrackRows, watch_outputs.ObjectRows):
 
         def fourth_fails(self: Any, step: Any, write: Any = kind.write) -> None:
             if step.frame.index == 3:

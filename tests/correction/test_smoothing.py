@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motes.core.types import Floats
-from motes.correction.smoothing import Drift, Motion, fit_motion, outliers, smooth
+from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 
 
@@ -21,7 +21,7 @@ def test_it_is_the_posterior_of_all_observations() -> None:
     seen = rng.normal(0, 2, (n, 1))
     valid = np.ones(n, bool)
     valid[[4, 5, 9]] = False
-    motion = Motion(np.zeros(1), np.array([q]), np.array([r]))
+    motion = Dynamics(np.zeros(1), np.array([q]), np.array([r]))
     path = smooth(seen[None], valid[None], ones(n)[None], {}, motion, None)
     steps = np.diff(np.eye(n), axis=0)
     precision = steps.T @ steps / q + np.diag(valid / r)
@@ -35,7 +35,7 @@ def test_a_gap_is_a_bridge() -> None:
     n, q = 21, 0.3
     seen, valid = np.zeros((n, 1)), np.zeros(n, bool)
     exact = {0: np.array([0.0]), n - 1: np.array([10.0])}
-    motion = Motion(np.zeros(1), np.array([q]), np.array([1.0]))
+    motion = Dynamics(np.zeros(1), np.array([q]), np.array([1.0]))
     path = smooth(seen[None], valid[None], ones(n)[None], exact, motion, None)
     t = np.arange(n)
     assert path.mean[:, 0] == pytest.approx(t / 2, abs=1e-3)
@@ -51,7 +51,7 @@ def test_the_pass_that_is_nearer_to_its_keyframe_counts_more() -> None:
     relative = np.ones((2, n, 1))
     relative[0, 0] = relative[1, -1] = 0
     exact = {0: np.zeros(1), n - 1: np.zeros(1)}
-    motion = Motion(np.zeros(1), np.array([0.1]), np.array([1e-3]))
+    motion = Dynamics(np.zeros(1), np.array([0.1]), np.array([1e-3]))
     drift = Drift(np.array([0.3]), np.array([50.0]))
     path = smooth(passes, np.ones((2, n), bool), relative, exact, motion, drift)
     assert np.abs(path.mean).max() < 0.1  # half of it would be 0.4

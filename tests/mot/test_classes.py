@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import FrameResult, Rows
+from motes.cli.watch_outputs import FrameResult, ObjectRows
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -144,7 +144,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     import motes
 
     path = tmp_path / f"rows.{form}"
-    with Rows(str(path), form, False) as rows:
+    with ObjectRows(str(path), form, False) as rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
             rows.write(FrameResult(frame, tracks, []))

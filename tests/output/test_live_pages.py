@@ -26,7 +26,7 @@ from PIL import Image
 from brokers import PATIENCE, wait_until
 from motes.core.errors import ConfigError
 from motes.output import live_picture, local_server
-from motes.output.live_picture import Page, Window, view
+from motes.output.live_picture import Page, PictureWindow, view
 from motes.output.local_server import Server, reply
 from motes.output.metrics import CONTENT_TYPE, Metric, text
 
@@ -161,7 +161,7 @@ def test_a_window_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setitem(sys.modules, "cv2", screen)
     shown = view()
-    assert isinstance(shown, Window)
+    assert isinstance(shown, PictureWindow)
     color = np.full((4, 4, 3), (1, 2, 3), np.uint8)
     shown.offer(lambda: color)
     shown.offer(lambda: color)  # too soon after the first

@@ -18,7 +18,7 @@ from motes.studio.commands import Region
 from motes.studio.document import Document, Target
 from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
-from motes.studio.line import Line
+from motes.studio.line import WorkerLine
 from motes.studio.messages import FilmFacts
 from motes.studio.pool import Pool
 from motes.studio.processes import Wish
@@ -51,7 +51,7 @@ def test_passes_together_have_the_rows_of_each_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent = Sent()
-    work = Work(str(film(tmp_path / "film.mkv", frames=12)), cast(Line, sent))
+    work = Work(str(film(tmp_path / "film.mkv", frames=12)), cast(WorkerLine, sent))
     config = to_dict(preset("nummiaro"))
     ellipses = (45.0, 45.0, 15.0, 20.0, 0.0), (46.0, 45.0, 15.0, 20.0, 0.0)
     forward = RunPass(config, 0, 2, ellipses[0], 9, (9, ellipses[1]))

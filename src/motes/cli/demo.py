@@ -76,9 +76,9 @@ def demo(
     check_counts(frames=frames)
     clip = synthetic.demo(frames=frames, seed=seed)
     runs = [
-        Run("default", Tracker(seed=seed)),
-        Run("nummiaro", Tracker("nummiaro", seed)),
-        Run("mean shift", Tracker("mean_shift")),
+        TrackerRun("default", Tracker(seed=seed)),
+        TrackerRun("nummiaro", Tracker("nummiaro", seed)),
+        TrackerRun("mean shift", Tracker("mean_shift")),
     ]
     _, colors, shift = runs
     recorder = Recorder(colors.tracker.config)
@@ -130,7 +130,7 @@ def demo(
 
 
 @dataclass
-class Run:
+class TrackerRun:
     """A tracker with its results so far."""
 
     name: str
@@ -193,7 +193,7 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
     )
 
 
-def _panel(frame: Frame, truth: Truth, run: Run) -> Pixels:
+def _panel(frame: Frame, truth: Truth, run: TrackerRun) -> Pixels:
     """Return the frame with the tracker's particles and estimate, and the truth."""
     info = run.tracker.info
     label = f"{run.name}: {info.track.status} {info.track.confidence:.2f}"
@@ -206,7 +206,7 @@ def _panel(frame: Frame, truth: Truth, run: Run) -> Pixels:
     return np.array(image)
 
 
-def _still(frame: Frame, truth: Truth, run: Run) -> Image.Image:
+def _still(frame: Frame, truth: Truth, run: TrackerRun) -> Image.Image:
     """Return the part of the frame around the target, with particles and estimate."""
     info = run.tracker.info
     drawn = draw(frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label="")
@@ -237,7 +237,7 @@ def _note(image: Image.Image, text: str, place: tuple[int, int], size: int) -> N
     pen.text(place, text, (255, 255, 255, 255), letters)
 
 
-def _tell(out: Path, runs: list[Run]) -> None:
+def _tell(out: Path, runs: list[TrackerRun]) -> None:
     """Print the scores of the trackers, and the next steps."""
     table = Table("", *(run.name for run in runs))
     scores = [score(run.overlaps, run.visible, run.tracking) for run in runs]

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run, summarize
 from motes.cli.messages import counted
 from motes.cli.track_keyframes import Hindsight
 from motes.cli.track_loop import Step
-from motes.cli.track_outputs import Overlay as TargetOverlay
+from motes.cli.track_outputs import TrackOverlay
 from motes.cli.track_units import MOTION, MotionFigures
-from motes.cli.watch_outputs import FrameResult, Overlay
+from motes.cli.watch_outputs import FrameResult, SceneOverlay
 from motes.cli.watch_pictures import Heatmap, Paths, Slits
 from motes.core.errors import ConfigError, InputError
 from motes.core.frame import Frame
@@ -148,7 +148,7 @@ def draw_target(
     outputs: list[Sink[Step]] = []
     if output is not None:
         shown = None if unit == "pixels" else unit
-        outputs.append(TargetOverlay(output, film, 1, unit=shown, overwrite=overwrite))
+        outputs.append(TrackOverlay(output, film, 1, unit=shown, overwrite=overwrite))
     if figures is not None:
         outputs.append(MotionFigures(figures / given.path.stem, MOTION, unit, overwrite=overwrite))
 
@@ -194,7 +194,7 @@ def draw_objects(
     counter = EventCounter(regions)
     outputs: list[Sink[FrameResult]] = []
     if output is not None:
-        outputs.append(Overlay(output, film, 1, regions, overwrite=overwrite))
+        outputs.append(SceneOverlay(output, film, 1, regions, overwrite=overwrite))
     if figures is not None:
         stem = figures / given.path.stem
         outputs.append(Heatmap(_named(stem, "heatmap"), overwrite=overwrite))
@@ -265,5 +265,5 @@ def _run(film: Source, outputs: Sequence[Sink[T]], steps: object) -> int:
         if count:
             summarize([counted(count, "frame")], film, outputs, interrupted)
 
-    interrupted = run_and_report(film, outputs, steps, note, report)  # type: ignore[arg-type]
+    interrupted = run(film, outputs, steps, note, report)  # type: ignore[arg-type]
     return exit_code(interrupted, True, "")

@@ -41,10 +41,11 @@ def run(
     outputs: Sequence[Sink[T]],
     steps: Callable[[Iterator[Frame]], Generator[T, None, None]],
     note: Callable[[T], str],
+    report: Callable[[KeyboardInterrupt | None], None],
     *,
     quiet: bool = False,
 ) -> KeyboardInterrupt | None:
-    """Write the result of each frame into all outputs, and close them.
+    """Write the result of each frame into all outputs, close them, and report.
 
     Parameters
     ----------
@@ -57,6 +58,9 @@ def run(
         Makes the results from the frames; it is closed before the film.
     note
         Counts a result that is written; returns the state of the run, for the progress bar.
+    report
+        Prints a summary at the end, also where an error ends the run; it takes the interrupt that
+        ended the run, or None.
     quiet
         Whether there is no progress bar.
 
@@ -88,33 +92,6 @@ def run(
                     interrupted = interrupt
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
-    return interrupted
-
-
-def run_and_report(
-    film: Source,
-    outputs: Sequence[Sink[T]],
-    steps: Callable[[Iterator[Frame]], Generator[T, None, None]],
-    note: Callable[[T], str],
-    report: Callable[[KeyboardInterrupt | None], None],
-    *,
-    quiet: bool = False,
-) -> KeyboardInterrupt | None:
-    """Run as `run` does, and report at the end, also where an error ends the run.
-
-    Parameters
-    ----------
-    film, outputs, steps, note, quiet
-        As in `run`.
-    report
-        Prints a summary; it takes the interrupt that ended the run, or None.
-
-    Returns
-    -------
-    The interrupt that ended the run, or None.
-    """
-    try:
-        interrupted = run(film, outputs, steps, note, quiet=quiet)
     except MotesError:
         report(None)
         raise

@@ -36,7 +36,7 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
-    from motes.cli.track_between import Choice
+    from motes.cli.track_between import TrackingChoice
     from motes.cli.watch_outputs import FrameResult
     from motes.sot.presets import TrackerConfig
 
@@ -119,9 +119,9 @@ def track(
         refuse(unfit, "not for keyframes")
         plane = units.units()
         check_keyframe_error(outputs.keyframe_error)
-        from motes.cli.track_between import Choice
+        from motes.cli.track_between import TrackingChoice
 
-        choice = Choice(config, values.seed, preset, plane)
+        choice = TrackingChoice(config, values.seed, preset, plane)
         return _track_keyframes(sources, keys, target, frames, outputs, choice)
     if len(sources) > 1:
         raise ConfigError(
@@ -192,7 +192,7 @@ def _track_keyframes(
     target: TargetOptions,
     frames: FrameOptions,
     outputs: TrackOutputs,
-    choice: Choice,
+    choice: TrackingChoice,
 ) -> int:
     """Track an object between keyframes, or backward; or one in each of several films."""
     from motes.cli.track_between import Between, open_film, track_between
@@ -239,7 +239,7 @@ def _track_several(
     from motes.cli.known_run import remembered
     from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
-    from motes.cli.watch_outputs import Overlay, objects_output
+    from motes.cli.watch_outputs import SceneOverlay, objects_output
     from motes.mot.analytics.regions import Regions
     from motes.sot.batch import Trackers
 
@@ -249,7 +249,9 @@ def _track_several(
         opened: list[Sink[FrameResult]] = []
         if outputs.overlay is not None:
             stride = frames.stride
-            opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
+            opened.append(
+                SceneOverlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite)
+            )
         if outputs.show:
             opened.append(show_scene(Regions()))
         if output is not None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Sink, run_and_report, summarize
+from motes.cli.frame_loop import Sink, run, summarize
 from motes.cli.messages import counted
 from motes.cli.watch_outputs import FrameResult
 from motes.core import interrupts
@@ -38,7 +38,7 @@ def track_several(
         if tally.frames:
             summarize([str(tally)], film, outputs, interrupted)
 
-    interrupted = run_and_report(film, outputs, moments, tally.add, report)
+    interrupted = run(film, outputs, moments, tally.add, report)
     return interrupts.code(interrupted) if interrupted else DONE
 
 

@@ -39,7 +39,7 @@ def open_film(source: str, frames: FrameOptions, *, last: int | None) -> Film:
 
 
 @dataclass(frozen=True)
-class Choice:
+class TrackingChoice:
     """How a target is tracked.
 
     Attributes
@@ -73,7 +73,7 @@ class Between:
     film: Film
     source: str
     marks: Marks
-    choice: Choice
+    choice: TrackingChoice
 
     @property
     def history(self) -> History:

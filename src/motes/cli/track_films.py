@@ -13,7 +13,7 @@ from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.track_between import Between, Choice, track_film
+from motes.cli.track_between import Between, TrackingChoice, track_film
 from motes.cli.track_keyframes import Run
 from motes.cli.track_options import TrackOutputs
 from motes.cli.watch_outputs import format_of
@@ -21,12 +21,12 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
 from motes.formats.registry import named
-from motes.video.film import Film as ReadableFilm
+from motes.video.film import Film
 from motes.video.image_files import IMAGE_ENDINGS
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
+class FilmToTrack:
     """A film of a batch: its name, keyframes, outputs, and its number of frames if known."""
 
     name: str
@@ -90,7 +90,7 @@ def track_films(
     marks: Mapping[str, Keyframes],
     frames: FrameOptions,
     outputs: TrackOutputs,
-    choice: Choice,
+    choice: TrackingChoice,
 ) -> int:
     """Track the target of each film by its keyframes, into a folder.
 
@@ -140,7 +140,7 @@ def track_films(
 
 def _checked(
     marks: Mapping[str, Keyframes], frames: FrameOptions, outputs: TrackOutputs
-) -> tuple[list[Film], int]:
+) -> tuple[list[FilmToTrack], int]:
     """Return the films that can be read, and the number of the others, before any is tracked."""
     if outputs.output is None or outputs.output == "-":
         raise ConfigError("Several films need a folder for their rows; give one with -o.")
@@ -172,19 +172,19 @@ def _checked(
             log(f"{name} failed: {error}")
             continue
         masks = None if outputs.masks is None else outputs.masks / stem
-        chosen.append(Film(name, each, str(folder / f"{stem}{ending}"), masks, count))
+        chosen.append(FilmToTrack(name, each, str(folder / f"{stem}{ending}"), masks, count))
     return chosen, failed
 
 
 def _track(
-    film: Film,
+    film: FilmToTrack,
     frames: FrameOptions,
     outputs: TrackOutputs,
-    choice: Choice,
+    choice: TrackingChoice,
     bar: FrameProgress,
 ) -> Run:
     """Track the target of a film into its outputs."""
-    source = ReadableFilm(film.name, start=frames.start, end=frames.end, fps=frames.fps)
+    source = Film(film.name, start=frames.start, end=frames.end, fps=frames.fps)
     say_rate(source)
     job = Between(source, film.name, [*film.marks.items()], choice)
     run = Run(len(film.marks))

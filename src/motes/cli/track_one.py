@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run, summarize
 from motes.cli.known_run import remembered
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
@@ -80,6 +80,6 @@ def _run(
             summarize([str(tally)], film, outputs, interrupted)
 
     quiet = quiet and sys.stdout.isatty()
-    interrupted = run_and_report(film, outputs, steps, tally.add, report, quiet=quiet)
+    interrupted = run(film, outputs, steps, tally.add, report, quiet=quiet)
     missing = "The target was never found; look for another one, or elsewhere."
     return exit_code(interrupted, bool(tally.found), missing)

@@ -10,7 +10,7 @@ from motes.cli.frame_loop import Sink
 from motes.cli.input_checks import stem_of
 from motes.cli.track_loop import Step
 from motes.cli.track_options import TrackOutputs
-from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
+from motes.cli.track_outputs import AsObjects, Figures, TrackOverlay, TrackRows
 from motes.cli.track_units import MotionFigures, motion_names
 from motes.cli.watch_outputs import format_of, objects_output, row_form
 from motes.output.track_rows import GROUND
@@ -60,7 +60,7 @@ def pictures_outputs(
     anew = outputs.overwrite or outputs.resume
     if outputs.overlay is not None:
         unit = None if units is None else "m"
-        opened.append(Overlay(outputs.overlay, film, stride, overwrite=anew, unit=unit))
+        opened.append(TrackOverlay(outputs.overlay, film, stride, overwrite=anew, unit=unit))
     if names := motion_names(outputs.figures):
         stem = Path(stem_of(source) if output in (None, "-") else str(output)).with_suffix("")
         unit = "pixels" if units is None else "m"
@@ -104,7 +104,7 @@ def rows_output(
         Whether an existing file is the beginning of these rows.
     """
     if rows := row_form(format_of(output, outputs.format)):
-        return Rows(
+        return TrackRows(
             output, rows, overwrite=outputs.overwrite, resume=resume,
             columns=columns if units is None else (*columns, *GROUND),
         )  # fmt: skip

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 
-class Rows:
+class TrackRows:
     """Rows in a file or on standard output; checks on construction that they can be written."""
 
     def __init__(
@@ -85,7 +85,7 @@ class AsObjects:
         self._inner.__exit__(*exception)
 
 
-class Overlay(AnnotatedVideo):
+class TrackOverlay(AnnotatedVideo):
     """An annotated video; with a unit of length, it shows the speed."""
 
     def __init__(

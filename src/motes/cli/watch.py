@@ -154,7 +154,7 @@ def watch(
     from motes.cli.sent_events import SentEvents
     from motes.cli.show import show_scene
     from motes.cli.watch_loop import watch_scene
-    from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.cli.watch_outputs import Events, SceneOverlay, objects_output
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
@@ -193,7 +193,7 @@ def watch(
         say_rate(film)
         opened: list[Sink[FrameResult]] = []
         if overlay is not None:
-            opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
+            opened.append(SceneOverlay(overlay, film, frames.stride, where, overwrite=overwrite))
         opened += [Events(name, overwrite) for name in written]
         if sending is not None:
             opened.append(sending)

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.frame_loop import Sink, exit_code, run_and_report, summarize
+from motes.cli.frame_loop import Sink, exit_code, run, summarize
 from motes.cli.messages import counted, log
 from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import FrameResult
@@ -65,6 +65,6 @@ def watch_scene(
         for text in (*table(counter.counts), *counter.remarks()):
             log(text)
 
-    interrupted = run_and_report(film, outputs, moments, note, report)
+    interrupted = run(film, outputs, moments, note, report)
     missing = "No object was ever found; try another --detector."
     return exit_code(interrupted, scene.created > 0, missing)

@@ -135,7 +135,7 @@ def objects_output(name: str, film: Source | Film, options: OutputOptions) -> Ob
     """
     form = format_of(name, options.format)
     if form in STREAMED:
-        return Rows(name, form, options.overwrite)
+        return ObjectRows(name, form, options.overwrite)
     label = options.label or LABEL
     return Document(name, form, film, label, options.overwrite, options.keyframe_error)
 
@@ -176,7 +176,7 @@ def check_several(name: str, form: str | None) -> None:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
-class Rows(Lines):
+class ObjectRows(Lines):
     """A row for each object in each frame, in one of the formats `STREAMED`."""
 
     def __init__(self, name: str, form: str, overwrite: bool) -> None:
@@ -316,7 +316,7 @@ def _text(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-ObjectsOutput = Rows | Document
+ObjectsOutput = ObjectRows | Document
 """An output of the objects of each frame; it also takes rows that are made already."""
 
 
@@ -328,7 +328,7 @@ class Events(Lines):
         self.put([event.json() for event in moment.events])
 
 
-class Overlay(AnnotatedVideo):
+class SceneOverlay(AnnotatedVideo):
     """An annotated video, with the time, and the crossings, entries and exits so far."""
 
     def __init__(

@@ -39,7 +39,7 @@ UNKNOWN = 1e4
 """Standard deviation of a position that nothing is known of."""
 
 
-class Motion(NamedTuple):
+class Dynamics(NamedTuple):
     """How a target moves, and how noisy it is seen: arrays (k,), a value for each coordinate.
 
     Attributes
@@ -79,7 +79,7 @@ class Smoothed(NamedTuple):
     variance: Floats
 
 
-def fit_motion(seen: Floats, valid: Flags, relative: Floats) -> Motion:
+def fit_motion(seen: Floats, valid: Flags, relative: Floats) -> Dynamics:
     """Return the motion of the greatest likelihood, for each coordinate alone.
 
     The likelihood is that of the Kalman filter's prediction errors, with the scale of all variances
@@ -123,7 +123,7 @@ def fit_motion(seen: Floats, valid: Flags, relative: Floats) -> Motion:
     best = np.argmin(max(count, 1) * np.log(q) + logs, axis=0)
     columns = np.arange(coordinates)
     noise = np.maximum(ratio[best, 0] * q[best, columns], LEAST_DEVIATION**2)
-    return Motion(rho[best, 0], q[best, columns], noise)
+    return Dynamics(rho[best, 0], q[best, columns], noise)
 
 
 def smooth(
@@ -131,7 +131,7 @@ def smooth(
     valid: Flags,
     relative: Floats,
     exact: dict[int, Floats],
-    motion: Motion,
+    motion: Dynamics,
     drift: Drift | None,
 ) -> Smoothed:
     """Return the smoothed path of n frames.

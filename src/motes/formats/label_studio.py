@@ -125,7 +125,7 @@ def _sequence(
     ]
 
 
-class Keyframe(msgspec.Struct):
+class VideoKeyframe(msgspec.Struct):
     """A rectangle, in percent of the picture; frames count from 1.
 
     It is turned around its upper left corner, by degrees. Label Studio interpolates from here to
@@ -145,11 +145,11 @@ class Keyframe(msgspec.Struct):
 class Value(msgspec.Struct):
     """The rectangles of a region, and its classes."""
 
-    sequence: list[Keyframe] = []
+    sequence: list[VideoKeyframe] = []
     labels: list[str] = []
 
 
-class Region(msgspec.Struct):
+class VideoRegion(msgspec.Struct):
     """An object."""
 
     value: Value
@@ -157,7 +157,7 @@ class Region(msgspec.Struct):
 
 
 class _Result(msgspec.Struct):
-    result: list[Region] = []
+    result: list[VideoRegion] = []
 
 
 class _Task(msgspec.Struct):
@@ -193,7 +193,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 
 def _frames(
-    sequence: list[Keyframe], facts: FilmFacts
+    sequence: list[VideoKeyframe], facts: FilmFacts
 ) -> Iterator[tuple[int, float | None, Ellipse, bool]]:
     """Yield frame, time, place and whether it is a keyframe, with those that are interpolated."""
     ordered = sorted(sequence, key=lambda each: each.frame)
@@ -210,7 +210,7 @@ def _frames(
             yield frame - 1, None, _ellipse(start + (frame - key.frame) * step, facts), False
 
 
-def _numbers(key: Keyframe) -> Floats:
+def _numbers(key: VideoKeyframe) -> Floats:
     return np.array([key.x, key.y, key.width, key.height, key.rotation])
 
 

@@ -56,7 +56,7 @@ class Series(NamedTuple):
     cue_weights: Floats
 
 
-class Surface(NamedTuple):
+class RhoSurface(NamedTuple):
     """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings.
 
     Attributes
@@ -88,7 +88,7 @@ class Surface(NamedTuple):
         return nearest
 
 
-class Edges(NamedTuple):
+class EdgeHistograms(NamedTuple):
     """The orientation histograms of the estimate's region.
 
     Attributes
@@ -161,7 +161,7 @@ def legend(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def rho_surface(surface: Surface) -> Figure:
+def rho_surface(surface: RhoSurface) -> Figure:
     """Draw how similar the surroundings are to the target (Nummiaro et al., figure 3)."""
     figure = new_figure(4.2)
     title = f"Bhattacharyya coefficient {RHO} around the estimate in frame {surface.frame}"
@@ -272,7 +272,7 @@ def cue_weights(series: Series, names: Sequence[str]) -> Figure:
     return figure
 
 
-def orientation_histograms(edges: Edges) -> Figure:
+def orientation_histograms(edges: EdgeHistograms) -> Figure:
     """Draw a region and its two orientation histograms (Maggio et al., figure 1)."""
     figure = new_figure(3)
     title = f"Orientation histograms of the estimate in frame {edges.frame}"

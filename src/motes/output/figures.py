@@ -15,7 +15,7 @@ from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
-from motes.output.charts import SURFACE_STEPS, Edges, Series, Surface
+from motes.output.charts import SURFACE_STEPS, EdgeHistograms, RhoSurface, Series
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
@@ -33,14 +33,14 @@ CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 DPI = 110
 
 
-def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> Surface:
+def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> RhoSurface:
     """Return the surface of figure 3 around the estimate in a frame, over all cues."""
     x, y, distances = cue_distances(config, frame, info)
     rho = np.zeros(x.size * y.size)
     for name, each in distances.items():
         rho += info.cue_weights[name] * (1 - each**2)
     mean = np.array(info.track.ellipse[:2])
-    return Surface(frame.index, x, y, rho.reshape(y.size, x.size), info.ellipses[:, :2], mean)
+    return RhoSurface(frame.index, x, y, rho.reshape(y.size, x.size), info.ellipses[:, :2], mean)
 
 
 def cue_distances(
@@ -145,13 +145,13 @@ class Recorder:
         rule = self._config.presence is not None
         return tuple(name for name in FIGURES if rule or name != APPEARING) + more
 
-    def surface(self) -> Surface | None:
+    def surface(self) -> RhoSurface | None:
         """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
         if self._kept is None:
             return None
         return surface_of(self._config, *self._kept)
 
-    def edges(self) -> Edges | None:
+    def edges(self) -> EdgeHistograms | None:
         """Return the histograms of figure 1 in the kept frame; None without frame or cue."""
         cue = self._config.cues.get("orientation")
         if self._kept is None or not isinstance(cue, Orientation):
@@ -167,7 +167,7 @@ class Recorder:
             for y in (box.y - box.height / 2, box.y + 1.5 * box.height)
         )
         rotated, spectrum = orientation_of(cue, frame, ellipse)
-        return Edges(
+        return EdgeHistograms(
             frame.index,
             frame.pixels[top : bottom + 1, left : right + 1],
             (left, top),

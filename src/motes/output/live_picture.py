@@ -49,13 +49,13 @@ def view() -> View:
     # OpenCV ends the whole program if it finds no screen, so that must be asked before.
     if sys.platform in ("win32", "darwin") or "DISPLAY" in os.environ:
         try:
-            return Window()
+            return PictureWindow()
         except ImportError:
             pass
     return Page()
 
 
-class Window:
+class PictureWindow:
     """A window of OpenCV; raise an ImportError if OpenCV is missing, or cannot open one."""
 
     address = None

@@ -23,7 +23,7 @@ LARGEST_ANSWER = 64 << 10
 """Bytes of an answer, with its head; only its status counts."""
 
 
-class _Answer(http.client.HTTPResponse):
+class _TimedAnswer(http.client.HTTPResponse):
     """An answer that ends in time: the library's own limit is for each read alone."""
 
     def __init__(self, sock: socket.socket, *options: Any, **more: Any) -> None:
@@ -36,7 +36,7 @@ class _Answer(http.client.HTTPResponse):
 class _Http(http.client.HTTPConnection):
     """A connection for one exchange; all of its steps share `ANSWER`."""
 
-    response_class = _Answer
+    response_class = _TimedAnswer
 
     def __init__(self, *place: Any, **options: Any) -> None:
         super().__init__(*place, **options)

@@ -32,7 +32,7 @@ from motes.video.sources import open_source
 NOTHING = {"error": "There is nothing here; ask for /predict."}
 
 
-class Region(label_studio.Region):
+class DrawnRegion(label_studio.VideoRegion):
     """An object that a user has drawn."""
 
     id: str = ""
@@ -41,7 +41,7 @@ class Region(label_studio.Region):
 class Context(msgspec.Struct):
     """What a user has drawn."""
 
-    result: list[Region] = []
+    result: list[DrawnRegion] = []
 
 
 class Params(msgspec.Struct):
@@ -50,16 +50,16 @@ class Params(msgspec.Struct):
     context: Context | None = None
 
 
-class Task(msgspec.Struct):
+class LabelTask(msgspec.Struct):
     """A task: its data, by the names in the labeling configuration."""
 
     data: dict[str, Any]
 
 
-class Request(msgspec.Struct):
+class PredictionRequest(msgspec.Struct):
     """A request to predict."""
 
-    tasks: list[Task]
+    tasks: list[LabelTask]
     label_config: str = ""
     params: Params = msgspec.field(default_factory=Params)
 
@@ -84,7 +84,7 @@ def predict(body: bytes, files: Path, preset: str = "default") -> dict[str, Any]
         If the video cannot be read.
     """
     try:
-        request = msgspec.json.decode(body, type=Request)
+        request = msgspec.json.decode(body, type=PredictionRequest)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise ConfigError(f"This is not a request of Label Studio: {error}") from None
     box, video, key = tags(request.label_config)
@@ -151,7 +151,7 @@ def video_path(data: Mapping[str, Any], key: str, files: Path) -> Path:
     raise ConfigError(f"There is no video {given or key} in {files}; put it there.")
 
 
-def _track(video: Path, drawn: list[Region], preset: str) -> list[dict[str, Any]]:
+def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str, Any]]:
     """Return the regions with the tracks of their targets from each drawn rectangle on."""
     objects: list[tuple[int, ObjectRow]] = []
     times: dict[int, float] = {}
@@ -185,7 +185,7 @@ def _track(video: Path, drawn: list[Region], preset: str) -> list[dict[str, Any]
     return found
 
 
-def _box(key: label_studio.Keyframe, width: int, height: int) -> Box:
+def _box(key: label_studio.VideoKeyframe, width: int, height: int) -> Box:
     x, y = key.x / 100 * width, key.y / 100 * height
     return Box(x, y, key.width / 100 * width, key.height / 100 * height)
 

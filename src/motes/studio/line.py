@@ -18,7 +18,7 @@ class StoppedError(Exception):
     """The server wants the task to end."""
 
 
-class Line:
+class WorkerLine:
     """A worker's line to the server.
 
     Parameters

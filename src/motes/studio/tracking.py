@@ -21,7 +21,7 @@ from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import messages
 from motes.studio.document import regions_of
-from motes.studio.line import Line
+from motes.studio.line import WorkerLine
 from motes.studio.opening import facts_of, opened
 from motes.studio.overlays import overlay_of
 from motes.studio.tables import as_pass, line, pack, table_of, tracks, unpack
@@ -59,7 +59,7 @@ class Work:
         Whether the film is known to be damaged.
     """
 
-    def __init__(self, path: str, line: Line, *, whole: bool = False) -> None:
+    def __init__(self, path: str, line: WorkerLine, *, whole: bool = False) -> None:
         self._line = line
         self._film = opened(path, line.check, whole=whole)
         self._tasks: dict[type, Callable[[Any], Done]] = {

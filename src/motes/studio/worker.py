@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from motes.core.import_callable import explain
-from motes.studio.line import Line, StoppedError
+from motes.studio.line import StoppedError, WorkerLine
 from motes.studio.safety import Limits
 from motes.studio.tasks import Done, Failed, Ready, Task
 from motes.video.film import DamagedError
@@ -28,7 +28,7 @@ def main(
 ) -> None:
     """Work until the pipe is closed: on pictures, or on all other tasks."""
     limit_memory(limits.memory)
-    line = Line(pipe, wish)
+    line = WorkerLine(pipe, wish)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         try:
             do = (_pictures if pictures else _tracking)(path, limits, line, whole)
@@ -50,7 +50,7 @@ def main(
                 give_back()
 
 
-def _pictures(path: str, limits: Limits, line: Line, whole: bool) -> Callable[[Task], Done]:
+def _pictures(path: str, limits: Limits, line: WorkerLine, whole: bool) -> Callable[[Task], Done]:
     from motes.studio.pictures import Pictures
     from motes.studio.tasks import Picture
 
@@ -65,7 +65,7 @@ def _pictures(path: str, limits: Limits, line: Line, whole: bool) -> Callable[[T
     return do
 
 
-def _tracking(path: str, _: Limits, line: Line, whole: bool) -> Callable[[Task], Done]:
+def _tracking(path: str, _: Limits, line: WorkerLine, whole: bool) -> Callable[[Task], Done]:
     from motes.studio.tracking import Work
 
     os.nice(NICENESS)

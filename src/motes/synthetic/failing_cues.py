@@ -18,7 +18,7 @@ SIZE = (320, 240)
 FRAMES_OF_PART = 30
 
 
-class Part(Enum):
+class FilmPart(Enum):
     """A part of the film: which of the cues color and orientation are useful in it."""
 
     CLEAR = "both are useful"
@@ -26,7 +26,7 @@ class Part(Enum):
     FROSTED_GLASS = "orientation is useless"
 
 
-PARTS = (Part.CLEAR, Part.BLUE_LIGHT, Part.CLEAR, Part.FROSTED_GLASS)
+PARTS = (FilmPart.CLEAR, FilmPart.BLUE_LIGHT, FilmPart.CLEAR, FilmPart.FROSTED_GLASS)
 """The parts of the film in order, each of `FRAMES_OF_PART` frames."""
 
 
@@ -34,7 +34,7 @@ class Shot(NamedTuple):
     """A frame of the film, its part, and the target in it."""
 
     frame: Frame
-    part: Part
+    part: FilmPart
     target: Ellipse
 
 
@@ -46,9 +46,9 @@ def failing_cues(seed: int = 0) -> Iterator[Shot]:
     clip = Clip(SIZE, (Target(np.stack(columns, axis=1)),), seed=seed)
     for frame, (truth,) in clip:
         part, pixels = PARTS[frame.index // FRAMES_OF_PART], frame.pixels
-        if part is Part.BLUE_LIGHT:
+        if part is FilmPart.BLUE_LIGHT:
             pixels = blue_light(pixels)
-        if part is Part.FROSTED_GLASS:
+        if part is FilmPart.FROSTED_GLASS:
             pixels = frosted_glass(pixels, np.random.default_rng((seed, frame.index)))
         yield Shot(Frame(frame.index, frame.time, pixels), part, truth.ellipse)
 

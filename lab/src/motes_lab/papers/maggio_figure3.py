@@ -15,7 +15,7 @@ from motes.output import charts
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
-from motes.synthetic.failing_cues import FRAMES_OF_PART, PARTS, Part, Shot
+from motes.synthetic.failing_cues import FRAMES_OF_PART, PARTS, FilmPart, Shot
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
@@ -23,7 +23,7 @@ from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FAILURES = tuple(i for i, part in enumerate(PARTS) if part is not Part.CLEAR)
+FAILURES = tuple(i for i, part in enumerate(PARTS) if part is not FilmPart.CLEAR)
 """The numbers of the parts in which a cue fails; each follows a clear part."""
 CUES = ("color", "orientation")
 
@@ -117,7 +117,7 @@ def response(weights: Floats, part: int) -> tuple[float, float, int | None]:
     """
     parts = weights.reshape(len(PARTS), FRAMES_OF_PART)
     before, during = float(parts[part - 1].mean()), float(parts[part].mean())
-    sign = -1 if PARTS[part] is Part.BLUE_LIGHT else 1
+    sign = -1 if PARTS[part] is FilmPart.BLUE_LIGHT else 1
     if sign * (during - before) <= 0:
         return before, during, None
     beyond = sign * (parts[part] - (before + during) / 2) > 0

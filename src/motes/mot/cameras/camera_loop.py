@@ -22,7 +22,7 @@ PRESET = "nummiaro:adaptive"
 """The preset of the filters that follow all objects."""
 
 
-class Line(Protocol):
+class ReportLine(Protocol):
     """The line from a camera to the place where reports meet."""
 
     def send(self, message: Message) -> None:
@@ -46,7 +46,7 @@ def reporter_of(
 
 
 def watch_camera(
-    camera: Camera, seed: int, origin: float, target: Target | None, line: Line
+    camera: Camera, seed: int, origin: float, target: Target | None, line: ReportLine
 ) -> None:
     """Watch a camera until it ends, and send a report of each frame.
 

@@ -23,9 +23,9 @@ from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
     BackgroundModel,
-    Gaussian,
     Method,
     Mixture,
+    RunningGaussian,
 )
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.ghosts import without_ghosts
@@ -358,5 +358,5 @@ def densest(pictures: Sequence[Mask]) -> Mask:
 def _model(config: BackgroundConfig) -> BackgroundModel:
     """Return the model of a background."""
     if config.method == "gaussian":
-        return Gaussian(config.deviations, config.noise)
+        return RunningGaussian(config.deviations, config.noise)
     return Mixture(config.deviations)

@@ -84,7 +84,7 @@ class Mixture:
         return out
 
 
-class Gaussian:
+class RunningGaussian:
     """A running mean and variance for each pixel and channel: Wren et al., Pfinder, 1997.
 
     Parameters
