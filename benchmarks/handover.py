@@ -1,15 +1,14 @@
 """How many reports a second cameras may send, and how long one takes, as cameras become more.
 
-    python benchmarks/handover.py                  the association itself, in this process
-    python benchmarks/handover.py --parts 100      in parts of at most 100 cameras, with their news
+    python benchmarks/handover.py          the association itself, in this process
     python benchmarks/handover.py --ray --cameras 1000
 
 Cameras are simulated: rooms in a grid, each the neighbor of the rooms beside it, and people who
-walk through. Rates are those of one core: seconds of the processor that updates, arrivals and news
-take. Latency is measured by feeding the reports at half of the highest rate, at random moments (a
-Poisson process), to a queue that one core serves: a report waits for those before it, then takes
-its time. With --ray, handover actors get the reports through Ray from senders that stand for
-cameras, at full speed and then at half of it; latency is from the call to the answer.
+walk through. Rates are those of one core: seconds of the processor that updates and arrivals take.
+Latency is measured by feeding the reports at half of the highest rate, at random moments (a Poisson
+process), to a queue that one core serves: a report waits for those before it, then takes its time.
+With --ray, a handover actor gets the reports through Ray from senders that stand for cameras, at
+full speed and then at half of it; latency is from the call to the answer.
 """
 
 from __future__ import annotations
@@ -20,8 +19,6 @@ import time
 import numpy as np
 
 from motes.core.types import Floats
-from motes.mot.cameras.bordered import BorderedAssociation
-from motes.mot.cameras.neighborhoods import parts_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from simulated_cameras import Building, Simulation
 
@@ -36,32 +33,16 @@ def building_of(cameras: int) -> Building:
     return Building(rows, max(round(cameras / rows), 1))
 
 
-def times(building: Building, largest: int | None, seconds: float, people: float) -> Floats:
+def times(building: Building, seconds: float, people: float) -> Floats:
     """Return the processor's seconds of each report."""
-    rig = building.rig()
-    parts = parts_of(rig, largest or len(rig.camera))
-    part_of = {name: n for n, part in enumerate(parts) for name in part}
-    shards: list[CrossCameraAssociation] = [CrossCameraAssociation(rig)]
-    if largest is not None:
-        shards = [BorderedAssociation(rig, parts, n) for n in range(len(parts))]
+    association = CrossCameraAssociation(building.rig())
     taken = []
     for report in Simulation(building, seconds, people).reports():
         begun = time.process_time()
-        shard = shards[part_of[report.camera]]
-        shard.update(report)
-        shard.arrivals(report.camera, report.time)
-        if isinstance(shard, BorderedAssociation):
-            _exchange(shards, shard)
+        association.update(report)
+        association.arrivals(report.camera, report.time)
         taken.append(time.process_time() - begun)
     return np.array(taken)
-
-
-def _exchange(shards: list[CrossCameraAssociation], shard: BorderedAssociation) -> None:
-    for part, news in shard.news().items():
-        other = shards[part]
-        assert isinstance(other, BorderedAssociation)
-        other.hear(news)
-        _exchange(shards, other)
 
 
 def waits(taken: Floats, load: float, rng: np.random.Generator) -> Floats:
@@ -78,7 +59,6 @@ def waits(taken: Floats, load: float, rng: np.random.Generator) -> Floats:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--cameras", type=int, nargs="*", default=COUNTS)
-    parser.add_argument("--parts", type=int)
     parser.add_argument("--people", type=float, default=1.0)
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--repeats", type=int, default=3)
@@ -89,17 +69,14 @@ def main() -> None:
         from handover_on_ray import measure
 
         for cameras in options.cameras:
-            measure(building_of(cameras), options.parts or 100, options.people)
+            measure(building_of(cameras), options.people)
         return
-    times(building_of(9), options.parts, options.seconds, 3.0)  # imports what it needs
+    times(building_of(9), options.seconds, 3.0)  # imports what it needs
     rows, rng = [], np.random.default_rng(0)
     print("cameras  reports/s (least to most of the repeats)  ms at half of it: median  99 %")
     for cameras in options.cameras:
         building = building_of(cameras)
-        runs = [
-            times(building, options.parts, options.seconds, options.people)
-            for _ in range(options.repeats)
-        ]
+        runs = [times(building, options.seconds, options.people) for _ in range(options.repeats)]
         rates = sorted(1 / run.mean() for run in runs)
         latency = 1e3 * np.concatenate([waits(run, 0.5, rng) for run in runs])
         half = np.median(latency), np.quantile(latency, 0.99)

@@ -1,11 +1,11 @@
-"""Handover actors under Ray, with senders that stand for cameras; see `handover.py`."""
+"""A handover actor under Ray, with senders that stand for cameras; see `handover.py`."""
 
 from __future__ import annotations
 
 import asyncio
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -14,7 +14,6 @@ import numpy as np
 from motes.cluster.handover_actor import HandoverActor
 from motes.core.types import Floats
 from motes.mot.cameras.messages import CameraEnded, Ready
-from motes.mot.cameras.neighborhoods import parts_of
 from simulated_cameras import Building, Simulation
 
 SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
@@ -37,9 +36,9 @@ class Sender:
 
     def __init__(
         self, building: Building, seconds: float, people: float, names: Sequence[str],
-        meetings: Mapping[str, Any],
+        meeting: Any,
     ) -> None:  # fmt: skip
-        self._meetings, self._names = meetings, names
+        self._meeting, self._names = meeting, names
         self._numbers: Counter[str] = Counter()
         mine = set(names)
         reports = Simulation(building, seconds, people).reports()
@@ -84,10 +83,10 @@ class Sender:
     async def _call(self, name: str, data: bytes) -> None:
         number = self._numbers[name]
         self._numbers[name] += 1
-        await self._meetings[name].receive.remote(name, 0, number, data)
+        await self._meeting.receive.remote(name, 0, number, data)
 
 
-def measure(building: Building, largest: int, people: float) -> None:
+def measure(building: Building, people: float) -> None:
     """Print the rate of reports through Ray, and the latency at half of it."""
     import ray
 
@@ -100,25 +99,23 @@ def measure(building: Building, largest: int, people: float) -> None:
     )
     try:
         rig = building.rig()
-        parts = parts_of(rig, largest)
         cameras = [camera.name for camera in rig.camera]
         make = ray.remote(Meeting).options(num_cpus=0, max_concurrency=1000)
-        actors = [make.remote(rig, parts, n) for n in range(len(parts))]
-        taking = ray.remote(_take).options(num_cpus=0).remote(actors)
-        meetings = {name: actors[n] for n, part in enumerate(parts) for name in part}
+        actor = make.remote(rig)
+        taking = ray.remote(_take).options(num_cpus=0).remote(actor)
         seconds = max(1.5, 1200 / len(cameras))  # 10 reports of a camera in each
         sending = ray.remote(Sender).options(num_cpus=0, max_concurrency=1000)
         senders = [
-            sending.remote(building, seconds, people, cameras[n::SENDERS], meetings)
+            sending.remote(building, seconds, people, cameras[n::SENDERS], actor)
             for n in range(SENDERS)
         ]
         third = min(ray.get([sender.open.remote() for sender in senders])) // 3
         ray.get([sender.send.remote(third, None) for sender in senders])  # imports, connections
-        before = sum(ray.get([actor.busy.remote() for actor in actors]))
+        before = ray.get(actor.busy.remote())
         begun = time.perf_counter()
         ray.get([sender.send.remote(third, None) for sender in senders])
         wall = time.perf_counter() - begun
-        busy = sum(ray.get([actor.busy.remote() for actor in actors])) - before
+        busy = ray.get(actor.busy.remote()) - before
         total = SENDERS * third
         rate = total / wall
         answers = ray.get([sender.send.remote(third, rate / 2 / SENDERS) for sender in senders])
@@ -126,8 +123,8 @@ def measure(building: Building, largest: int, people: float) -> None:
         ray.get([sender.close.remote() for sender in senders])
         rows = ray.get(taking)
         print(
-            f"{len(cameras)} cameras, {len(parts)} handover actors: {rate:.0f} reports/s in all; "
-            f"{total / busy:.0f} for a second of a handover actor's core; at half of that rate "
+            f"{len(cameras)} cameras: {rate:.0f} reports/s in all; "
+            f"{total / busy:.0f} for a second of the handover actor's core; at half of that rate "
             f"{np.median(latency):.1f} ms (median), {np.quantile(latency, 0.99):.1f} ms (99 %); "
             f"{rows} rows came out",
             flush=True,
@@ -136,22 +133,16 @@ def measure(building: Building, largest: int, people: float) -> None:
         ray.shutdown()
 
 
-def _take(actors: Sequence[Any]) -> int:
+def _take(actor: Any) -> int:
     """Take all batches, as the program does; return of how many reports."""
     import ray
 
-    from motes.cluster.rig_messages import Associated, Batch, PartEnded
-    from motes.cluster.rig_streams import PartStream
+    from motes.cluster.rig_messages import Associated, Batch, GroupEnded
 
-    peers, count = dict(enumerate(actors)), 0
-    held = {actor: PartStream(recorded=False) for actor in actors}
-    calls = {actor.start.remote(peers, 0, None, []): actor for actor in actors}
-    while not all(stream.over for stream in held.values()):
-        for call in ray.wait([*calls])[0]:
-            actor = calls.pop(call)
-            batch = msgspec.msgpack.decode(ray.get(call), type=Batch)
-            held[actor].hold(batch)
-            held[actor].over |= any(isinstance(each, PartEnded) for each in batch.news)
-            count += sum(isinstance(each, Associated) for each in batch.news)
-            calls[actor.take.remote(batch.count)] = actor
+    over, count, call = False, 0, actor.start.remote(0, None, [])
+    while not over:
+        batch = msgspec.msgpack.decode(ray.get(call), type=Batch)
+        over = any(isinstance(each, GroupEnded) for each in batch.news)
+        count += sum(isinstance(each, Associated) for each in batch.news)
+        call = actor.take.remote(batch.count)
     return count

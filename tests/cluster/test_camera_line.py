@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import loops
-from handovers import Handovers, settled
+from handovers import Meeting, settled
 from motes.cluster import rig_streams
 from motes.cluster.camera_actor import OPEN, ActorLine
 from motes.cluster.camera_actors import reason
-from motes.cluster.rig_messages import Associated, Batch, PartEnded, Restart
+from motes.cluster.rig_messages import Associated, Batch, GroupEnded, Restart
 from motes.cluster.rig_on_ray import ClusterRig, Handover
-from motes.cluster.rig_streams import Numbers, PartStream
+from motes.cluster.rig_streams import GroupStream, Numbers
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
@@ -77,22 +77,22 @@ def seen(camera: str, frame: int, time: float, own: int = 1) -> CameraReport:
     return CameraReport(camera, frame, time, (found,), (320, 240))
 
 
-def go(test: Callable[[Handovers], Coroutine[None, None, None]], *names: str) -> None:
+def go(test: Callable[[Meeting], Coroutine[None, None, None]], *names: str) -> None:
     """Run a test with a handover actor of some cameras."""
 
     async def run() -> None:
-        await test(Handovers(Rig(tuple(Camera(name, "") for name in names)), [names]))
+        await test(Meeting(Rig(tuple(Camera(name, "") for name in names))))
 
     loops.run(run(), 60)
 
 
-def reports_of(handovers: Handovers) -> list[Associated]:
+def reports_of(meeting: Meeting) -> list[Associated]:
     """Return the reports that the program got."""
-    return [each for each in handovers.news[0] if isinstance(each, Associated)]
+    return [each for each in meeting.news if isinstance(each, Associated)]
 
 
 def test_messages_are_used_in_their_order() -> None:
-    async def test(one: Handovers) -> None:
+    async def test(one: Meeting) -> None:
         messages: list[Message] = [Ready("hall", True)]
         messages += [CameraReport("hall", n, n / 25, ()) for n in range(4)]
         answers = [one.send_as(n, "hall", messages[n]) for n in (2, 4, 0, 3, 1)]
@@ -103,7 +103,7 @@ def test_messages_are_used_in_their_order() -> None:
 
 
 def test_an_earlier_life_is_refused() -> None:
-    async def test(one: Handovers) -> None:
+    async def test(one: Meeting) -> None:
         await one.send("hall", Ready("hall", True))
         early = one.send_as(7, "hall", CameraReport("hall", 7, 0.0, ()))
         await settled()
@@ -112,7 +112,7 @@ def test_an_earlier_life_is_refused() -> None:
         assert await one.send_as(1, "hall", CameraReport("hall", 0, 0.0, ())) is None
         await one.die("hall", 0, "its node died")  # Ray repeats calls
         assert await one.send_as(0, "hall", Ready("hall", True), life=1) == GO
-        assert [each for each in one.news[0] if isinstance(each, Restart)] == [
+        assert [each for each in one.news if isinstance(each, Restart)] == [
             Restart("hall", 1, CAMERA_TIMEOUT)
         ]
 
@@ -122,7 +122,7 @@ def test_an_earlier_life_is_refused() -> None:
 def test_identities_and_frames_go_on_in_the_next_life() -> None:
     """Another process numbers its objects and frames from the start again."""
 
-    async def test(one: Handovers) -> None:
+    async def test(one: Meeting) -> None:
         await one.send("hall", Ready("hall", True))
         for n in range(3):
             await one.send("hall", seen("hall", n, n / 25))
@@ -133,7 +133,7 @@ def test_identities_and_frames_go_on_in_the_next_life() -> None:
         reports = reports_of(one)
         assert [each.report.frame for each in reports] == [0, 1, 2, 3, 4]
         assert [[*each.identities.items()] for each in reports] == [[(1, 1)]] * 3 + [[(2, 1)]] * 2
-        said = [each.text for each in one.news[0] if isinstance(each, CameraMessage)]
+        said = [each.text for each in one.news if isinstance(each, CameraMessage)]
         assert said[0] == "its node died. It is started again, with growing pauses."
         assert said[1].startswith("it is back after")
 
@@ -143,7 +143,7 @@ def test_identities_and_frames_go_on_in_the_next_life() -> None:
 def test_nothing_is_answered_before_the_program_has_it() -> None:
     """So a program that does not listen slows cameras down, and no answer has to be taken back."""
 
-    async def test(one: Handovers) -> None:
+    async def test(one: Meeting) -> None:
         await one.send("hall", Ready("hall", True))
         await settled()
         one.listening.clear()
@@ -158,7 +158,7 @@ def test_nothing_is_answered_before_the_program_has_it() -> None:
 
 
 def test_recordings_go_in_step() -> None:
-    async def test(one: Handovers) -> None:
+    async def test(one: Meeting) -> None:
         for name in ("one", "two"):
             await one.send(name, Ready(name, False))
         first = one.send("one", NextFrame(0.0))
@@ -172,35 +172,36 @@ def test_recordings_go_in_step() -> None:
         await one.send("two", seen("two", 0, 0.0))
         await one.send("two", CameraEnded("two", 1))
         assert [each.report.camera for each in reports_of(one)] == ["one", "two"]
-        assert isinstance(one.news[0][-1], PartEnded)
+        assert isinstance(one.news[-1], GroupEnded)
 
     go(test, "one", "two")
 
 
-def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
+def test_rows_of_several_groups_are_in_the_order_of_time() -> None:
     rig = object.__new__(ClusterRig)
     rig._order = {"one": 0, "two": 1, "live": 2}
     rig._streams = [
-        PartStream(recorded=True),
-        PartStream(recorded=True),
-        PartStream(recorded=False),
+        GroupStream(recorded=True),
+        GroupStream(recorded=True),
+        GroupStream(recorded=False),
     ]
     rig._numbers, rig.handover = Numbers(3), Handover()
     first, second, live = (stream.news for stream in rig._streams)
     first += [Associated(seen("one", n, n / 10), {1: 1}, 1, False) for n in range(2)]
     assert list(rig._ready()) == []  # something earlier may come
-    live.append(Associated(seen("live", 0, 9.0), {1: 3}, 3, True))
+    live.append(Associated(seen("live", 0, 9.0), {1: 1}, 1, True))
     first.appendleft(CameraMessage("one", "it is here."))
     assert [*map(_name, rig._ready())] == ["it is here.", "live"]
-    second += [Associated(seen("two", 0, 0.0), {1: 2}, 5, False), PartEnded(1, {5: 2})]
-    first += [PartEnded(2, {})]
+    second += [Associated(seen("two", 0, 0.0), {1: 1}, 2, False), GroupEnded(1, {2: 1})]
+    first += [GroupEnded(2, {})]
     reports = [each for each in rig._ready() if isinstance(each, tuple)]
     assert [(report.camera, found) for report, found in reports] == [
-        ("one", {1: 1}),
-        ("two", {1: 2}),
-        ("one", {1: 1}),
+        ("one", {1: 2}),
+        ("two", {1: 3}),
+        ("one", {1: 2}),
     ]
     assert rig.handover.handed == 3
+    assert rig.handover.merged == {4: 3}
 
 
 class Batches:
@@ -241,10 +242,10 @@ def test_a_recording_that_is_ahead_waits_for_the_others(monkeypatch: pytest.Monk
     monkeypatch.setattr(rig_streams, "ROOM", 10)
     rig = object.__new__(ClusterRig)
     rig._order, rig._numbers, rig.handover = {"one": 0, "two": 1}, None, Handover()
-    rig._streams = [PartStream(recorded=True), PartStream(recorded=True)]
+    rig._streams = [GroupStream(recorded=True), GroupStream(recorded=True)]
     fast = [[Associated(seen("one", n, n / 10), {1: 1}, 1, False)] for n in range(50)]
-    ahead = Batches(*fast, [PartEnded(0, {})])
-    late = Batches([Associated(seen("two", 0, 2.05), {1: 2}, 2, False)], [PartEnded(0, {})])
+    ahead = Batches(*fast, [GroupEnded(0, {})])
+    late = Batches([Associated(seen("two", 0, 2.05), {1: 2}, 2, False)], [GroupEnded(0, {})])
     rig._actors, rig._ray = [ahead, late], ahead
     rig._cameras = ahead  # type: ignore[assignment]
     order = []
@@ -258,14 +259,14 @@ def _name(news: Any) -> str:
     return str(news[0].camera if isinstance(news, tuple) else news.text)
 
 
-def test_identities_of_recordings_are_numbered_in_one_row() -> None:
+def test_identities_of_groups_are_numbered_in_one_row() -> None:
     numbers = Numbers(2)
     report = seen("one", 0, 0.0)
     assert numbers.of(0, Associated(report, {1: 1}, 1, False)) == {1: 1}
-    assert numbers.of(1, Associated(report, {1: 2, 2: 4}, 4, False)) == {1: 2, 2: 3}
-    assert numbers.of(0, Associated(report, {1: 1, 2: 5}, 5, False)) == {1: 1, 2: 5}
-    assert numbers.named({5: 1}) == {5: 1}
-    assert numbers.named({3: 1}) == {4: 1}
+    assert numbers.of(1, Associated(report, {1: 1, 2: 2}, 2, False)) == {1: 2, 2: 3}
+    assert numbers.of(0, Associated(report, {1: 1, 2: 3}, 3, False)) == {1: 1, 2: 5}
+    assert numbers.named(0, {3: 1}) == {5: 1}
+    assert numbers.named(1, {2: 1}) == {3: 2}
 
 
 def test_the_end_of_an_actor_is_one_short_line() -> None:

@@ -22,14 +22,6 @@ class Received(msgspec.Struct, frozen=True, tag=True):
     time: float
 
 
-class Heard(msgspec.Struct, frozen=True, tag=True):
-    """News of another part, encoded; `first` is the number of the first one."""
-
-    part: int
-    first: int
-    data: bytes
-
-
 class Died(msgspec.Struct, frozen=True, tag=True):
     """The actor of a camera has ended, for a reason, at a time."""
 
@@ -38,7 +30,7 @@ class Died(msgspec.Struct, frozen=True, tag=True):
     time: float
 
 
-Entry = Received | Heard | Died
+Entry = Received | Died
 
 
 class Associated(msgspec.Struct, frozen=True, tag=True):
@@ -49,9 +41,9 @@ class Associated(msgspec.Struct, frozen=True, tag=True):
     report
         The report, without what only an association needs.
     identities
-        The identities in the rig, by those in the camera.
+        The identities in the group, by those in the camera.
     newest
-        The newest identity of the part of the rig.
+        The newest identity of the group.
     live
         Whether its camera is live.
     """
@@ -70,14 +62,14 @@ class Restart(msgspec.Struct, frozen=True, tag=True):
     pause: float
 
 
-class PartEnded(msgspec.Struct, frozen=True, tag=True):
-    """All cameras of a part have ended; with the attributes of its association."""
+class GroupEnded(msgspec.Struct, frozen=True, tag=True):
+    """All cameras of a group have ended; with the attributes of its association."""
 
     handed: int
     merged: dict[int, int]
 
 
-PartNews = Associated | CameraMessage | CameraEnded | PartEnded
+GroupNews = Associated | CameraMessage | CameraEnded | GroupEnded
 
 
 class Batch(msgspec.Struct, frozen=True):
@@ -97,7 +89,7 @@ class Batch(msgspec.Struct, frozen=True):
 
     count: int
     entries: bytes
-    news: list[PartNews | Restart]
+    news: list[GroupNews | Restart]
     state: bytes | None = None
 
 

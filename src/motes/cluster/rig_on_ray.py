@@ -13,19 +13,16 @@ from msgspec.structs import replace
 from motes.cluster.camera_actor import OPEN
 from motes.cluster.camera_actors import SHARE, CameraActors, reason
 from motes.cluster.handover_actor import HandoverActor
-from motes.cluster.rig_messages import Associated, Batch, PartEnded, PartNews, Restart
-from motes.cluster.rig_streams import Numbers, PartStream
+from motes.cluster.rig_messages import Associated, Batch, GroupEnded, GroupNews, Restart
+from motes.cluster.rig_streams import GroupStream, Numbers
 from motes.core.errors import ConfigError, MotesError
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
-from motes.mot.cameras.neighborhoods import components, parts_of
+from motes.mot.cameras.neighborhoods import connected
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.sot.known_target import Target
 from motes.video.sources import is_recorded
 
-CAMERAS = 40
-"""Largest number of live cameras of a handover actor: with 25 frames a second each, they send the
-1,000 reports a second that one busy core receives through Ray and tells its neighbors."""
 HANDOVER = "handover"
 """The resource of the nodes on which reports meet; without such nodes, they meet where the program
 runs, which then has one node on which it depends."""
@@ -36,7 +33,7 @@ TRIES = 3
 
 
 class Handover:
-    """What the parts of a rig have handed over and merged; see `CrossCameraAssociation`."""
+    """What all groups of cameras have handed over and merged; see `CrossCameraAssociation`."""
 
     def __init__(self) -> None:
         self.handed, self.merged = 0, dict[int, int]()
@@ -45,9 +42,8 @@ class Handover:
 class ClusterRig:
     """Watches the cameras of a rig on a cluster: used like a `RigRunner`.
 
-    Each neighborhood of cameras has a handover actor. A neighborhood of more than `CAMERAS` live
-    cameras has several, which exchange news at their borders. Recordings of a neighborhood stay
-    together: they wait for each other anyway, and their rows are those of a `RigRunner`.
+    Each camera has an actor, and so has each connected group of cameras: there, reports meet. The
+    rows of recordings are those of a `RigRunner`.
 
     Parameters
     ----------
@@ -68,11 +64,11 @@ class ClusterRig:
         rig = replace(rig, camera=tuple(map(found_from_here, rig.camera)))
         self._order = {camera.name: n for n, camera in enumerate(rig.camera)}
         recorded = {camera.name for camera in rig.camera if is_recorded(camera.source)}
-        whole = target is not None or bool(recorded)
-        parts = components(rig) if whole else parts_of(rig, CAMERAS)
+        groups = connected(rig)
+        names = [[camera.name for camera in group.camera] for group in groups]
         self.handover = Handover()
-        self._streams = [PartStream(not recorded.isdisjoint(part)) for part in parts]
-        self._numbers = None if target is not None else Numbers(len(parts))
+        self._streams = [GroupStream(not recorded.isdisjoint(group)) for group in names]
+        self._numbers = None if target is not None else Numbers(len(groups))
         known, where = target is not None, place(ray)
         self._actors = [
             ray.remote(HandoverActor)
@@ -80,40 +76,40 @@ class ClusterRig:
                 num_cpus=0,
                 max_restarts=-1,
                 max_task_retries=-1,
-                max_concurrency=2 * (len(part) * (OPEN + 2) + len(parts)),
+                max_concurrency=2 * (len(group.camera) * (OPEN + 2) + 1),
                 **where,
             )
-            .remote(rig, parts, n, known_target=known)
-            for n, part in enumerate(parts)
+            .remote(group, known_target=known)
+            for group in groups
         ]
-        self._first = [part[0] for part in parts]
-        handovers = {name: self._actors[n] for n, part in enumerate(parts) for name in part}
+        self._first = [group[0] for group in names]
+        handovers = {name: self._actors[n] for n, group in enumerate(names) for name in group}
         self._cameras = CameraActors(ray, rig, handovers, seed, time.time(), target)
 
     def __iter__(
         self,
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
-        calls: dict[Any, int] = {self._start(part): part for part in range(len(self._actors))}
+        calls: dict[Any, int] = {self._start(group): group for group in range(len(self._actors))}
         while not all(stream.over for stream in self._streams):
-            for part, stream in enumerate(self._streams):
-                if stream.has_room and part not in calls.values():
-                    calls[self._actors[part].take.remote(stream.count)] = part
+            for group, stream in enumerate(self._streams):
+                if stream.has_room and group not in calls.values():
+                    calls[self._actors[group].take.remote(stream.count)] = group
             for call in self._ray.wait([*calls], timeout=LISTEN)[0]:
-                part = calls.pop(call)
+                group = calls.pop(call)
                 if (data := self._answer(call)) is None:
                     text = "contact with the handover actor was lost; it goes on where it was."
-                    yield CameraMessage(self._first[part], text)
-                    calls[self._start(part)] = part
+                    yield CameraMessage(self._first[group], text)
+                    calls[self._start(group)] = group
                 else:
-                    self._hold(part, msgspec.msgpack.decode(data, type=Batch))
+                    self._hold(group, msgspec.msgpack.decode(data, type=Batch))
             yield from self._cameras.look()
             yield from self._ready()
 
-    def _start(self, part: int) -> Any:
+    def _start(self, group: int) -> Any:
         """Give a handover actor its state; return the call, which has its first batch."""
-        stream, peers = self._streams[part], dict(enumerate(self._actors))
-        start = self._actors[part].start.options(max_task_retries=TRIES)
-        return start.remote(peers, stream.count, stream.state, stream.entries)
+        stream = self._streams[group]
+        start = self._actors[group].start.options(max_task_retries=TRIES)
+        return start.remote(stream.count, stream.state, stream.entries)
 
     def _answer(self, call: Any) -> bytes | None:
         """Return a batch, or None if a handover actor has lost its state."""
@@ -125,9 +121,9 @@ class ClusterRig:
         except lost.RayError as error:
             raise MotesError(f"A handover actor is lost: {reason(error)}.") from None
 
-    def _hold(self, part: int, batch: Batch) -> None:
+    def _hold(self, group: int, batch: Batch) -> None:
         """Keep a batch; its news are used by and by, but a camera is started as soon as it may."""
-        stream = self._streams[part]
+        stream = self._streams[group]
         stream.hold(batch)
         for news in batch.news:
             if isinstance(news, Restart):
@@ -153,19 +149,19 @@ class ClusterRig:
             yield from self._use(n, self._streams[n].news.popleft())
 
     def _use(
-        self, part: int, news: PartNews
+        self, group: int, news: GroupNews
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         if isinstance(news, Associated):
             identities = news.identities
-            if self._numbers is not None and self._streams[part].recorded:
-                identities = self._numbers.of(part, news)
+            if self._numbers is not None:
+                identities = self._numbers.of(group, news)
             yield news.report, identities
-        elif isinstance(news, PartEnded):
-            self._streams[part].over = True
+        elif isinstance(news, GroupEnded):
+            self._streams[group].over = True
             self.handover.handed += news.handed
             merged = news.merged
-            if self._numbers is not None and self._streams[part].recorded:
-                merged = self._numbers.named(merged)
+            if self._numbers is not None:
+                merged = self._numbers.named(group, merged)
             self.handover.merged |= merged
         else:
             yield news

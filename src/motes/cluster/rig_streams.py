@@ -1,4 +1,4 @@
-"""The news of the parts of a rig as they come to the program, and the numbers of identities."""
+"""The news of groups of cameras as they come to the program, and the numbers of identities."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from motes.cluster.handover_actor import ROOM
-from motes.cluster.rig_messages import Associated, Batch, PartNews
+from motes.cluster.rig_messages import Associated, Batch, GroupNews
+
+ROOM = 1000
+"""Number of reports of a group that may wait in the program."""
 
 
-class PartStream:
-    """The news of a part that wait, and what the program holds for its handover actor.
+class GroupStream:
+    """The news of a group that wait, and what the program holds for its handover actor.
 
     Attributes
     ----------
@@ -48,7 +50,7 @@ class PartStream:
         """Whether others must wait, since an earlier report may come."""
         return self.recorded and not self.over and not self.news
 
-    def pop_urgent(self) -> PartNews | None:
+    def pop_urgent(self) -> GroupNews | None:
         """Take the first news, unless it is a report of a recording; else return None."""
         first = self.news[0]
         if isinstance(first, Associated) and not first.live:
@@ -57,22 +59,29 @@ class PartStream:
 
 
 class Numbers:
-    """Numbers the identities of recordings in the order of their births, as one process does.
+    """Numbers the identities of all groups in the order of their births, as one process does.
 
-    Parts count on their own, and their numbers have gaps.
+    Each group counts on its own, from 1.
+
+    Parameters
+    ----------
+    groups
+        The number of groups.
     """
 
-    def __init__(self, step: int) -> None:
-        self._step, self._names = step, dict[int, int]()
-        self._newest = [n + 1 - step for n in range(step)]
+    def __init__(self, groups: int) -> None:
+        self._names = [dict[int, int]() for _ in range(groups)]
+        self._newest = 0
 
-    def of(self, part: int, news: Associated) -> dict[int, int]:
-        """Return the identities of a report."""
-        for number in range(self._newest[part] + self._step, news.newest + 1, self._step):
-            self._names[number] = len(self._names) + 1
-        self._newest[part] = max(self._newest[part], news.newest)
-        return {own: self._names[number] for own, number in news.identities.items()}
+    def of(self, group: int, news: Associated) -> dict[int, int]:
+        """Return the identities in the rig of the objects of a report."""
+        names = self._names[group]
+        for number in range(len(names) + 1, news.newest + 1):
+            self._newest += 1
+            names[number] = self._newest
+        return {own: names[number] for own, number in news.identities.items()}
 
-    def named(self, merged: Mapping[int, int]) -> dict[int, int]:
-        """Return the numbers of merged identities."""
-        return {self._names[gone]: self._names[kept] for gone, kept in merged.items()}
+    def named(self, group: int, merged: Mapping[int, int]) -> dict[int, int]:
+        """Return the numbers in the rig of a group's merged identities."""
+        names = self._names[group]
+        return {names[gone]: names[kept] for gone, kept in merged.items()}

@@ -1,4 +1,4 @@
-"""The graph of doors: which cameras are neighbors, and how a rig falls into neighborhoods.
+"""The graph of doors: which cameras are neighbors, and how a rig falls into groups.
 
 Two cameras are neighbors if a passage or an overlap joins them. Identities move between neighbors
 alone, so cameras of two connected components need to know nothing of each other.
@@ -6,7 +6,7 @@ alone, so cameras of two connected components need to know nothing of each other
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 
 from motes.mot.cameras.rig_config import CameraLink, Rig
@@ -27,7 +27,8 @@ def ways_of(rig: Rig) -> dict[tuple[str, str], list[Way]]:
 
 def neighbors_of(rig: Rig) -> dict[str, tuple[str, ...]]:
     """Return the neighbors of each camera, in the order of the rig, by its name."""
-    pairs = set(ways_of(rig)) | _overlapping(rig)
+    pairs = set(ways_of(rig))
+    pairs |= {pair for each in rig.overlap for pair in (each.cameras, each.cameras[::-1])}
     found: dict[str, set[str]] = {camera.name: set() for camera in rig.camera}
     for one, other in pairs:
         if one != other:
@@ -36,80 +37,35 @@ def neighbors_of(rig: Rig) -> dict[str, tuple[str, ...]]:
     return {name: tuple(sorted(near, key=order.__getitem__)) for name, near in found.items()}
 
 
-def components(rig: Rig) -> list[tuple[str, ...]]:
-    """Return the connected components of the graph, each in the order of the rig."""
-    return _components(neighbors_of(rig))
+def connected(rig: Rig) -> list[Rig]:
+    """Return the connected components of the graph, each with its cameras in the order of the rig.
 
-
-def parts_of(rig: Rig, largest: int) -> list[tuple[str, ...]]:
-    """Return the cameras of a rig in parts of at most `largest` cameras, where that is possible.
-
-    Each component is a part, unless it is larger. Then it is cut at passages: cameras that see the
-    same ground stay together, even if they are more than `largest`. A part grows from one camera to
-    its neighbors, to those first that have the most ways into it, so few ways are cut.
-
-    Raises
-    ------
-    ValueError
-        If `largest` is not positive.
+    Passages and overlaps are those between the cameras of the component.
     """
-    if largest < 1:
-        raise ValueError(f"A part has at least one camera; got largest={largest}")
-    near = neighbors_of(rig)
-    seen_together = {name: tuple[str, ...]() for name in near}
-    for one, other in _overlapping(rig):
-        seen_together[one] = (*seen_together[one], other)
-    parts = []
-    for component in _components(near):
-        groups = _components({name: seen_together[name] for name in component})
-        parts += _grown(groups, near, largest)
-    return parts
+    return [_limited(rig, names) for names in _components(neighbors_of(rig))]
 
 
-def _overlapping(rig: Rig) -> set[tuple[str, str]]:
-    """Return the pairs of cameras that see the same ground, both ways round."""
-    return {pair for each in rig.overlap for pair in (each.cameras, each.cameras[::-1])}
+def _limited(rig: Rig, names: set[str]) -> Rig:
+    """Return a component of a rig: either both ends of a passage are in it or none."""
+    return Rig(
+        tuple(camera for camera in rig.camera if camera.name in names),
+        tuple(each for each in rig.passage if each.between[0].rpartition("/")[0] in names),
+        tuple(each for each in rig.overlap if each.cameras[0] in names),
+    )
 
 
-def _components(near: Mapping[str, Iterable[str]]) -> list[tuple[str, ...]]:
+def _components(near: Mapping[str, Iterable[str]]) -> list[set[str]]:
     """Return the connected components of a graph, in its order."""
-    order = {name: n for n, name in enumerate(near)}
     found, left = [], dict.fromkeys(near)
     while left:
         start = next(iter(left))
-        reached, waiting = {start}, deque([start])
+        reached, waiting = {start}, [start]
         while waiting:
-            for name in near[waiting.popleft()]:
+            for name in near[waiting.pop()]:
                 if name not in reached:
                     reached.add(name)
                     waiting.append(name)
-        found.append(tuple(sorted(reached, key=order.__getitem__)))
+        found.append(reached)
         for name in reached:
             del left[name]
     return found
-
-
-def _grown(
-    groups: list[tuple[str, ...]], near: Mapping[str, tuple[str, ...]], largest: int
-) -> list[tuple[str, ...]]:
-    """Return the groups of one component, put together to parts."""
-    if sum(map(len, groups)) <= largest:
-        return [tuple(name for name in near if name in {each for one in groups for each in one})]
-    group_of = {name: n for n, group in enumerate(groups) for name in group}
-    left, parts = dict.fromkeys(range(len(groups))), []
-    while left:
-        part: list[str] = []
-        ways: dict[int, int] = {next(iter(left)): 0}
-        while ways:
-            best = max(ways, key=lambda n: (ways[n], -n))
-            del ways[best]
-            if part and len(part) + len(groups[best]) > largest:
-                continue
-            part += groups[best]
-            del left[best]
-            for name in groups[best]:
-                for other in near[name]:
-                    if (n := group_of[other]) in left:
-                        ways[n] = ways.get(n, 0) + 1
-        parts.append(tuple(sorted(part, key=list(near).index)))
-    return parts

@@ -49,8 +49,6 @@ class CrossCameraAssociation:
         How the cameras are joined.
     known_target
         Whether all cameras look for the same known target, whose identity is 1.
-    first, step
-        The first identity, and the difference from one to the next.
 
     Attributes
     ----------
@@ -62,15 +60,12 @@ class CrossCameraAssociation:
         Identities that turned out to belong to an object with another one, which it has since then.
     """
 
-    def __init__(
-        self, rig: Rig, *, known_target: bool = False, first: int = 1, step: int = 1
-    ) -> None:
+    def __init__(self, rig: Rig, *, known_target: bool = False) -> None:
         self._known_target = known_target
         self._ways, self._neighbors = ways_of(rig), neighbors_of(rig)
         self._known = KnownObjects()
         self._times: dict[str, float] = {}
         self._sizes: dict[str, tuple[int, int]] = {}
-        self._step = step
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
@@ -80,7 +75,7 @@ class CrossCameraAssociation:
             for name in overlap.cameras:
                 self._grounds[name].append(ground)
         self._together: dict[frozenset[str], dict[tuple[KnownObject, KnownObject], float]] = {}
-        self.handed, self.newest = 0, first - step
+        self.handed = self.newest = 0
         self.merged: dict[int, int] = {}
 
     def update(self, report: CameraReport) -> dict[int, int]:
@@ -146,7 +141,7 @@ class CrossCameraAssociation:
     def _new(self) -> int:
         if self._known_target:
             return 1
-        self.newest += self._step
+        self.newest += 1
         return self.newest
 
     def _here(self, camera: str) -> set[int]:
@@ -206,13 +201,9 @@ class CrossCameraAssociation:
                 found[others[j].identity] = identities[i]
         for identity in found.values():
             self.handed += 1
-            self._pass_on(identity)
+            for known in self._known.named(identity):  # those that are not seen have lost it
+                known.passed |= not known.last.seen
         return found
-
-    def _pass_on(self, identity: int) -> None:
-        """Note that an identity belongs to another object now than to those that are not seen."""
-        for known in self._known.named(identity):
-            known.passed |= not known.last.seen
 
     def _cost(self, known: KnownObject, camera: str, now: float, born: ObjectReport) -> float:
         """Return the cost of giving a new object a known one's identity; infinite if ruled out.
@@ -286,9 +277,6 @@ class CrossCameraAssociation:
                 self._known.rename(each, self._new())
             elif each.identity == gone:
                 self._known.rename(each, keep)
-        self._note_merged(gone, keep)
-
-    def _note_merged(self, gone: int, keep: int) -> None:
         self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
         self.merged[gone] = keep
 
