@@ -264,7 +264,7 @@ assert main(["track", {!r}, "--init", "20,10,16,12", "--preset", "nummiaro", "-o
 
 TWICE = {
     "Choice", "Document", "Doubt", "Film", "FilmFacts", "Films", "Grid", "Input", "Job", "Line",
-    "Noise", "Occlusion", "Pool", "Ready", "Region", "Rows", "Scene", "Session", "Store",
+    "Noise", "Occlusion", "Pool", "Ready", "Region", "Rows", "Scene", "Session",
     "Target", "Track", "Zone", "_Task",
 }  # fmt: skip
 """Names of two classes or more; none is to be added. Most are the studio's own."""

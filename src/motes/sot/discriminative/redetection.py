@@ -104,7 +104,7 @@ class Redetection(Config, frozen=True):
         -------
         searchers, places
             The new particles, and `PLACES` for a localization: the most likely particle, and others
-            drawn by weight, every second of them turned as its directions suggest.
+            drawn by weight, the last of them turned as its directions suggest.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
         reach = self.speed * missed * last.side
@@ -121,8 +121,7 @@ class Redetection(Config, frozen=True):
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]
-        for place in drawn[1::2]:
-            place[4] = self._turn(rng, model, frame, Ellipse(*place.tolist()))
+        drawn[-1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[-1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])
         return chosen, [Ellipse(*place) for place in places.tolist()]
 
