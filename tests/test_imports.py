@@ -277,4 +277,4 @@ def test_no_further_name_is_that_of_two_classes() -> None:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ClassDef)
     ]
-    assert {name for name in names if names.count(name) > 1} == TWICE
+    assert {name for name in names if names.count(name) > 1} <= TWICE
