@@ -21,8 +21,8 @@ from motes.sot.discriminative.expert import AGREES, Expert
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, NetworkView
 
-NO_OPINION = 0.4
-"""A score that speaks neither for the target nor against it; that of a place not looked at."""
+NO_OPINION = 0.5
+"""A score that speaks neither for the target nor against it."""
 
 
 class NetworkTarget(msgspec.Struct, frozen=True, eq=False):
