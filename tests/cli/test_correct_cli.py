@@ -221,11 +221,13 @@ def test_a_correction_killed_between_its_files_is_finished(
         Path("rows.csv").write_text(old)
         calls = list[int]()
 
-        def once(history: History, path: Path, calls: list[int] = calls) -> None:
+        def once(
+            history: History, path: Path, lines: int | None = None, calls: list[int] = calls
+        ) -> None:
             calls.append(1)
             if len(calls) > 1:
                 raise KeyboardInterrupt
-            save(history, path)
+            save(history, path, lines)
 
         with monkeypatch.context() as patched:
             patched.setattr(History, "save", once)
@@ -546,3 +548,26 @@ def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
     assert known.fps == 5
     assert known.real_units is not None
     assert known.real_units.ground.scale == 4
+
+
+def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
+    """Also after a correction, and when they are smoothed."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert go("smooth rows.csv -o smooth.csv")[0] == 0
+    assert go("refine FILM rows.csv --at 12=31,25,30,40 -o refined.csv")[0] == 0
+    assert go(f"track FILM --at 0=BOX --at 12=31,25,30,40 -o marked.csv {OPTIONS}")[0] == 0
+    for name in ("rows.csv", "smooth.csv", "refined.csv", "marked.csv"):
+        assert go(f"refine FILM {name} --at 15=32,25,30,40 -o again.csv --overwrite")[0] == 0
+        lines = Path(name).read_text().splitlines(keepends=True)
+        Path(name).write_text("".join(lines[:-2]))
+        code, said = go(f"smooth {name} -o other.csv")
+        assert (code, f"{name} has {len(lines) - 2} lines of {len(lines)}" in said) == (3, True)
+        assert not Path("other.csv").exists()
+
+
+def test_nothing_is_remembered_beside_a_device(go: Go) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    Path("out.csv").symlink_to("/dev/null")
+    for line in ("smooth rows.csv", f"track FILM --at 0=BOX {OPTIONS}"):
+        assert go(f"{line} -o out.csv --overwrite")[0] == 0
+        assert not Path("out.csv.run.json").exists()

@@ -341,3 +341,4 @@ def test_the_depth_of_a_point_in_a_zone() -> None:
     zone = Zone((0, 0, 10, 0, 10, 10, 0, 10))
     assert [zone.depth(point) for point in ((5, 5), (1, 5), (5, 9), (0, 0))] == [5, 1, 1, 0]
     assert zone.depth((13, 14)) == 5
+    assert Zone((0, 0, 1e200, 0, 0, 1e200)).depth((4, 3)) == 3

@@ -89,9 +89,11 @@ def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPa
     assert len(looks) == LIMIT
 
 
-def test_a_box_beside_the_picture() -> None:
+def test_a_box_that_no_object_has() -> None:
     with pytest.raises(ConfigError, match="outside"):
         LookalikeDetector((900, 20, 8, 8))(pitch(0))
+    with pytest.raises(ConfigError, match="two pixels"):
+        LookalikeDetector((20, 20, 8, 1e-320))(pitch(0))
 
 
 def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from motes.cli.correct_run import run_stretches
 from motes.cli.progress import FrameProgress
 from motes.core.track import Track
-from motes.correction.history import History, history_path
+from motes.correction.history import History, history_path, line_count
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.refine import changed, kept
@@ -80,5 +80,5 @@ def refine_rows(
         left = parts[done:]
     finally:
         table.write(goal)
-    after.unfinished_with(left).save(history_path(goal))
+    after.unfinished_with(left).save(history_path(goal), None if left else line_count(goal))
     return Refined(len(made), interrupted)

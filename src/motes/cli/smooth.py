@@ -14,6 +14,7 @@ from motes.cli.known_run import history_beside, units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
 from motes.cli.track_units import UnitOptions
+from motes.core.files import is_special
 
 app = App(name="smooth", help_format="plaintext")
 
@@ -47,7 +48,7 @@ def smooth(
         A .csv or .jsonl file that motes track has written.
     """
     from motes.correction.correct import smooth as smoothed
-    from motes.correction.history import history_path
+    from motes.correction.history import history_path, line_count
     from motes.correction.rows import Rows
     from motes.mot.analytics.real_units import GroundMotion
     from motes.output.track_rows import CORRECTED, GROUND, TrackWriter, check_writable
@@ -55,7 +56,8 @@ def smooth(
     check_not_source(str(rows), Path(output))
     table, known = Rows(rows), history_beside(rows)
     plane = units_of(rows, table.metres, units, known)
-    beside = None if known is None or output == "-" else history_path(Path(output))
+    streamed = output == "-" or is_special(output)
+    beside = None if known is None or streamed else history_path(Path(output))
     if beside is not None:
         check_writable(beside, overwrite)
     tracks = smoothed(table.tracks)
@@ -66,7 +68,7 @@ def smooth(
             place = None if motion is None else motion.update(track)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
     if known is not None and beside is not None:
-        known.with_units(plane).save(beside)
+        known.with_units(plane).save(beside, line_count(Path(output)))
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))

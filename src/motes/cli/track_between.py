@@ -19,6 +19,7 @@ from motes.cli.track_units import check_size, motion_names
 from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
+from motes.core.files import is_special
 from motes.correction.history import History, Marks, history_path
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import Rows
@@ -206,7 +207,8 @@ def _history_of(output: str | None, outputs: TrackOutputs) -> Path | None:
     FormatError
         If it exists and must not be overwritten.
     """
-    if output in (None, "-") or format_of(str(output), outputs.format) not in ("csv", "jsonl"):
+    special = output in (None, "-") or is_special(str(output))
+    if special or format_of(str(output), outputs.format) not in ("csv", "jsonl"):
         if outputs.resume:
             raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
         return None

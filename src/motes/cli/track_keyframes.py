@@ -21,7 +21,7 @@ from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.correction.correct import stretches
-from motes.correction.history import History
+from motes.correction.history import History, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import GroundMotion
@@ -147,6 +147,8 @@ def write_stretches(
         _, run.interrupted = run_stretches(
             film, parts, history.tracker, history.seed, write, show, quiet=quiet, bar=bar
         )
+    if outputs.history is not None and not left:
+        history.save(outputs.history, line_count(rows_path(outputs.history)))
 
 
 def steps_of(film: Film, tracks: Sequence[Track], motion: GroundMotion | None) -> Iterator[Step]:

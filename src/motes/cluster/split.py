@@ -16,7 +16,7 @@ from motes.cluster.jobs import Job
 from motes.cluster.records import place_of, read_record
 from motes.cluster.store import Store, open_store
 from motes.core.errors import SourceError
-from motes.correction.history import History, history_path
+from motes.correction.history import History, history_path, line_count
 from motes.correction.keyframes import Keyframes, keyframes_of
 
 
@@ -71,7 +71,7 @@ def join_parts(job: Job, rows: Path) -> None:
     first, last = histories[0], histories[-1]
     marks = dict(mark for each in histories for command in each.corrections for mark in command)
     whole = replace(last, start=first.start, corrections=[[*marks.items()]])
-    whole.save(history_path(rows))
+    whole.save(history_path(rows), line_count(rows))
 
 
 def _rows(store: Store, part: Job, *, first: bool) -> Iterator[bytes]:

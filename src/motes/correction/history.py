@@ -60,8 +60,8 @@ class History(msgspec.Struct, frozen=True):
         First and last frames of stretches whose rows may not be written yet. A command notes all of
         its stretches here before it writes any row, so that it can be finished after a kill.
     lines
-        How many lines the file of rows had when its run ended, by which a part of it is told from
-        the whole; None while the run goes on, and after a correction.
+        How many lines the file of rows had when its run or its last correction ended, by which a
+        part of it is told from the whole; None until then.
     """
 
     form: int
@@ -282,3 +282,8 @@ def check_whole(rows: Path, known: History) -> None:
 def history_path(rows: Path) -> Path:
     """Return the path of the history beside a file of rows."""
     return rows.with_name(rows.name + ENDING)
+
+
+def rows_path(history: Path) -> Path:
+    """Return the path of the rows beside which a history is."""
+    return history.with_name(history.name.removesuffix(ENDING))

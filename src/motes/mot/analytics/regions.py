@@ -168,12 +168,11 @@ def distance(line: tuple[float, float, float, float], point: Point) -> float:
 def _gap(start: Point, end: Point, point: Point) -> float:
     """Return the distance of a point from a segment."""
     along = end[0] - start[0], end[1] - start[1]
-    square = along[0] ** 2 + along[1] ** 2
-    share = 0.0
-    if square > 0:
-        share = (along[0] * (point[0] - start[0]) + along[1] * (point[1] - start[1])) / square
-    share = min(max(share, 0.0), 1.0)
-    return math.dist(point, (start[0] + share * along[0], start[1] + share * along[1]))
+    length = math.hypot(*along) or 1.0
+    unit = along[0] / length, along[1] / length  # squares of numbers that are huge overflow
+    way = unit[0] * (point[0] - start[0]) + unit[1] * (point[1] - start[1])
+    way = min(max(way, 0.0), length)
+    return math.dist(point, (start[0] + way * unit[0], start[1] + way * unit[1]))
 
 
 def _text(points: Sequence[float]) -> str:

@@ -129,7 +129,6 @@ class LookalikeDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""
-        places = self._candidates(frame)
         if self._model is None:
             region = region_within(self._box, frame.width, frame.height)
             self._model = self._distinctive(frame, region)
@@ -138,6 +137,7 @@ class LookalikeDetector:
                 self._color, self._model, frame, region, target_in_frame=True
             )
             self._least = self._rule.threshold(background)
+        places = self._candidates(frame)  # as many as the box's size allows, which was checked
         rho = 1 - self._color.distances(self._model, frame, places) ** 2
         order = np.argsort(-rho)
         found: list[Detection] = []
