@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -36,7 +37,10 @@ from onnx_trackers import save_pair
 
 
 class InProcess:
-    """A pool that does each task here, when it is waited for; some attempts come to nothing."""
+    """A pool that does each task here, when it is waited for; some attempts come to nothing.
+
+    A task gets a copy of its argument, as in another process.
+    """
 
     def __init__(self, crashes: Iterable[str] = ()) -> None:
         self._tasks: list[Task] = []
@@ -56,7 +60,7 @@ class InProcess:
         task = self._tasks.pop()
         begun = Started(task, "here", os.getpid())
         self.done.append(task.name)
-        kind, value = outcome(task.function, task.argument)
+        kind, value = outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
         if self._crashes[task.name]:  # after the work, the worst moment
             self._crashes[task.name] -= 1
             return [begun, Ended(task, error="It died.", crashed=True)]

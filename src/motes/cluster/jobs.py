@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal
 
 import msgspec
-from msgspec.structs import replace
+from msgspec.structs import astuple, replace
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import as_ellipse
@@ -97,7 +97,9 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
 
     def digest(self, *more: object) -> str:
         """Return a text that differs where the job, or `more`, differs."""
-        data = msgspec.json.encode([replace(self, split=0, parts_in=None), *more])
+        # All values: which ones count as defaults changes when a job goes to another process.
+        values = astuple(replace(self, split=0, parts_in=None))
+        data = msgspec.json.encode([values, *more])
         return hashlib.sha256(data).hexdigest()[:16]
 
 
