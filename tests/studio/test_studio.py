@@ -14,6 +14,7 @@ from PIL import Image
 from motes.cli import main
 from motes.output.journal import Header, JournalWriter
 from motes.studio import messages
+from onnx_trackers import save_pair
 from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
 
@@ -345,6 +346,41 @@ def test_errors_are_replies(page: Page) -> None:
         assert error is not None, kind
         assert word in error.lower(), error
     assert page.item(number).preset == "mean_shift"
+
+
+def test_a_network_joins_the_tracker(client: httpx.Client, both: Both, tmp_path: Path) -> None:
+    paths = [Path(path) for path in save_pair(tmp_path)]
+    data = [path.read_bytes() for path in paths]
+
+    def sent(*files: bytes) -> httpx.Response:
+        sizes = [str(len(each)) for each in files]
+        words = {"name": [path.name for path in paths[: len(files)]], "size": sizes}
+        return client.post("/api/networks", params=words, content=b"".join(files))
+
+    for files, words in (
+        ((data[0], data[1][:100]), "head.onnx is cut off"),
+        ((data[0],), "no known kind of network"),
+        ((data[0], b""), "head.onnx is empty"),
+    ):
+        refused = sent(*files)
+        assert refused.status_code == 400
+        assert words in refused.json()["error"]
+    assert client.get("/api/networks").json() == []
+    files = sent(*data).json()
+    assert sent(*data).json() == files
+    assert client.get("/api/networks").json() == [files]
+    page = both.page
+    number = page.drawn(preset="default", network=files)
+    assert page.item(number).network == tuple(files)
+    page.tracked(number)
+    assert both.repeated(number, "rows.csv") == both.exported(number)
+    error = page.ask("change_object", object=number, preset="nummiaro").error
+    assert error is not None
+    assert "nummiaro takes no network" in error
+    alone = page.do("compare", object=number, preset="default").object
+    assert alone is not None
+    page.tracked(alone)
+    assert page.rows[alone] != page.rows[number]
 
 
 def test_presets_and_formats(client: httpx.Client) -> None:

@@ -33,10 +33,11 @@ class FilmFacts(msgspec.Struct, frozen=True):
 
 
 class Preset(msgspec.Struct, frozen=True):
-    """A tracker that can be chosen, in one line."""
+    """A tracker that can be chosen, in one line, and whether a trained network may join it."""
 
     name: str
     summary: str
+    network: bool = False
 
 
 class Presets(msgspec.Struct, frozen=True):
@@ -112,6 +113,8 @@ class Item(Subject, frozen=True):
         Names of the tracker's cues, in the order of the weights in its rows.
     tracked
         Whether it has been tracked; corrections are then followed by themselves.
+    network
+        As in `AddObject`.
     """
 
     keyframes: list[Keyframe]
@@ -120,6 +123,7 @@ class Item(Subject, frozen=True):
     compared: int | None
     cues: list[str]
     tracked: bool
+    network: tuple[str, ...] = ()
 
 
 JobStatus = Literal["waiting", "running", "paused", "done", "stopped", "failed"]

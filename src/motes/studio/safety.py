@@ -55,6 +55,8 @@ class Limits:
         Bytes of all uploaded films.
     imported
         Bytes of a file of tracks.
+    network
+        Bytes of the files of a trained network.
     pixels
         Pixels of a frame.
     frames
@@ -74,6 +76,7 @@ class Limits:
     upload: int = 8 << 30
     uploads: int = 64 << 30
     imported: int = 64 << 20
+    network: int = 256 << 20
     pixels: int = 7680 * 4320
     frames: int = 1_000_000
     sessions: int = 16

@@ -255,7 +255,7 @@ class Session:
             target.object, target.name, target.color, target.preset, target.config, target.seed,
             target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
             [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
-            target.object in self._tracked,
+            target.object in self._tracked, target.network,
         )  # fmt: skip
 
     # What pages ask for.
@@ -305,7 +305,8 @@ class Session:
             assert number is not None
             self._set_tracked({*self._tracked, number})
         tracker = isinstance(command, commands.ChangeObject) and any(
-            each is not UNSET for each in (command.preset, command.config, command.seed)
+            each is not UNSET
+            for each in (command.preset, command.config, command.seed, command.network)
         )
         if tracker and number is not None:
             self._set_tracked(self._tracked - {number})

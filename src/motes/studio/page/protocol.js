@@ -2,8 +2,8 @@
 
 /** The fields of each command, next to `type` and `id`. */
 export const COMMANDS = {
-  add_object: ["name", "color", "frame", "region", "preset", "config", "seed"],
-  change_object: ["object", "name", "color", "preset", "config", "seed"],
+  add_object: ["name", "color", "frame", "region", "preset", "config", "seed", "network"],
+  change_object: ["object", "name", "color", "preset", "config", "seed", "network"],
   remove_object: ["object"],
   set_keyframe: ["object", "frame", "region"],
   remove_keyframe: ["object", "frame"],
@@ -20,7 +20,7 @@ export const COMMANDS = {
   look: ["object", "frame", "layers"],
   watch: ["detector", "preset", "config", "seed"],
   set_places: ["places"],
-  compare: ["object", "preset", "config", "seed"],
+  compare: ["object", "preset", "config", "seed", "network"],
   acknowledge: ["number"],
 };
 
