@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,27 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, runs: list[Path]) -> None:
     (tmp_path / "results.csv").write_text("a,b\n1,2\n")
     with pytest.raises(FormatError, match="not a table of motes-lab evaluate"):
         SavedScores.load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text[: len(text) // 2],
+        lambda text: text[:-1],
+        lambda text: text + text.splitlines(keepends=True)[-1],
+        lambda text: text.replace("\n", ",9\n").replace(",9\n", "\n", 1),
+        lambda text: text.replace("0.", "1e999", 1),
+        lambda text: text.replace("0.", "nan", 1),
+    ],
+    ids=["half", "its last line end", "a pass twice", "a field more", "infinite", "no number"],
+)
+def test_damaged_results_are_refused(damage: Callable[[str], str], runs: list[Path]) -> None:
+    path = runs[0] / "results.csv"
+    text = path.read_text()
+    assert damage(text) != text
+    path.write_text(damage(text))
+    with pytest.raises(FormatError, match="or is damaged; make it again"):
+        SavedScores.load(runs[0])
 
 
 def test_compare_on_the_command_line(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -13,6 +14,9 @@ import numpy as np
 from motes.core.errors import FormatError, SourceError
 from motes_lab.aggregate import ranking_column
 from motes_lab.datasets.sot import printable
+
+PASS = "tracker", "sequence", "protocol", "start", "seed"
+"""The columns that name a pass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +63,15 @@ class SavedScores:
                 f"{path} is not text; make it again with motes-lab evaluate."
             ) from None
         try:
-            rows = list(csv.DictReader(io.StringIO(text), strict=True))
+            rows = _rows(text)
             protocols = dict.fromkeys(row["protocol"] for row in rows)
             used = protocol or next(iter(protocols), "ope")
             wanted = column or ranking_column(used)
             values = _means([row for row in rows if row["protocol"] == used], wanted)
         except (csv.Error, KeyError, TypeError, ValueError):
             raise FormatError(
-                f"{path} is not a table of motes-lab evaluate; make it again with --resume."
+                f"{path} is not a table of motes-lab evaluate, or is damaged; make it again with "
+                f"--resume."
             ) from None
         if used not in protocols:
             known = ", ".join(protocols) or "none"
@@ -74,6 +79,19 @@ class SavedScores:
         if not values:
             raise SourceError(f"{path} has no number in the column {wanted}.")
         return cls(printable(str(folder)), used, wanted, values)
+
+
+def _rows(text: str) -> list[dict[str, str]]:
+    """Return the passes of a results.csv; raise a ValueError if it is cut off or damaged."""
+    rows = list(csv.DictReader(io.StringIO(text), strict=True))
+    if not text.endswith("\n") and rows:
+        raise ValueError("cut off")
+    if any(None in row or None in row.values() for row in rows):
+        raise ValueError("fields")
+    passes = {tuple(row[name] for name in PASS) for row in rows}
+    if len(passes) < len(rows):
+        raise ValueError("a pass twice")
+    return rows
 
 
 def _means(rows: list[dict[str, str]], column: str) -> dict[str, dict[str, float]]:
@@ -85,7 +103,9 @@ def _means(rows: list[dict[str, str]], column: str) -> dict[str, dict[str, float
         if row["error"]:
             failed.add(key)
         elif row[column]:
-            found.setdefault(key, {}).setdefault(row["seed"], []).append(float(row[column]))
+            if not math.isfinite(number := float(row[column])):
+                raise ValueError(column)
+            found.setdefault(key, {}).setdefault(row["seed"], []).append(number)
     values: dict[str, dict[str, float]] = {}
     for (tracker, sequence), seeds in found.items():
         if (tracker, sequence) not in failed:
