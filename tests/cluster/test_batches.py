@@ -317,7 +317,7 @@ def test_a_network_is_a_column(
     assert rows(tmp_path / "out", "with") != rows(tmp_path / "out", "film-0")
     Path("cut.onnx").write_bytes(Path("head.onnx").read_bytes()[:100])
     capsys.readouterr()
-    line = ["batch", str(films[1]), "--region", batch_jobs.REGION]
+    line = ["batch", str(films[1]), "--init", batch_jobs.REGION]
     assert main([*line, "--network", "backbone.onnx,cut.onnx", "-o", "none"]) == 2
     assert "row 1: " in (words := capsys.readouterr().err)
     assert "cut.onnx is cut off" in words

@@ -13,7 +13,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
 from browsers import CORNERS, FRAMES, START, Shown, film
-from motes.studio import protocol
+from motes.studio import commands, messages, protocol
 from studios import SLOW, Program
 
 pytestmark = pytest.mark.slow
@@ -33,15 +33,15 @@ def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
         ".then(([one, two]) => "
         "[one.COMMANDS, one.ROW, one.SCENE_OBJECT, Object.keys(two.MESSAGES)])"
     )
-    commands, row, scene_object, messages = tables
+    orders, row, scene_object, answers = tables
     definitions = protocol.schema()["$defs"]
 
     def described(kinds: Any) -> dict[str, set[str]]:
         found = [definitions[kind.__name__]["properties"] for kind in get_args(kinds)]
         return {each["type"]["enum"][0]: set(each) - {"type", "id"} for each in found}
 
-    assert {name: set(fields) for name, fields in commands.items()} == described(commands.Command)
-    assert {*messages, "reply"} == set(described(messages.Message))
+    assert {name: set(fields) for name, fields in orders.items()} == described(commands.Command)
+    assert {*answers, "reply"} == set(described(messages.Message))
     assert tuple(row) == messages.Row.__struct_fields__
     assert tuple(scene_object) == messages.SceneObject.__struct_fields__
 
