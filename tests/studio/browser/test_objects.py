@@ -288,10 +288,8 @@ def test_a_network_is_chosen_once(shown: Shown, tmp_path: Path) -> None:
     chooser.set_input_files(pair)
     shown.until("s.session.objects[0].network.length === 2")
     menu = shown.page.locator("#left").get_by_label("Trained network")
-    shown.page.wait_for_function(
-        "menu => menu.selectedOptions[0].text === 'backbone.onnx, head.onnx'",
-        arg=menu.element_handle(),
-    )
+    chosen = menu.locator("option:checked", has_text="backbone.onnx, head.onnx")
+    chosen.wait_for(state="attached")  # the menu may be another element by now
     shown.page.reload()
     shown.until("s.networks.length === 1 && s.pictured === 0")
     shown.draw((20, 20), (60, 60))
