@@ -4,9 +4,9 @@ A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first
 size. Particles find the target in a near window, by gradients and colors (`localization.py`).
 Experts of other kinds (`expert.py`) say where they see it, among them a filter that is confined to
 the target in a wide window. Where they part, both places are followed until the evidence of the
-next frames decides, and nothing is learned meanwhile (`rival.py`). What all say of a place is added
-to one evidence (`evidence.py`). It decides whether the target is there, and so whether the tracker
-learns or searches.
+next frames decides, and nothing is learned meanwhile (`rival.py`). The evidence of a place is the
+sum of the log odds that the near window (`evidence.py`) and the experts give it. It decides whether
+the target is there, and so whether the tracker learns or searches.
 """
 
 from __future__ import annotations
