@@ -142,7 +142,10 @@ def other_model(model: Any, kind: str) -> Any:
         ("classes", 2, "no known kind of network. Known are siamese: "),
         ("folder", 3, "There is no file "),
         pytest.param(
-            "pipe", 3, "There is no file ", marks=pytest.mark.skipif(os.name == "nt", reason="")
+            "pipe",
+            3,
+            "There is no file ",
+            marks=pytest.mark.skipif(os.name == "nt", reason="no pipes"),
         ),
         ("huge", 3, "bad.onnx has 2.0 GB; an ONNX file has less than 2 GB."),
         ("zeros", 3, "bad.onnx is cut off or no ONNX file; copy or export it again."),
