@@ -38,8 +38,16 @@ DOCS = ROOT / "docs", ROOT / "lab" / "docs"
 KEPT = ROOT / "results"
 """The folder of what the commands write."""
 DATA = Path(os.environ.get("MOTES_DATA", ROOT.parent / "shared" / "data")).resolve()
-FOLDERS = {"SEQUENCES": "sot", "OTHERS": "sot-more", "MOT": "mot", "VIDEOS": "video"}
-"""Names of folders in commands, and where they are in `DATA`."""
+FOLDERS = {
+    "SEQUENCES": "sot",
+    "OTHERS": "sot-more",
+    "FILMS": "film",
+    "MOT": "mot",
+    "VIDEOS": "video",
+    "BACKBONE": "network/backbone.onnx",
+    "HEAD": "network/head.onnx",
+}
+"""Names of folders and files in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
 EARLIER = "Of an earlier version, not measured since."
@@ -126,7 +134,7 @@ def arguments(command: str) -> list[str]:
     _, *given = shlex.split(command)
     names = "|".join(FOLDERS)
     return [
-        re.sub(rf"^({names})(?=/|$)", lambda name: str(DATA / FOLDERS[name[0]]), each)
+        re.sub(rf"(?<![^=,])({names})(?=[/,]|$)", lambda name: str(DATA / FOLDERS[name[0]]), each)
         for each in given
     ]
 
@@ -175,7 +183,10 @@ def as_text(tables: Sequence[Written], date: str) -> str:
     for table in tables:
         parts += [f"{table.title}:"] if len(tables) > 1 else []
         parts += ["\n".join([table.head, *table.rows]), *[table.note] * bool(table.note)]
-    return "\n\n".join([*parts, f"Measured on {date}.", ""])
+    text = "\n\n".join([*parts, f"Measured on {date}.", ""])
+    for name, place in FOLDERS.items():  # files are a part of the names of trackers
+        text = re.sub(rf"{re.escape(str(DATA / place))}(?=[,\s])", name, text)
+    return text
 
 
 def write(block: Block, text: str) -> None:

@@ -81,3 +81,25 @@ def test_a_network_of_another_kind_is_refused() -> None:
     brightness_network(Path("white.onnx"))
     _, (problem,) = resolve(["cv2:nano=white.onnx,white.onnx"])
     assert "cannot use white.onnx or white.onnx; give BACKBONE,HEAD of NanoTrack" in problem.what
+
+
+def test_the_default_tracker_takes_part_with_a_network() -> None:
+    pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    from onnx_trackers import save_pair
+
+    save_pair(Path())
+    name = "default:network=backbone.onnx,head.onnx"
+    spec = tracker_spec(name)
+    assert (spec.name, spec.stochastic) == (name, True)
+    image = np.full((160, 240, 3), 90, np.uint8)
+    image[50:80, 60:90] = (220, 30, 30)
+    answers = []
+    for each in (name, "default"):
+        adapter = tracker_spec(each).begin(0)
+        adapter.init(Frame(0, 0, image), Box(60, 50, 30, 30))
+        answers.append(adapter.update(Frame(1, 0.04, image)).ellipse)
+    assert answers[0] != answers[1]
+    for files, words in (("none.onnx", "There is no file"), ("head.onnx", "no known kind")):
+        _, (problem,) = resolve([f"default:network={files}"])
+        assert words in problem.what

@@ -109,6 +109,19 @@ def test_every_table_has_rows_and_a_date(block: Any) -> None:
     assert re.fullmatch(r"Measured on \d{4}-\d\d-\d\d\.", lines[-1]) or lines[-1] == results.EARLIER
 
 
+def test_files_in_the_names_of_trackers_have_their_names_on_a_page() -> None:
+    tracker = "cv2:nano=BACKBONE,HEAD"
+    _, folder, _, given = results.arguments(f"motes-lab evaluate FILMS --tracker {tracker}")
+    assert folder == str(results.DATA / "film")
+    assert (
+        given == f"cv2:nano={results.DATA}/network/backbone.onnx,{results.DATA}/network/head.onnx"
+    )
+    table = results.Written("All", "| a |", (f"| {given} |",), f"Against {given} alone.")
+    assert results.as_text([table], "2026-11-23") == (
+        f"| a |\n| {tracker} |\n\nAgainst {tracker} alone.\n\nMeasured on 2026-11-23.\n\n"
+    )
+
+
 @pytest.mark.slow
 def test_a_page_has_the_form_that_the_command_writes(tmp_path: Path) -> None:
     shortest = min(BLOCKS, key=lambda block: block.minutes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -100,7 +101,10 @@ class RuntimeSession:
                 model, options, providers=[provider or "CPUExecutionProvider"]
             )
         except Exception as error:  # onnxruntime has errors of many kinds
-            raise SourceError(f"{file.path} cannot be read as ONNX: {one_line(error)}") from None
+            raise SourceError(
+                f"{file.path} cannot be read as ONNX: {one_line(error)} Export it again, for ONNX "
+                f"Runtime {runtime.__version__}."
+            ) from None
         self.file = file
         self._names = [each.name for each in file.outputs]
 
@@ -136,10 +140,14 @@ class OpencvSession:
     def __init__(self, cv2: Any, file: OnnxFile, threads: int | None) -> None:
         self.file, self._cv2, self._threads = file, cv2, threads
         self._names = [each.name for each in file.outputs]
+        log = cv2.utils.logging
+        level = log.setLogLevel(log.LOG_LEVEL_SILENT)  # the error says it too
         try:
             self._net = cv2.dnn.readNetFromONNX(file.path)
         except Exception as error:
             raise SourceError(f"{file.path} cannot be read by OpenCV: {one_line(error)}") from None
+        finally:
+            log.setLogLevel(level)
 
     def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
         """Return all outputs by name; see `Session`."""
@@ -168,6 +176,12 @@ def _does_not_run(file: OnnxFile, error: Exception) -> SourceError:
     return SourceError(f"{file.path} does not run: {one_line(error)}")
 
 
+_PLACES = re.compile(
+    r"\[ONNXRuntimeError\] : \d+ : \w+ : |Load model from .*? failed:|/\S+:\d+ .*?\) "
+)
+"""What ONNX Runtime says of itself: its own codes, and the places and functions of its source."""
+
+
 def one_line(error: Exception) -> str:
     """Return an error of another library in one line."""
-    return " ".join(str(error).split())[:200].rstrip(".") + "."
+    return _PLACES.sub("", " ".join(str(error).split()))[:300].rstrip(".") + "."

@@ -8,8 +8,12 @@ import tempfile
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 
-from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.errors import ConfigError, FormatError
+from motes.core.import_callable import explain
+from motes.core.worker_processes import blocked_signals, cause
+from motes.studio.processes import worker_context
 from motes.studio.safety import Limits, plain_name
+from motes.studio.worker import limit_memory
 
 
 class Networks:
@@ -67,8 +71,6 @@ class Networks:
         return await asyncio.to_thread(self._kept, names, sizes, bytes(data))
 
     def _kept(self, names: Sequence[str], sizes: Sequence[int], data: bytes) -> list[str]:
-        from motes.sot.network.network import Network
-
         digest = hashlib.blake2b(repr((names, sizes)).encode() + data, digest_size=8).hexdigest()
         folder, start = self._folder / digest, 0
         try:
@@ -78,10 +80,8 @@ class Networks:
                 for file, size in zip(names, sizes, strict=True):
                     (made / file).write_bytes(data[start : start + size])
                     start += size
-                try:
-                    Network(tuple(_models(made))).open()
-                except MotesError as error:
-                    raise type(error)(str(error).replace(f"{made}/", "")) from None
+                if problem := _problem(_models(made), self._limits, made.parent / "found"):
+                    raise FormatError(problem.replace(f"{made}/", ""))
                 if not folder.exists():
                     made.rename(folder)
         except OSError as error:
@@ -91,3 +91,31 @@ class Networks:
 
 def _models(folder: Path) -> list[str]:
     return sorted(str(each) for each in folder.iterdir() if each.suffix.lower() == ".onnx")
+
+
+def _problem(files: Sequence[str], limits: Limits, found: Path) -> str:
+    """Return why a network cannot be used, or nothing. It may end the process that opens it."""
+    with blocked_signals():
+        arguments = (files, limits.memory, found)
+        process = worker_context().Process(target=_open, args=arguments, daemon=True)
+        process.start()
+    process.join(limits.silence)
+    process.kill()
+    process.join()
+    if found.exists():
+        return found.read_text(encoding="utf-8")
+    why = f"{cause(process.exitcode)}, or it took more than {limits.silence:g} s"
+    return f"The network has ended its process ({why}); choose another one."
+
+
+def _open(files: Sequence[str], memory: int, found: Path) -> None:
+    """Open a network, and write what is wrong with it."""
+    from motes.sot.network.network import Network
+
+    limit_memory(memory)
+    try:
+        Network(tuple(files)).open()
+    except Exception as error:
+        found.write_text(explain(error), encoding="utf-8")
+    else:
+        found.touch()

@@ -53,7 +53,7 @@ class Wish:
             self._shared = None
 
 
-def _context() -> Any:
+def worker_context() -> Any:
     """Return how processes are started: as copies of one that has imported what they need."""
     if "forkserver" not in multiprocessing.get_all_start_methods():  # as on Windows
         return multiprocessing.get_context("spawn")
@@ -64,7 +64,7 @@ def _context() -> Any:
 
 def prepare() -> None:
     """Let the process that is copied begin with its imports, before the first session needs it."""
-    if _context().get_start_method() == "forkserver":
+    if worker_context().get_start_method() == "forkserver":
         from multiprocessing import forkserver
 
         with blocked_signals():
@@ -97,7 +97,7 @@ class Worker:
         whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
-        context = _context()
+        context = worker_context()
         self._name, self._limits = path.name, limits
         self._wish = context.Value("b", RUN, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()

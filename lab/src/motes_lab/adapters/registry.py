@@ -5,6 +5,7 @@ A name of a tracker of one object is one of these:
 | name | meaning |
 |---|---|
 | `nummiaro`, `mean_shift:kalman` … | a preset of motes |
+| `default:network=FILE,FILE` | the default tracker with a trained network |
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
 | `cv2:nano=BACKBONE,HEAD` | NanoTrack of OpenCV, with its two ONNX files |
@@ -57,7 +58,9 @@ from motes.mot.detection.background import BackgroundDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene_config import scene_config
 from motes.sot import presets
+from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
+from motes.sot.network.network import Network
 from motes.sot.presets import TrackerConfig
 from motes_lab.adapters import mot as mot
 from motes_lab.adapters.networks import NETWORKS, network_files
@@ -70,6 +73,7 @@ from motes_lab.adapters.sot import (
 )
 from motes_lab.datasets.sot import Problem
 
+JOINED = "default:network="
 KNOWN = [*presets.PRESETS, *PEERS, *NETWORKS]
 """Names of the trackers of one object that motes has or knows."""
 KNOWN_MOT = [mot.SCENE, *mot.PEERS]
@@ -139,6 +143,10 @@ def tracker_spec(name: str) -> TrackerSpec:
             version += f" {hashlib.sha256(file.read_bytes()).hexdigest()}"
         return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCVAdapter, name))
     kind, colon, rest = name.partition(":")
+    if name.startswith(JOINED):
+        network = Network(tuple(name.removeprefix(JOINED).split(",")))
+        network.open()
+        return _motes_spec(name, Discriminative(network=network))
     if kind == "trax":
         return _trax_spec(name, rest)
     if name.endswith(".toml"):

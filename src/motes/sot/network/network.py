@@ -126,14 +126,19 @@ def _opened(network: Network) -> _Opened:
         for file in arranged
     )
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
+    named = " and ".join(Path(path).name for path in network.files)
     try:
-        family.look(sessions, family.learn(sessions, frame, middle), frame, middle, 1.0)
+        view = family.look(sessions, family.learn(sessions, frame, middle), frame, middle, 1.0)
     except (SourceError, LookupError, ValueError) as error:
-        named = " and ".join(Path(path).name for path in network.files)
         reason = str(error) if isinstance(error, SourceError) else "its outputs have other shapes."
         raise SourceError(
             f"{named}: not the {name} network that they seem to be: {reason}"
         ) from None
+    if not view.scores.any():  # as boxes and scores have that are no numbers
+        raise SourceError(
+            f"{named}: the {name} network gives no box with a score; its weights are damaged. "
+            f"Copy or export it again."
+        )
     return _Opened(name, family, sessions)
 
 

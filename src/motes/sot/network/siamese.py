@@ -119,7 +119,7 @@ def look_in(
     outputs = head.run({first: template, last: seen})
     by_channels = {each.shape[1]: each[0].reshape(each.shape[1], -1) for each in outputs.values()}
     background, target = by_channels[2].astype(np.float64)
-    with np.errstate(over="ignore"):  # the score is 0 then
+    with np.errstate(over="ignore", invalid="ignore"):  # the score is 0 then, or no number
         scores: Floats = 1 / (1 + np.exp(background - target))
     scale = region.side / SEARCH
     corner = np.array([region.left, region.top] * 2)
