@@ -111,9 +111,7 @@ def clip_of(clip: Clip | Film, tracker: Tracker) -> Iterator[Pixels]:
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
         info = tracker.info
         label = f"{track.status} {track.confidence:.2f}"
-        yield draw(
-            frame.pixels, track, particles=info.ellipses, weights=info.weights, label=label
-        )
+        yield draw(frame.pixels, track, particles=info.ellipses, weights=info.weights, label=label)
 
 
 def counted(film: Film) -> Iterator[Pixels]:

@@ -11,7 +11,7 @@ from PIL import Image
 from motes.core.geometry import Box
 from motes.synthetic.film import FINE, Brush, Color, Film, textured
 
-GLASS, TIRE, RIM = (70, 84, 96), (30, 30, 32), (150, 150, 152)
+GLASS, TIRE, RIM = (148, 166, 182), (30, 30, 32), (150, 150, 152)
 WALLS = (196, 172, 146), (178, 146, 120), (160, 156, 148)
 LORRY = Box(268, 118, 118, 118)
 """Where the parked lorry stands."""
@@ -65,7 +65,7 @@ class Street(Film):
         Car(NEAR, -28, 3.4, (176, 38, 34)),
         Car(FAR, -62, 3.6, (206, 208, 210)),
         Car(FAR, 6, 3.1, (44, 74, 128), 0.46),
-        Car(NEAR, 52, 3.9, (58, 62, 66)),
+        Car(NEAR, 52, 3.9, (28, 30, 44)),
         Car(FAR, 70, 4.4, (196, 160, 54)),
         Car(NEAR, 96, 3.5, (222, 222, 216), 0.48),
         Car(FAR, 112, 3.3, (36, 40, 46)),
