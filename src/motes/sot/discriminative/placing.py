@@ -96,7 +96,8 @@ class Placer:
         """Return the place that has more evidence so far: that of a window, or its rival's.
 
         The rival is followed from frame to frame. Without one, it is the proposal with the most
-        evidence that is elsewhere; it begins with the log odds of such a leap.
+        evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
+        as well be where it was expected.
         """
         rival = state.rival
         if rival.alive:
@@ -116,7 +117,7 @@ class Placer:
             if not others:
                 return Found(look, Rival(look.pose))
             other = max(others, key=lambda other: other.evidence)
-            if expected is not None:
+            if expected is not None and look.evidence > 0:
                 leap = expected.log_density(np.array(other.pose[:2]))
                 rival = rival._replace(lead=max(float(leap), -DECIDED))
         rival = rival.after(other.pose, other.evidence - look.evidence)
