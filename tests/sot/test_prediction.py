@@ -89,13 +89,13 @@ def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
     target = Ellipse(50.0, 60.0, 10.0, 10.0)
     sight = Prediction(*NOTHING, np.zeros((4, 2)), (NOTHING[0], NOTHING[0]))
     history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.full(4, 0.1))
-    assert sight.expected(history, target) is None  # nothing has been compared
-    expected = sight.expected(replace(history, seen=1), target)
-    assert expected is not None
-    assert expected[:2] == target[:2]
-    assert expected.sigma == pytest.approx(20 * (0.05 + 2 * 0.1))
+    assert sight.transition(history, target) is None  # nothing has been compared
+    transition = sight.transition(replace(history, seen=1), target)
+    assert transition is not None
+    assert transition[:2] == target[:2]
+    assert transition.sigma == pytest.approx(20 * (0.05 + 2 * 0.1))
     places = np.array([[50.0, 60.0], [55.0, 60.0], [50.0, 70.0]])
-    np.testing.assert_allclose(expected.log_density(places), [0, -0.5, -2.0])
+    np.testing.assert_allclose(transition.log_density(places), [0, -0.5, -2.0])
 
 
 @pytest.mark.slow

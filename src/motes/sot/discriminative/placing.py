@@ -12,7 +12,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.prediction import Expected, Prediction
+from motes.sot.discriminative.prediction import Prediction, Transition
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.rival import DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
@@ -73,15 +73,15 @@ class Placer:
         """
         last, shift = state.ellipse, sight.likeliest(state.motion)
         predicted = moved(last, shift, frame)
-        expected = None if state.standing.missed else sight.expected(state.motion, predicted)
+        transition = None if state.standing.missed else sight.transition(state.motion, predicted)
         experts = self.localizer.experts
         sights = experts.look(state.experts, frame, predicted, shift)
-        look = self.localizer.localize(rng, state, frame, predicted, sights, expected)
+        look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
             there = self.localizer.localize(rng, state, frame, last, sights)
             look = max(look, there, key=lambda look: look.evidence)
         proposals = experts.proposals(sights)
-        return self._compare(rng, state, frame, look, shift, proposals, expected)
+        return self._compare(rng, state, frame, look, shift, proposals, transition)
 
     def _compare(
         self,
@@ -91,7 +91,7 @@ class Placer:
         look: WindowEstimate,
         shift: Floats,
         proposals: list[Ellipse],
-        expected: Expected | None,
+        transition: Transition | None,
     ) -> Found:
         """Return the place that has more evidence so far: that of a window, or its rival's.
 
@@ -117,8 +117,8 @@ class Placer:
             if not others:
                 return Found(look, Rival(look.pose))
             other = max(others, key=lambda other: other.evidence)
-            if expected is not None and look.evidence > 0:
-                leap = expected.log_density(np.array(other.pose[:2]))
+            if transition is not None and look.evidence > 0:
+                leap = transition.log_density(np.array(other.pose[:2]))
                 rival = rival._replace(lead=max(float(leap), -DECIDED))
         rival = rival.after(other.pose, other.evidence - look.evidence)
         if rival.wins:

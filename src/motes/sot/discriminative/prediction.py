@@ -66,7 +66,7 @@ def started(picture: Singles) -> MotionHistory:
     return MotionHistory(picture, spectrum_of(picture), np.zeros(2), np.zeros(2), np.zeros(4))
 
 
-class Expected(NamedTuple):
+class Transition(NamedTuple):
     """Where the target is expected: the transition density of the filter, a normal one.
 
     It keeps a target that moves steadily from being given to a neighbor who looks alike. It is as
@@ -115,7 +115,7 @@ class Prediction(NamedTuple):
         best: Floats = self.shifts[np.argmin(history.errors)]
         return best
 
-    def expected(self, history: MotionHistory, target: Ellipse) -> Expected | None:
+    def transition(self, history: MotionHistory, target: Ellipse) -> Transition | None:
         """Return where a target is expected whose center is the predicted one.
 
         It is None as long as no prediction has been compared with what was seen.
@@ -123,7 +123,7 @@ class Prediction(NamedTuple):
         if not history.seen:
             return None
         sigma = LEAST_SIGMA + SIGMAS * float(history.errors.min())
-        return Expected(target.x, target.y, sigma * target.side)
+        return Transition(target.x, target.y, sigma * target.side)
 
     def update(
         self, history: MotionHistory, before: Ellipse, after: Ellipse | None
