@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from motes import Detection, Scene, Tracker, synthetic
+from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
+from motes.mot.detection.background import BackgroundDetector
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
 from motes.synthetic import Clip, Target, Truth
+from motes.synthetic.film import Film
 
 FOLDER = Path(__file__).parent.parent / "images" / "gallery"
 SIZE = (320, 240)
+HIGH = 200
+"""Height of the README's animation."""
 Pixels = NDArray[np.uint8]
 
 
@@ -85,8 +90,43 @@ def save(name: str, pictures: Sequence[Pixels]) -> None:
     Image.fromarray(np.hstack(row)).save(FOLDER / f"{name}.webp", quality=70, method=6)
 
 
+def front() -> None:
+    """Write the animation of the README: the three films of the demo, followed and counted."""
+    beetle = enumerate(clip_of(synthetic.demo((480, 360)), Tracker(seed=0)))
+    street = counted(synthetic.Street())
+    player = enumerate(clip_of(synthetic.Pitch(), Tracker(seed=0)))
+    shown = []
+    for (number, first), second, (_, third) in zip(beetle, street, player, strict=False):
+        if number % 3 == 0:
+            films = [Image.fromarray(pixels) for pixels in (first, second, third)]
+            films = [film.resize((film.width * HIGH // film.height, HIGH)) for film in films]
+            shown.append(Image.fromarray(np.hstack([np.asarray(film) for film in films])))
+    path = FOLDER.parent / "front.webp"
+    shown[0].save(path, save_all=True, append_images=shown[1:], duration=120, loop=0, quality=45)
+
+
+def clip_of(clip: Clip | Film, tracker: Tracker) -> Iterator[Pixels]:
+    """Yield the frames of a clip with particles, estimate and status."""
+    for frame, (truth, *_) in clip:
+        track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
+        info = tracker.info
+        label = f"{track.status} {track.confidence:.2f}"
+        yield draw(frame.pixels, track, particles=info.ellipses, weights=info.weights, label=label)
+
+
+def counted(film: Film) -> Iterator[Pixels]:
+    """Yield the frames of a film with all objects and what was counted."""
+    regions = Regions(line=(Line(points=(150, 130, 150, 235), name="line"),))
+    counter, scene, crossed = EventCounter(regions), Scene(BackgroundDetector(), seed=0), 0
+    for frame, _ in film:
+        objects = scene.update(frame)
+        crossed += sum(event.event == "crosses" for event in counter.update(objects))
+        yield draw_scene(frame.pixels, objects, {}, regions, (f"{crossed} counted",))
+
+
 def main() -> None:
     """Render all pictures."""
+    front()
     FOLDER.mkdir(parents=True, exist_ok=True)
     clip = synthetic.demo()
     save("recover", followed(clip, Tracker("nummiaro", seed=0), (40, 61, 100)))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes import synthetic
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
@@ -65,6 +68,43 @@ def test_the_model_with_the_least_error_is_followed(
         place = after
     assert np.argmin(history.errors) == model
     np.testing.assert_array_equal(sight.likeliest(history), sight.shifts[model])
+
+
+def test_the_first_errors_are_averaged_and_later_ones_run() -> None:
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
+    place, means = Ellipse(50.0, 50.0, 10.0, 10.0), []
+    for distance in (20.0, 0.0, 4.0, *9 * [0.0], 20.0):  # what the first model misses, in pixels
+        shifts = np.zeros((4, 2))
+        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
+        history = sight.update(history, place, place._replace(x=place.x + distance))
+        means.append(history.errors[0])
+    # A side is 20 pixels.
+    np.testing.assert_allclose(means[:3], [1.0, 0.5, 1.2 / 3])
+    np.testing.assert_allclose(means[9], 1.2 / 10)
+    np.testing.assert_allclose(means[12], 0.9 * means[11] + 0.1 * 1.0)
+    assert history.seen == 13
+
+
+def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
+    target = Ellipse(50.0, 60.0, 10.0, 10.0)
+    sight = Prediction(*NOTHING, np.zeros((4, 2)), (NOTHING[0], NOTHING[0]))
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.full(4, 0.1))
+    assert sight.transition(history, target) is None  # nothing has been compared
+    transition = sight.transition(replace(history, seen=1), target)
+    assert transition is not None
+    assert transition[:2] == target[:2]
+    assert transition.sigma == pytest.approx(20 * (0.05 + 2 * 0.1))
+    places = np.array([[50.0, 60.0], [55.0, 60.0], [50.0, 70.0]])
+    np.testing.assert_allclose(transition.log_density(places), [0, -0.5, -2.0])
+
+
+@pytest.mark.slow
+def test_a_player_is_not_given_to_one_who_looks_alike() -> None:
+    tracker, overlaps = Tracker(seed=0), []
+    for frame, (truth, *_) in islice(synthetic.Pitch(), 100):
+        track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
+        overlaps.append(float(iou(track.box, truth.ellipse.box)))
+    assert min(overlaps[60:]) > 0.5  # another one of his team has passed before him
 
 
 def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:

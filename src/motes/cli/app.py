@@ -56,6 +56,6 @@ app.command(
 app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
 app.command("motes.cli.studio:app", name="studio", help="Track, check and correct in a browser.")
 app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
-app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")
+app.command("motes.cli.demo:demo", name="demo", help="Show on rendered films what motes does.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
 app.register_install_completion_command(help="Install completion for this shell and exit.")

@@ -1,19 +1,31 @@
-"""`motes demo`: three trackers on a rendered video with ground truth."""
+"""`motes demo`: films of three kinds, followed, counted, and shown on one page."""
 
 from __future__ import annotations
 
+import contextlib
+import html
+import importlib
+import io
+import json
+import multiprocessing
+import os
+import signal
+import tempfile
 import time
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from importlib import resources
+from itertools import islice
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from string import Template
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 from rich.console import Console
-from rich.progress import track as progress
 from rich.table import Table
 
 from motes import synthetic
@@ -24,133 +36,172 @@ from motes.cli.options import OUTPUT, RUN, Overwrite
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Ellipse, iou
-from motes.core.interrupts import check, deferred
+from motes.core.geometry import Box, iou
 from motes.core.track import Status
-from motes.output.figures import FIGURES, Recorder
 from motes.output.overlay import draw, font
 from motes.output.track_rows import TrackWriter
 from motes.sot.tracker import Tracker
 from motes.synthetic.clips import Truth
+from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 
 Pixels = NDArray[np.uint8]
+Films = Callable[[int], Iterator[tuple[Frame, tuple[Truth, ...]]]]
 
-VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("default.csv", "nummiaro.csv", "mean_shift.csv")
-FILES = (*VIDEOS, "strip.png", *ROWS, "truth.csv", *FIGURES)
-MOMENTS = (40, 88, 150, 210)
-"""Frames in the strip: before and past the stem, grown, and after the jump."""
-STILL = (300, 240)
-"""Width and height of a still."""
-TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
+RIVALS = {"CSRT": (230, 159, 0), "KCF": (204, 121, 167), "mean shift": (230, 159, 0)}
+"""Trackers beside the default one, and the colors of their boxes."""
+ROAD = 130, 235
+"""The rows between which the line of counting goes."""
+TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
+
+
+class Story(NamedTuple):
+    """A film of the demo.
+
+    Attributes
+    ----------
+    name
+        The first part of the names of its files.
+    title
+        What happens.
+    film
+        Renders it, given a seed; the first object is followed.
+    line
+        x of an upright line at which objects are counted; None for none.
+    """
+
+    name: str
+    title: str
+    film: Films
+    line: int | None = None
+
+
+def _beetle(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
+    return iter(synthetic.demo((480, 360), seed=seed))
+
+
+def _street(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
+    return iter(synthetic.Street(seed))
+
+
+def _player(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
+    return iter(synthetic.Pitch(seed))
+
+
+STORIES = (
+    Story("beetle", "An animal hides behind a stem, turns, grows, leaps and leaves", _beetle),
+    Story("street", "A car passes behind a lorry, and cars are counted", _street, 150),
+    Story("player", "A player runs among others who look alike, before a moving camera", _player),
+)
+PAGE = "index.html"
+TRACKED = ".mp4", "-tracked.mp4", ".csv", "-truth.csv"
+COUNTED = "-counted.mp4", "-objects.csv", "-objects.csv.run.json", "-events.jsonl"
+"""The ends of the names of a film's files, and of one with a line."""
+FILES = (
+    PAGE,
+    *(story.name + end for story in STORIES for end in TRACKED),
+    *(story.name + end for story in STORIES if story.line is not None for end in COUNTED),
+)
 
 
 def demo(
     *,
-    frames: Annotated[int, Parameter(group=RUN)] = 300,
+    frames: Annotated[int | None, Parameter(group=RUN)] = None,
     seed: Annotated[int, Parameter(group=RUN)] = 0,
     out: Annotated[Path, Parameter(group=OUTPUT)] = Path("demo"),
     overwrite: Overwrite = False,
 ) -> int:
-    """Render a video with ground truth, and compare three trackers on it.
+    """Render three films, follow what is in them, and show all on a page.
 
-    The trackers are the presets default, nummiaro and mean_shift. The folder gets the video
-    (demo.mp4), the tracks drawn (track.mp4, strip.png), a row for each frame (default.csv,
-    nummiaro.csv, mean_shift.csv, truth.csv) and the papers' four figures.
+    The films are an animal that hides and grows, a street whose cars are counted, and a player
+    among others who look alike. The default tracker is drawn beside CSRT and KCF where OpenCV has
+    them, and beside mean shift elsewhere. Open index.html in the folder.
 
     Parameters
     ----------
     frames
-        Length of the video in frames; 300 frames show all difficulties.
+        Use so many frames of each film at most.
     seed
         Seed of the scenery and of the particles: 0 or more.
     out
-        Folder for the files.
+        Folder for the films, rows and the page.
     overwrite
         Whether existing files are replaced.
     """
     if seed < 0:
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
-    check_counts(frames=frames)
-    clip = synthetic.demo(frames=frames, seed=seed)
-    runs = [
-        TrackerRun("default", Tracker(seed=seed)),
-        TrackerRun("nummiaro", Tracker("nummiaro", seed)),
-        TrackerRun("mean shift", Tracker("mean_shift")),
-    ]
-    _, colors, shift = runs
-    recorder = Recorder(colors.tracker.config)
+    if frames is not None:
+        check_counts(frames=frames)
     prepare_folder(out, FILES, overwrite)
-
-    moments = [moment for moment in MOMENTS if moment < frames] or [0]
-    truths, strip = [TRUTH_COLUMNS], []
-    bar = Console(stderr=True)
-    interrupted: KeyboardInterrupt | None = None
-    with ExitStack() as stack:
-        film, view = (
-            stack.enter_context(VideoWriter(out / name, 1 / FRAME_INTERVAL, overwrite))
-            for name in VIDEOS
-        )
-        rows = [stack.enter_context(TrackWriter(out / name, overwrite=overwrite)) for name in ROWS]
-        showing = progress(
-            clip, "Tracking", len(clip), console=bar, transient=True, disable=not bar.is_terminal
-        )
+    console = Console()
+    told = Console(stderr=True)
+    processes, workers = (
+        multiprocessing.get_context("spawn"),
+        min(os.cpu_count() or 1, len(STORIES)),
+    )
+    # A film's files appear together, when it is done.
+    with tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder:
+        play = partial(_played, seed=seed, frames=frames, folder=Path(partial_folder))
         try:
-            for frame, (truth,) in showing:
-                check()
-                with deferred():
-                    for run, row in zip(runs, rows, strict=True):
-                        run.step(frame, truth)
-                        row.write(frame.index, frame.time, run.tracker.info.track)
-                    recorder.add(frame, colors.tracker.info, colors.seconds[-1], shift.seconds[-1])
-                    numbers = ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
-                    truths.append(f"{frame.index},{frame.time:.6f},{numbers}")
-                    film.write(frame.pixels)
-                    view.write(np.hstack([_panel(frame, truth, run) for run in runs]))
-                    if frame.index in moments:
-                        strip.append(_still(frame, truth, runs[0]))
+            with processes.Pool(workers, _leave_signals) as pool:
+                plays = []
+                for story, played in zip(
+                    STORIES, pool.imap(play, range(len(STORIES))), strict=True
+                ):
+                    plays.append(played)
+                    told.print(f"{story.title}.", highlight=False)
         except KeyboardInterrupt as interrupt:
-            interrupted = interrupt
-    if interrupted is not None and len(truths) == 1:
-        return interrupts.code(interrupted)
-    recorder.save(out)
-    try:
-        (out / "truth.csv").write_text("\n".join([*truths, ""]))
-        if strip:
-            _strip(strip).save(out / "strip.png", optimize=True)
-    except OSError as error:
-        raise FormatError(f"{out} cannot be written: {error.strerror}; make room there.") from None
-    _tell(out, runs)
-    if interrupted is None:
-        return DONE
-    log(f"{interrupts.word(interrupted)}{len(truths) - 1} frames.")
-    return interrupts.code(interrupted)
+            log(f"{interrupts.word(interrupt)}{len(plays)} films; nothing is kept of a part.")
+            return interrupts.code(interrupt)
+        try:
+            Path(partial_folder, PAGE).write_text(_page(plays), encoding="utf-8")
+            for path in sorted(Path(partial_folder).iterdir()):
+                path.replace(out / path.name)
+        except OSError as error:
+            raise FormatError(f"{out} cannot be written: {error.strerror}; make room.") from None
+    console.print(_table(plays))
+    for line in (
+        f"Open {out / PAGE}: the films, what was followed and counted, and the next steps.",
+        "Next: motes track your_video.mp4 --init x,y,w,h --overlay out.mp4",
+    ):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    return DONE
 
 
 @dataclass
 class TrackerRun:
-    """A tracker with its results so far."""
+    """A tracker with its results so far.
+
+    Attributes
+    ----------
+    name
+        Of the tracker.
+    start, follow
+        Start it on a box of a frame; return its box in the next frame, and whether it is sure.
+    """
 
     name: str
-    tracker: Tracker
+    start: Callable[[Frame, Box], object]
+    follow: Callable[[Frame], tuple[Sequence[float], bool]]
+    box: Sequence[float] = ()
+    sure: bool = True
     overlaps: list[float] = field(default_factory=list)
-    visible: list[float] = field(default_factory=list)
     tracking: list[bool] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
     def step(self, frame: Frame, truth: Truth) -> None:
         """Track the target in a frame; the first frame starts it on the truth."""
-        start = time.perf_counter()
+        begun = time.perf_counter()
         if self.seconds:
-            track = self.tracker.update(frame)
+            self.box, self.sure = self.follow(frame)
         else:
-            track = self.tracker.init(frame, truth.ellipse)
-        self.seconds.append(time.perf_counter() - start)
-        self.overlaps.append(float(iou(track.box, truth.ellipse.box)))
-        self.visible.append(truth.visible)
-        self.tracking.append(track.status is Status.TRACKING)
+            self.start(frame, truth.ellipse.box)
+            self.box = truth.ellipse.box
+        self.seconds.append(time.perf_counter() - begun)
+        self.overlaps.append(float(iou(self.box, truth.ellipse.box)))
+        self.tracking.append(self.sure)
 
 
 class Score(NamedTuple):
@@ -159,111 +210,219 @@ class Score(NamedTuple):
     Attributes
     ----------
     overlap
-        Mean IoU with the truth over the frames in which a part of the target is visible.
+        Mean IoU with the truth over the frames in which a half of the target is visible.
     half
         Share of these frames with an IoU above 0.5.
-    lost
-        First visible frame from which on no visible frame was hit; None if the last one was hit.
     missed, admitted
-        Number of frames with an IoU below `HIT`, and of those whose status was not tracking.
+        Number of frames with an IoU below `HIT`, and of those in which the tracker was not sure.
     """
 
     overlap: float
     half: float
-    lost: int | None
     missed: int
     admitted: int
 
 
-def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:
-    """Score a run from each frame's IoU, visible fraction and whether its status was tracking.
+class Played(NamedTuple):
+    """What a film of the demo gave.
 
-    All have shape (frames,); the target must be visible in some frame.
+    Attributes
+    ----------
+    scores, milliseconds
+        Of each tracker, by name: its score, and the median time of an update.
+    states
+        Status and confidence of the default tracker in each frame.
+    counted, crossings
+        How many objects were counted, and how many crossed the line; None without a line.
     """
-    overlap, seen = np.asarray(overlaps), np.flatnonzero(np.asarray(visible) > 0)
-    hit = overlap >= HIT
-    hits = np.flatnonzero(hit[seen])
-    after = seen[hits[-1] + 1 :] if hits.size else seen
+
+    scores: Mapping[str, Score]
+    milliseconds: Mapping[str, float]
+    states: Sequence[tuple[str, float]]
+    counted: int | None = None
+    crossings: int | None = None
+
+
+def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:
+    """Score a run from each frame's IoU, visible fraction and whether the tracker was sure.
+
+    All have shape (frames,); half of the target must be visible in some frame.
+    """
+    overlap, seen = np.asarray(overlaps), np.asarray(visible) >= 0.5
+    missed = overlap < HIT
     return Score(
         overlap=float(overlap[seen].mean()),
         half=float((overlap[seen] > 0.5).mean()),
-        lost=int(after[0]) if after.size else None,
-        missed=int((~hit).sum()),
-        admitted=int((~hit & ~np.asarray(tracking)).sum()),
+        missed=int(missed.sum()),
+        admitted=int((missed & ~np.asarray(tracking)).sum()),
     )
 
 
-def _panel(frame: Frame, truth: Truth, run: TrackerRun) -> Pixels:
-    """Return the frame with the tracker's particles and estimate, and the truth."""
-    info = run.tracker.info
-    label = f"{run.name}: {info.track.status} {info.track.confidence:.2f}"
-    drawn = draw(
-        frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label=label
-    )
-    image = Image.fromarray(drawn)
-    _outline(image, truth.ellipse)
-    _note(image, "thin white line: truth", (12, frame.height - 30), 16)
-    return np.array(image)
+def _leave_signals() -> None:
+    """Let the program that started this process decide what a signal means."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _still(frame: Frame, truth: Truth, run: TrackerRun) -> Image.Image:
-    """Return the part of the frame around the target, with particles and estimate."""
-    info = run.tracker.info
-    drawn = draw(frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label="")
-    (width, height), center = STILL, truth.ellipse[:2]
-    left = int(np.clip(center[0] - width / 2, 0, frame.width - width))
-    top = int(np.clip(center[1] - height / 2, 0, frame.height - height))
-    image = Image.fromarray(drawn).crop((left, top, left + width, top + height))
-    _note(image, f"frame {frame.index}: {info.track.status}", (10, 9), 15)
-    return image
-
-
-def _strip(stills: list[Image.Image]) -> Image.Image:
-    """Return the stills side by side, with few colors for a small file."""
-    strip = Image.fromarray(np.hstack([np.array(still) for still in stills]))
-    return strip.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-
-
-def _outline(image: Image.Image, ellipse: Ellipse) -> None:
-    points = [tuple(point) for point in ellipse.polygon(90)]
-    ImageDraw.Draw(image).polygon(points, outline=(255, 255, 255))
-
-
-def _note(image: Image.Image, text: str, place: tuple[int, int], size: int) -> None:
-    """Write white text on a dark panel."""
-    pen, letters = ImageDraw.Draw(image, "RGBA"), font(size)
-    left, top, right, bottom = pen.textbbox(place, text, letters)
-    pen.rectangle((left - 4, top - 4, right + 4, bottom + 4), (0, 0, 0, 165))
-    pen.text(place, text, (255, 255, 255, 255), letters)
-
-
-def _tell(out: Path, runs: list[TrackerRun]) -> None:
-    """Print the scores of the trackers, and the next steps."""
-    table = Table("", *(run.name for run in runs))
-    scores = [score(run.overlaps, run.visible, run.tracking) for run in runs]
-    # A lost tracker may read few pixels: its speed is no merit.
-    milliseconds = [
-        1000 * float(np.median(np.array(run.seconds)[np.array(run.overlaps) >= HIT]))
-        for run in runs
+def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:
+    """Render a film into a folder, follow its target, and count what crosses its line."""
+    story = STORIES[number]
+    path = folder / f"{story.name}.mp4"
+    shown = []
+    with VideoWriter(path, 1 / FRAME_INTERVAL) as film:
+        for frame, objects in islice(story.film(seed), frames):
+            film.write(frame.pixels)
+            shown.append(objects)
+    truths = [objects[0] for objects in shown]
+    rows = [
+        f"{n},{n * FRAME_INTERVAL:.6f},"
+        + ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
+        for n, truth in enumerate(truths)
     ]
-    for text, cells in (
-        ("Mean overlap with the truth (IoU)", [f"{s.overlap:.2f}" for s in scores]),
-        ("Frames with IoU > 0.5", [f"{s.half:.0%}" for s in scores]),
-        (
-            "Lost for good",
-            ["never" if s.lost is None else f"from frame {s.lost} on" for s in scores],
-        ),
-        (
-            "Off target (IoU < 0.1) and reported",
-            [f"{s.admitted} of {s.missed} frames" for s in scores],
-        ),
-        ("Time per frame on target, median", [f"{ms:.2f} ms" for ms in milliseconds]),
+    (folder / f"{story.name}-truth.csv").write_text("\n".join([TRUTH_COLUMNS, *rows, ""]))
+    tracker = Tracker(seed=seed)
+    runs = [_motes("motes", tracker), *_rivals()]
+    states = []
+    with (
+        open_source(path) as source,
+        TrackWriter(folder / f"{story.name}.csv") as writer,
+        VideoWriter(folder / f"{story.name}-tracked.mp4", 1 / FRAME_INTERVAL) as view,
     ):
-        table.add_row(text, *cells)
-    console = Console()
-    console.print(table)
-    for line in (
-        f"Look at {out / 'track.mp4'}; the rows, figures and the film alone are beside it.",
-        "Next: motes track your_video.mp4 --init x,y,w,h --overlay out.mp4",
-    ):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        for frame, truth in zip(source, truths, strict=True):
+            for run in runs:
+                run.step(frame, truth)
+            track = tracker.info.track
+            writer.write(frame.index, frame.time, track)
+            states.append((str(track.status), round(track.confidence, 2)))
+            view.write(_drawn(frame, tracker, runs[1:]))
+    visible = [truth.visible for truth in truths]
+    return Played(
+        scores={run.name: score(run.overlaps, visible, run.tracking) for run in runs},
+        milliseconds={run.name: 1000 * float(np.median(run.seconds)) for run in runs},
+        states=states,
+        counted=None if story.line is None else _counted(story.name, story.line, folder),
+        crossings=None if story.line is None else _crossings(story.line, shown[0], shown[-1]),
+    )
+
+
+def _motes(name: str, tracker: Tracker) -> TrackerRun:
+    """Return a run of a tracker of motes."""
+
+    def follow(frame: Frame) -> tuple[Sequence[float], bool]:
+        track = tracker.update(frame)
+        return track.box, track.status is Status.TRACKING
+
+    return TrackerRun(name, tracker.init, follow)
+
+
+def _rivals() -> list[TrackerRun]:
+    """Return OpenCV's CSRT and KCF, or mean shift where OpenCV does not have them."""
+    try:
+        opencv: Any = importlib.import_module("cv2")
+    except ImportError:
+        opencv = None
+    makers = {name: getattr(opencv, f"Tracker{name}_create", None) for name in ("CSRT", "KCF")}
+    runs = [_opencv(name, make()) for name, make in makers.items() if make is not None]
+    return runs or [_motes("mean shift", Tracker("mean_shift"))]
+
+
+def _opencv(name: str, tracker: Any) -> TrackerRun:
+    """Return a run of a tracker of OpenCV. It stays where it was when it says that it is lost."""
+    last: Sequence[float] = ()
+
+    def start(frame: Frame, box: Box) -> None:
+        nonlocal last
+        last = box
+        tracker.init(_bgr(frame), tuple(round(value) for value in box))
+
+    def follow(frame: Frame) -> tuple[Sequence[float], bool]:
+        nonlocal last
+        sure, box = tracker.update(_bgr(frame))
+        if sure:
+            last = box
+        return last, sure
+
+    return TrackerRun(name, start, follow)
+
+
+def _bgr(frame: Frame) -> Pixels:
+    return np.ascontiguousarray(frame.pixels[:, :, ::-1])
+
+
+def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:
+    """Return a frame with the boxes of the others, and the default tracker's particles."""
+    info = tracker.info
+    image = Image.fromarray(frame.pixels)
+    pen, letters = ImageDraw.Draw(image), font(11)
+    for n, run in enumerate(rivals):
+        x, y, width, height = run.box
+        color = RIVALS[run.name]
+        pen.rectangle((x, y, x + width, y + height), outline=color)
+        place = (8 + 60 * n, frame.height - 18)
+        pen.text(place, run.name, color, letters, stroke_width=2, stroke_fill="black")
+    dots = {"particles": info.ellipses, "weights": info.weights}
+    return draw(np.asarray(image), info.track, label="", **dots)
+
+
+def _counted(name: str, line: int, folder: Path) -> int:
+    """Return how many objects `motes watch` counts at an upright line."""
+    from motes.cli.app import app
+
+    events = folder / f"{name}-events.jsonl"
+    with contextlib.redirect_stderr(io.StringIO()):
+        app([
+            "watch", str(folder / f"{name}.mp4"), "--line", f"{line},{ROAD[0]},{line},{ROAD[1]}",
+            "-o", str(folder / f"{name}-objects.csv"), "--events", str(events),
+            "--overlay", str(folder / f"{name}-counted.mp4"),
+        ])  # fmt: skip
+    return sum(json.loads(row)["event"] == "crosses" for row in events.read_text().splitlines())
+
+
+def _crossings(line: int, first: Sequence[Truth], last: Sequence[Truth]) -> int:
+    """Return how many objects are on the other side of an upright line at the end."""
+    sides = [[truth.ellipse.x < line for truth in truths] for truths in (first, last)]
+    return sum(before is not after for before, after in zip(*sides, strict=True))
+
+
+def _table(plays: Sequence[Played]) -> Table:
+    """Return the scores of all trackers in all films."""
+    table = Table("", *(story.name for story in STORIES))
+    names = list(plays[0].scores)
+    for name in names:
+        scores = [played.scores[name] for played in plays]
+        table.add_row(f"{name}: frames with IoU > 0.5", *(f"{s.half:.0%}" for s in scores))
+    for name in names:
+        scores = [played.scores[name] for played in plays]
+        cells = [f"{s.admitted} of {s.missed}" for s in scores]
+        table.add_row(f"{name}: off the target, and says so", *cells)
+    for name in names:
+        table.add_row(f"{name}: time", *(f"{p.milliseconds[name]:.1f} ms" for p in plays))
+    counts = ["" if p.counted is None else f"{p.counted} of {p.crossings}" for p in plays]
+    table.add_row("counted by motes watch", *counts)
+    return table
+
+
+def _page(plays: Sequence[Played]) -> str:
+    """Return the page that shows the films."""
+    sections = []
+    for story, played in zip(STORIES, plays, strict=True):
+        rows = "".join(
+            f"<tr><th>{html.escape(name)}<td>{s.half:.0%}<td>{s.admitted} of {s.missed}"
+            f"<td>{played.milliseconds[name]:.1f} ms"
+            for name, s in played.scores.items()
+        )
+        count = ""
+        if played.counted is not None:
+            count = (
+                f'<video src="{story.name}-counted.mp4" controls muted loop></video>'
+                f"<p>motes watch counted {played.counted} of {played.crossings} cars.</p>"
+            )
+        sections.append(
+            f'<section><h2>{html.escape(story.title)}</h2><div class="films"><figure>'
+            f'<video src="{story.name}-tracked.mp4" controls muted loop autoplay></video>'
+            f'<p class="status" data-states="{html.escape(json.dumps(played.states))}"></p>'
+            f"</figure><figure>{count}</figure></div>"
+            f"<table><tr><th><th>IoU &gt; 0.5<th>off the target, and says so<th>time{rows}</table>"
+            "</section>"
+        )
+    text = resources.files("motes.cli").joinpath("demo.html").read_text(encoding="utf-8")
+    return Template(text).substitute(rate=1 / FRAME_INTERVAL, sections="\n".join(sections))

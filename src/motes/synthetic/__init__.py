@@ -25,10 +25,14 @@ from motes.synthetic.clips import (
     turning,
 )
 from motes.synthetic.dial_clips import DialClip, dial_clips
+from motes.synthetic.pitch import Pitch
+from motes.synthetic.street import Street
 
 __all__ = [
     "Clip",
     "DialClip",
+    "Pitch",
+    "Street",
     "Target",
     "Truth",
     "crossing",

@@ -25,6 +25,7 @@ from motes.cues.correlation_filter import (
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
+from motes.sot.discriminative.prediction import Transition
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 
@@ -110,13 +111,14 @@ class Localizer:
         frame: Frame,
         place: Ellipse,
         sights: Mapping[str, Any],
+        transition: Transition | None = None,
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
         Half of the particles are spread over the window, the others around the maximum of the
         response. Then they are weighted, resampled and moved by less and less noise. Where experts
         see the target near by, it is at the mean of their places and this one. `sights` are what
-        they see in this frame.
+        they see in this frame. Without a `transition`, the target may be anywhere in the window.
         """
         sights = self.experts.look_again(known.experts, frame, place, sights)
         samples = known.correlation.grid
@@ -131,7 +133,10 @@ class Localizer:
         def weights(points: Floats) -> Weights:
             pool = sample_response(plane, points)
             kernels.bilinear.pool(integral, core, share, points, pool)
-            return Weights.from_log(pool / self.sigma)
+            log_weights = pool / self.sigma
+            if transition is not None:
+                log_weights += transition.log_density(samples.points(place, points))
+            return Weights.from_log(log_weights)
 
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])
         peak = (

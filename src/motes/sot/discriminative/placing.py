@@ -12,8 +12,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.prediction import Prediction, Transition
 from motes.sot.discriminative.redetection import Redetection
-from motes.sot.discriminative.rival import Rival
+from motes.sot.discriminative.rival import DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
 
 CLEAR = 1.0
@@ -63,21 +64,24 @@ class Placer:
         rng: np.random.Generator,
         state: DiscriminativeState,
         frame: Frame,
-        shift: Floats,
+        sight: Prediction,
     ) -> Found:
         """Return the target's place near the predicted one, or where another expert sees it.
 
-        A far prediction may be wrong: if it is in doubt, the last place is looked at as well.
+        A far prediction may be wrong: if it is in doubt, the last place is looked at as well. A
+        missed target may be anywhere near.
         """
-        last = state.ellipse
+        last, shift = state.ellipse, sight.likeliest(state.motion)
         predicted = moved(last, shift, frame)
+        transition = None if state.standing.missed else sight.transition(state.motion, predicted)
         experts = self.localizer.experts
         sights = experts.look(state.experts, frame, predicted, shift)
-        look = self.localizer.localize(rng, state, frame, predicted, sights)
+        look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
             there = self.localizer.localize(rng, state, frame, last, sights)
             look = max(look, there, key=lambda look: look.evidence)
-        return self._compare(rng, state, frame, look, shift, experts.proposals(sights))
+        proposals = experts.proposals(sights)
+        return self._compare(rng, state, frame, look, shift, proposals, transition)
 
     def _compare(
         self,
@@ -87,11 +91,13 @@ class Placer:
         look: WindowEstimate,
         shift: Floats,
         proposals: list[Ellipse],
+        transition: Transition | None,
     ) -> Found:
         """Return the place that has more evidence so far: that of a window, or its rival's.
 
         The rival is followed from frame to frame. Without one, it is the proposal with the most
-        evidence that is elsewhere.
+        evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
+        as well be where it was expected.
         """
         rival = state.rival
         if rival.alive:
@@ -111,6 +117,9 @@ class Placer:
             if not others:
                 return Found(look, Rival(look.pose))
             other = max(others, key=lambda other: other.evidence)
+            if transition is not None and look.evidence > 0:
+                leap = transition.log_density(np.array(other.pose[:2]))
+                rival = rival._replace(lead=max(float(leap), -DECIDED))
         rival = rival.after(other.pose, other.evidence - look.evidence)
         if rival.wins:
             return Found(other, Rival(other.pose))

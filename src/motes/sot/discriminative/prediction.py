@@ -25,6 +25,11 @@ from motes.sot.discriminative.small_picture import difference, overlap, small_si
 
 ERROR_RATE = 0.1
 """Share of the last frame's error in the running mean of a model's errors."""
+LEAST_SIGMA = 0.05
+"""Standard deviation of a place after a perfect prediction, in mean sides of the target."""
+SIGMAS = 2.0
+"""Standard deviation of a place in mean errors of the predictions before: motion changes now and
+then, so it is wider than the normal density that fits them."""
 LARGEST_ERROR = 2.0
 """An error counts as this many sides of the target at most: one wrong shift is soon forgotten."""
 
@@ -44,6 +49,8 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
     errors
         (4,), the running mean of each model's error, in mean sides of the target; in the order of
         `Prediction.shifts`.
+    seen
+        In how many frames these were measured.
     """
 
     picture: NotNegativeSingles
@@ -51,11 +58,36 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
     camera: Floats
     velocity: Floats
     errors: NotNegative
+    seen: int = 0
 
 
 def started(picture: Singles) -> MotionHistory:
     """Return the history after the first frame, given its small picture."""
     return MotionHistory(picture, spectrum_of(picture), np.zeros(2), np.zeros(2), np.zeros(4))
+
+
+class Transition(NamedTuple):
+    """Where the target is expected: the transition density of the filter, a normal one.
+
+    It keeps a target that moves steadily from being given to a neighbor who looks alike. It is as
+    wide as the predictions were wrong, so that erratic motion is not held back.
+
+    Attributes
+    ----------
+    x, y
+        The predicted center.
+    sigma
+        Standard deviation in each direction, in pixels.
+    """
+
+    x: float
+    y: float
+    sigma: float
+
+    def log_density(self, places: Floats) -> Floats:
+        """Return the logarithm of the density at places (N, 2), relative to the center's, (N,)."""
+        out: Floats = ((places - self[:2]) ** 2).sum(axis=-1) / (-2 * self.sigma**2)
+        return out
 
 
 class Prediction(NamedTuple):
@@ -83,6 +115,16 @@ class Prediction(NamedTuple):
         best: Floats = self.shifts[np.argmin(history.errors)]
         return best
 
+    def transition(self, history: MotionHistory, target: Ellipse) -> Transition | None:
+        """Return where a target is expected whose center is the predicted one.
+
+        It is None as long as no prediction has been compared with what was seen.
+        """
+        if not history.seen:
+            return None
+        sigma = LEAST_SIGMA + SIGMAS * float(history.errors.min())
+        return Transition(target.x, target.y, sigma * target.side)
+
     def update(
         self, history: MotionHistory, before: Ellipse, after: Ellipse | None
     ) -> MotionHistory:
@@ -96,12 +138,14 @@ class Prediction(NamedTuple):
         """
         camera = self.shifts[1]
         if after is None:
-            seen = {"picture": self.picture, "spectrum": self.spectrum}
-            return replace(history, **seen, camera=camera, velocity=camera)
+            now = {"picture": self.picture, "spectrum": self.spectrum}
+            return replace(history, **now, camera=camera, velocity=camera)
         velocity = np.subtract(after[:2], before[:2])
         errors = np.hypot(*(self.shifts - velocity).T) / before.side
-        errors = history.errors + ERROR_RATE * (np.minimum(errors, LARGEST_ERROR) - history.errors)
-        return MotionHistory(self.picture, self.spectrum, camera, velocity, errors)
+        rate = max(ERROR_RATE, 1 / (history.seen + 1))  # at first, the mean of all frames
+        errors = history.errors + rate * (np.minimum(errors, LARGEST_ERROR) - history.errors)
+        picture, spectrum, seen = self.picture, self.spectrum, history.seen + 1
+        return MotionHistory(picture, spectrum, camera, velocity, errors, seen)
 
 
 def predictions(history: MotionHistory, picture: Singles, frame: Frame) -> Prediction:

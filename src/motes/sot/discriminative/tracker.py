@@ -215,8 +215,7 @@ class Discriminative(
         sight = prediction.predictions(state.motion, picture, frame)
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
-        shift = sight.likeliest(state.motion)
-        found = self.placer.place(rng, state, frame, shift)
+        found = self.placer.place(rng, state, frame, sight)
         if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
             found = found._replace(look=self.placer.turned(rng, state, frame, found.look))
         if found.look.evidence < 0:

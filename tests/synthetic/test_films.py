@@ -1,0 +1,72 @@
+"""The painted films: a street and a match."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from motes.core.geometry import Box
+from motes.synthetic.film import Film, shared
+from motes.synthetic.pitch import Pitch
+from motes.synthetic.street import LORRY, Street
+
+FILMS = [Street, Pitch]
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_equal_seeds_give_equal_frames(film: Callable[[int], Film]) -> None:
+    (first, truths), (again, _) = film(3)[40], film(3)[40]
+    assert (first.pixels == again.pixels).all()
+    assert (first.pixels != film(4)[40][0].pixels).any()
+    assert first.pixels.shape == (270, 480, 3)
+    assert first.index == 40
+    assert first.time == pytest.approx(1.6)
+    assert truths == film(4)[40][1]  # the seed does not move what is followed
+    assert len(film(3)) == 200
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_what_moves_is_in_the_boxes_of_the_truth(film: Callable[[int], Film]) -> None:
+    made = film(0)
+    before, after = (made.picture(time).reduce(2) for time in (60, 60.5))
+    moved = np.abs(np.asarray(after, int) - np.asarray(before)).sum(axis=2) > 60
+    if film is Pitch:  # the camera moves all else
+        moved[:90] = False
+    covered = np.zeros_like(moved)
+    for box in made.boxes(60):
+        top, left = max(round(box.y) - 3, 0), max(round(box.x) - 4, 0)
+        bottom, right = round(box.y + box.height) + 9, round(box.x + box.width) + 18  # shadows
+        covered[top : max(bottom, 0), left : max(right, 0)] = True
+    assert moved.sum() > 150
+    assert (moved & ~covered).sum() < (0.02 if film is Street else 0.5) * moved.sum()
+
+
+def test_a_car_is_hidden_behind_the_lorry_and_seen_again() -> None:
+    street = Street()
+    visible = [street.truths(index)[0].visible for index in range(len(street))]
+    assert visible[30] == pytest.approx(1)
+    assert min(visible[60:100]) < 0.2
+    assert max(visible[100:130]) > 0.9
+
+
+def test_a_cloud_dims_the_street_and_passes() -> None:
+    street = Street()
+    sky = [street[index][0].pixels[:100].mean() for index in (0, 130, 199)]
+    assert sky[1] < 0.8 * sky[0]
+    assert sky[2] == pytest.approx(sky[0], rel=0.01)
+
+
+def test_players_of_a_team_are_alike_and_cross() -> None:
+    pitch = Pitch()
+    assert len({player.jersey for player in pitch.players}) == 2
+    visible = [pitch.truths(index)[0].visible for index in range(len(pitch))]
+    assert min(visible) < 0.5  # another one passes before him
+    assert np.mean(np.array(visible) > 0.5) > 0.8
+
+
+def test_shared_areas_worked_by_hand() -> None:
+    assert shared(Box(0, 0, 4, 4), Box(2, 1, 4, 2)) == 4
+    assert shared(Box(0, 0, 4, 4), Box(4, 0, 4, 4)) == 0
+    assert shared(LORRY, LORRY) == LORRY.width * LORRY.height
