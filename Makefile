@@ -88,7 +88,7 @@ $(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(INSTALL) 'setuptools>=77' 'numpy>=2'
-	$(INSTALL) --no-build-isolation --editable '.[report]'
+	$(INSTALL) --no-build-isolation --editable .
 	touch $@ $(KERNELS)
 
 # The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests

@@ -192,13 +192,13 @@ class TrackerRun:
     seconds: list[float] = field(default_factory=list)
 
     def step(self, frame: Frame, truth: Truth) -> None:
-        """Track the target in a frame; the first frame starts it on the truth."""
+        """Track the target in a frame; the first starts it on the true box, in whole pixels."""
         begun = time.perf_counter()
         if self.seconds:
             self.box, self.sure = self.follow(frame)
         else:
-            self.start(frame, truth.ellipse.box)
-            self.box = truth.ellipse.box
+            self.box = Box(*(round(value) for value in truth.ellipse.box))
+            self.start(frame, self.box)
         self.seconds.append(time.perf_counter() - begun)
         self.overlaps.append(float(iou(self.box, truth.ellipse.box)))
         self.tracking.append(self.sure)
@@ -332,7 +332,7 @@ def _opencv(name: str, tracker: Any) -> TrackerRun:
     def start(frame: Frame, box: Box) -> None:
         nonlocal last
         last = box
-        tracker.init(_bgr(frame), tuple(round(value) for value in box))
+        tracker.init(_bgr(frame), tuple(box))
 
     def follow(frame: Frame) -> tuple[Sequence[float], bool]:
         nonlocal last
