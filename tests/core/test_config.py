@@ -31,7 +31,7 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Multinomial
 from motes.sot.mean_shift import Kalman, MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
@@ -49,8 +49,7 @@ presets = pytest.mark.parametrize("name", PRESETS)
         (ConstantVelocity, "persistence", [-0.1, 1.1, math.nan]),
         (ConstantVelocity, "noise", [0.1, {"position": "a"}, None]),
         (SecondOrder, "acceleration", [-1, 1e300, math.nan]),
-        (Resampling, "threshold", [-0.1, 1.5, math.nan]),
-        (Resampling, "scheme", ["best", 1, None]),
+        (Multinomial, "threshold", [-0.1, 1.5, math.nan]),
         (Color, "space", ["RGB", "lab"]),
         (Color, "bins", [(8, 8), (8, 8, 8, 8), (0, 8, 8), (8, 8, 65), (8.5, 8, 8), 8]),
         (Color, "kernel", ["gauss"]),
@@ -295,7 +294,7 @@ def test_numbers_of_the_paper() -> None:
     assert config.color == Color(space="rgb", bins=(8, 8, 8), kernel="radial")
     assert isinstance(config.motion, ConstantVelocity)
     assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
-    assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)
+    assert config.resampling == Multinomial(threshold=1.0)
     assert config.adaptation == ExponentialForgetting(learning_rate=0)
     shift = preset("mean_shift")
     assert isinstance(shift, MeanShift)

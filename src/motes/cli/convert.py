@@ -116,11 +116,12 @@ def convert(
     if known is not None:
         known.save(history_path(target), line_count(target))
     count = sum(1 for _ in recorded)
-    log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
+    written = registry.FORMATS.resolve(form)
+    log(f"wrote {target} ({written.title}) with the {count} frames in {rows}.")
     if left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
-    if assumed and video is None and TIMES in registry.FORMATS[form].holds:
+    if assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
@@ -133,7 +134,7 @@ def _table() -> list[str]:
     from motes.formats.registry import FORMATS
 
     lines = [f"{'format':18}{'from':6}{'to':4}{'endings':32}content"]
-    for name, each in FORMATS.items():
+    for name, each in FORMATS.usable().items():
         read, written = ("yes" if way else "" for way in (each.read, each.write))
         lines.append(f"{name:18}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
     return lines

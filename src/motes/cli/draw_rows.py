@@ -111,7 +111,7 @@ def _target(path: Path) -> Given:
 def _is_target(form: str, recorded: Recorded) -> bool:
     """Return whether rows of another tool are of one target, whose ellipse is drawn."""
     objects = itertools.chain.from_iterable(row.objects for row in recorded)
-    if registry.named(form).single:
+    if registry.FORMATS.resolve(form).single:
         return True
     found = list(objects)
     return len({each.identity for each in found}) == 1 and any(each.ellipse.theta for each in found)

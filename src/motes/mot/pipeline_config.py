@@ -19,7 +19,7 @@ from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 
-DETECTORS = Registry[DetectorConfig](
+DETECTORS = Registry[type[DetectorConfig]](
     "detector",
     "motes.detectors",
     DetectorConfig,

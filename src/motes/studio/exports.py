@@ -106,7 +106,7 @@ def scene_file(form: str, frames: Sequence[FrameRow], film: FilmFacts) -> bytes:
 
 def recorded_file(form: str, film: FilmFacts, frames: Sequence[FrameRow]) -> bytes:
     """Return objects in a format of `motes convert`; a format of many files as ZIP."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     recording = Recording(Header(film.name, film.width, film.height, LABEL), frames)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
@@ -130,7 +130,7 @@ def zipped(folder: Path) -> bytes:
 
 def file_name(film: FilmFacts, what: str, form: str) -> str:
     """Return the name of a file of a format."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     ending = known.endings[0] if known.endings else f".{form}"
     stem = os.path.splitext(os.path.basename(film.name))[0]
     plain = "".join(each if each.isalnum() or each in "-_" else "_" for each in what)
@@ -198,7 +198,7 @@ def exact(value: float) -> str:
 
 def check_formats(form: str, *, several: bool) -> None:
     """Raise a ConfigError unless a format can be written, for several objects if need be."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     if known.write is None:
         raise ConfigError(f"Files of the format {form} cannot be written; choose another one.")
     if several and known.single:

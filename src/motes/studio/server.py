@@ -243,8 +243,8 @@ class _Api:
         return _download(await files.slit(await self._session(request), line))
 
     async def formats(self, _: Request) -> Response:
-        found = {name: each.title for name, each in FORMATS.items() if each.write is not None}
-        return _json(found)
+        known = FORMATS.usable().items()
+        return _json({name: form.title for name, form in known if form.write is not None})
 
     async def talk(self, socket: WebSocket) -> None:
         """Talk with a page, until it leaves."""

@@ -362,7 +362,7 @@ class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
         return out
 
 
-MOTIONS = Registry[Motion](
+MOTIONS = Registry[type[Motion]](
     "motion model",
     "motes.motions",
     Motion,
