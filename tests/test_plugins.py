@@ -239,14 +239,14 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
             "--hue.bin 12",
             "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
         ),
-        ("--hue.bins 1", "Config hue.bins: Expected `int` >= 2, got 1."),
+        ("--hue.bins 1", "Config hue.bins: got 1; it takes integer, 2 to 360."),
         ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
         (
             "--motion.type dirft",
             "'dirft'; known are random_walk, constant_velocity, second_order, ",
         ),
         ("--motion.type dirft", "autoregressive, drift."),
-        ("--motion.type drift --motion.flow fast", "motion.flow: Expected `float`, got `str`."),
+        ("--motion.type drift --motion.flow fast", "motion.flow: got 'fast'; it takes number."),
         (
             "--motion.type drift --motion.flwo 1",
             "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
@@ -331,7 +331,7 @@ def test_scenes_take_them_too(installed: Path) -> None:
         match=r"A detector is mog2, .*people, faces, bright, MODULE:CALLABLE, or .*onnx or \.txt",
     ):
         named_detector("brihgt")
-    with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: Expected `int`, got"):
+    with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: got 'x'; it takes integer"):
         from_dict({"tracker": {"hue": {"bins": "x"}}}, WatchConfig)
     assert scene_config().tracker.extra_cues == {}
 
