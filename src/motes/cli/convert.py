@@ -12,7 +12,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite, say_rate
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, SourceError
+from motes.core.files import writing
 
 if TYPE_CHECKING:
     from motes.formats.recording import FilmFacts, Recorded
@@ -107,12 +108,8 @@ def convert(
     known = known if form in ("csv", "jsonl") else None
     if known is not None:
         check_writable(history_path(target), overwrite)
-    try:
+    with writing(target):
         registry.write(target, form, recorded, keyframe_error)
-    except OSError as error:
-        raise FormatError(
-            f"{target} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from error
     if known is not None:
         known.save(history_path(target), line_count(target))
     count = sum(1 for _ in recorded)

@@ -137,7 +137,7 @@ def objects_output(name: str, film: Source | Film, options: OutputOptions) -> Ob
     if form in STREAMED:
         return ObjectRows(name, form, options.overwrite)
     label = options.label or LABEL
-    return Document(name, form, film, label, options.overwrite, options.keyframe_error)
+    return DocumentOutput(name, form, film, label, options.overwrite, options.keyframe_error)
 
 
 def format_of(name: str, form: str | None = None) -> str:
@@ -205,7 +205,7 @@ class ObjectRows(Lines):
             )
 
 
-class Document:
+class DocumentOutput:
     """A file of a format that is made at the end, also of an interrupted run.
 
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
@@ -316,7 +316,7 @@ def _text(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-ObjectsOutput = ObjectRows | Document
+ObjectsOutput = ObjectRows | DocumentOutput
 """An output of the objects of each frame; it also takes rows that are made already."""
 
 

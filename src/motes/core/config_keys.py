@@ -26,7 +26,7 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?:(?: +.*)?(?:\n|\Z))+)", re.M)
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class KeyChoice:
     """A configuration class that may stand at a key.
 
     Attributes
@@ -72,7 +72,7 @@ class Key:
     value: str | None
     required: bool
     meaning: str
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[KeyChoice, ...] = ()
 
 
 def alternatives(kind: Any) -> list[type[Struct]]:
@@ -174,7 +174,7 @@ def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]
         named = tuple(
             _key(inner, each, f"{path}.{name}", "", within) for name, each in entries.items()
         )
-        return Key(path, "", None, required, meaning, (Choice(None, "", named, True),))
+        return Key(path, "", None, required, meaning, (KeyChoice(None, "", named, True),))
     if get_origin(kind) in (list, tuple) and alternatives(get_args(kind)[0]):
         kind, set_value = get_args(kind)[0], None  # each item has these keys
     classes = [each for each in alternatives(kind) if each not in within]
@@ -186,7 +186,7 @@ def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]
         chosen = type(set_value) is each
         inside = keys(each, set_value if chosen else None, path, within)
         tag = each.__struct_config__.tag if len(classes) > 1 else None
-        choices.append(Choice(None if tag is None else str(tag), summary(each), inside, chosen))
+        choices.append(KeyChoice(None if tag is None else str(tag), summary(each), inside, chosen))
     return Key(path, "", None, required, meaning, tuple(choices))
 
 

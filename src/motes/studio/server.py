@@ -26,7 +26,7 @@ from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.processes import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
-from motes.studio.sessions import Session
+from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets
 
 PAGE = Path(__file__).with_name("page")
@@ -209,7 +209,7 @@ class _Api:
         data = await session.strip(count, height)
         return Response(data, media_type="image/jpeg")
 
-    async def _session(self, request: Request) -> Session:
+    async def _session(self, request: Request) -> LiveSession:
         return await self._studio.session(request.path_params["id"])
 
     async def export(self, request: Request) -> Response:
