@@ -495,7 +495,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
         ("start", -5, "the frames -5 to 23 are none"),
         ("seed", -1, "A seed is a whole number"),
         ("units", {"x": 1}, "Config has no key 'x'"),
-        ("config", {}, "missing required field"),
+        ("config", {}, "it needs the key type; known are particle_filter"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
         ("form", 9, "of another version of motes"),
     ],

@@ -81,14 +81,21 @@ def alternatives(kind: Any) -> list[type[Struct]]:
     These are the type itself, the members of a union, or the implementations of an interface, those
     of other packages included.
     """
-    if isinstance(kind, type) and issubclass(kind, Struct):
+    found: list[type[Struct]] = []
+    for part in configurations(kind):
+        registry = registry_of(part)
+        known = [part] if registry is None else registry.usable().values()
+        found += [each for each in known if issubclass(each, part)]
+    return found
+
+
+def configurations(kind: Any) -> list[type]:
+    """Return the configuration classes and the interfaces with a registry that a type accepts."""
+    if isinstance(kind, type) and (issubclass(kind, Struct) or registry_of(kind) is not None):
         return [kind]
-    registry = registry_of(kind)
-    if registry is not None:
-        return [each for each in registry.usable().values() if issubclass(each, kind)]
     if get_origin(kind) in (dict, tuple, list):
         return []
-    return [each for part in get_args(kind) for each in alternatives(part)]
+    return [found for part in get_args(kind) for found in configurations(part)]
 
 
 def keys(

@@ -9,9 +9,8 @@ from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin
 
 import msgspec
-from msgspec import Struct
 
-from motes.core.config_keys import alternatives
+from motes.core.config_keys import alternatives, configurations
 from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, registry_of, tag_of
 from motes.core.type_words import words
@@ -50,7 +49,7 @@ def decode(value: Any, kind: Any) -> Any:
     PluginError
         If a value belongs to another package that cannot be used.
     """
-    kinds = _configurations(kind)
+    kinds = configurations(kind)
     if any(isinstance(value, each) for each in kinds):
         return value
     if kinds and isinstance(value, Mapping):
@@ -59,7 +58,7 @@ def decode(value: Any, kind: Any) -> Any:
         others = [part for part in get_args(kind) if part is not NoneType]
         kind = others[0] if len(others) == 1 else kind
     origin, inner = get_origin(kind), get_args(kind)
-    if origin is dict and isinstance(value, Mapping) and _configurations(inner[1]):
+    if origin is dict and isinstance(value, Mapping) and configurations(inner[1]):
         return {key: decode_at(key, item, inner[1]) for key, item in value.items()}
     if origin in (list, tuple) and isinstance(value, list | tuple):
         items = inner if origin is tuple and ... not in inner else (inner[0],) * len(value)
@@ -70,15 +69,6 @@ def decode(value: Any, kind: Any) -> Any:
         if not kinds or value is None:
             return msgspec.convert(value, kind)
     raise MisfitError(f"got {_short(value)}; it takes {'keys' if kinds else words(kind)}")
-
-
-def _configurations(kind: Any) -> list[type]:
-    """Return the configuration classes and the interfaces among what a type accepts."""
-    if isinstance(kind, type) and (issubclass(kind, Struct) or registry_of(kind) is not None):
-        return [kind]
-    if get_origin(kind) in (dict, tuple, list):
-        return []
-    return [found for part in get_args(kind) for found in _configurations(part)]
 
 
 def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:

@@ -85,18 +85,18 @@ def detector_values(name: str | None) -> dict[str, Any]:
         return {"type": "background", "method": name}
     if all(name.partition(":")):
         return {"type": "callable", "name": name}
-    if name in DETECTORS and _needs_no_key(DETECTORS.resolve(name)):
+    if name in DETECTORS and _chosen_by_name(DETECTORS.resolve(name)):
         return {"type": name}
-    named = [other for other, kind in DETECTORS.usable().items() if _needs_no_key(kind)]
+    named = [other for other, kind in DETECTORS.usable().items() if _chosen_by_name(kind)]
     known = ", ".join([*get_args(Method), *named])
     raise ConfigError(
         f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
     )
 
 
-def _needs_no_key(kind: Any) -> bool:
-    """Return whether a detector is chosen by its name alone."""
-    return not any(field.required for field in fields(kind))
+def _chosen_by_name(kind: Any) -> bool:
+    """Return whether a detector is chosen by its name alone; a background is, by its method's."""
+    return kind is not BackgroundConfig and not any(field.required for field in fields(kind))
 
 
 def check_code(detector: str | None, allowed: bool) -> None:
