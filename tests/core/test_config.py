@@ -165,6 +165,9 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
             {"motion": {"noise": {"size": "x"}}},
             "Config motion.noise.size: got 'x'; it takes number, 0 to 1.",
         ),
+        ({"motion": 3}, "Config motion: got 3; it takes keys."),
+        ({"likelihood": {"cues": {"color": 0}}}, "likelihood.cues.color: got 0; it takes number, "),
+        ({"likelihood": {"cues": 0}}, "Config likelihood.cues: got 0; it takes keys."),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         ({"type": "magic"}, "type: Invalid value 'magic'"),
         (

@@ -6,7 +6,7 @@ import contextlib
 import reprlib
 from collections.abc import Mapping
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgspec
 
@@ -57,18 +57,22 @@ def decode(value: Any, kind: Any) -> Any:
     if value is not None and get_origin(kind) in (Union, UnionType):
         others = [part for part in get_args(kind) if part is not NoneType]
         kind = others[0] if len(others) == 1 else kind
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin is dict and isinstance(value, Mapping) and configurations(inner[1]):
+    bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    origin, inner = get_origin(bare), get_args(bare)
+    if origin is dict and isinstance(value, Mapping):
         return {key: decode_at(key, item, inner[1]) for key, item in value.items()}
     if origin in (list, tuple) and isinstance(value, list | tuple):
         items = inner if origin is tuple and ... not in inner else (inner[0],) * len(value)
         if len(items) == len(value):
             pairs = zip(value, items, strict=True)
-            return origin(decode_at(place, *pair) for place, pair in enumerate(pairs))
+            value = origin(decode_at(place, *pair) for place, pair in enumerate(pairs))
+            if bare is kind:
+                return value
     with contextlib.suppress(msgspec.ValidationError, UnicodeEncodeError):
-        if not kinds or value is None:
+        if not kinds or value is None:  # the number of items is checked here too
             return msgspec.convert(value, kind)
-    raise MisfitError(f"got {_short(value)}; it takes {'keys' if kinds else words(kind)}")
+    takes = "keys" if kinds or origin is dict else words(kind)
+    raise MisfitError(f"got {_short(value)}; it takes {takes}")
 
 
 def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
