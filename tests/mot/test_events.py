@@ -155,7 +155,7 @@ def test_places_from_toml() -> None:
     [
         (lambda: Line((1, 2, 1, 2)), "two different points"),
         (lambda: Zone((1, 2, 3, 4, 5, 6, 7)), "an x and a y"),
-        (lambda: Zone((1, 2, 3, 4)), "length >= 6"),
+        (lambda: Zone((1, 2, 3, 4)), "it takes list of at least 6: number"),
         (lambda: Line((1, 2, float("nan"), 4)), "finite"),
     ],
 )
