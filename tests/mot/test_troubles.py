@@ -154,6 +154,16 @@ def test_an_anchor_slips_with_the_picture_alone() -> None:
     assert anchor.has_moved(here)
 
 
+@pytest.mark.parametrize("gain", [0.75, 1.3])
+def test_an_exposure_is_no_motion(gain: float) -> None:
+    """Where it grows brighter to one side, as a wall in the sun, a gain looks like a shift."""
+    wide = ground(2, 2 * WIDTH) / 3 + np.linspace(30, 200, 2 * WIDTH)[:, None]
+    here, there = (wide[:, x : x + WIDTH] for x in (0, 3))
+    brighter = (here * gain).clip(0, 255).astype(np.uint8)
+    assert not ReferenceImage(here.astype(np.uint8)).has_moved(brighter)
+    assert ReferenceImage(brighter).has_moved(there.astype(np.uint8))
+
+
 def test_an_anchor_forgets_what_is_old() -> None:
     """A camera that creeps by a pixel in 200 frames does not slip: it is learned."""
     picture = ground(2, 800)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Literal
 
@@ -18,7 +19,8 @@ from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes.core.geometry import Box, iou
+from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
@@ -27,7 +29,7 @@ from motes.mot.detection.background_models import (
     Mixture,
     RunningGaussian,
 )
-from motes.mot.detection.blobs import blobs
+from motes.mot.detection.blobs import ONE, Blob, blobs
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -36,6 +38,7 @@ from motes.mot.detection.illumination import (
     without_tremble,
 )
 from motes.mot.detection.morphology import Mask
+from motes.mot.detection.object_size import ObjectSizes
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
@@ -56,6 +59,10 @@ DENSEST = 1 / 3
 """Share of these frames that show the background of a pixel, at least."""
 RETURNS = 1 / 2
 """Share of the time between the first and the last of them, at least; an object passes sooner."""
+
+
+REMEMBERED = 5
+"""Frames whose patches are compared with the objects that a scene reports some frames later."""
 
 
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
@@ -141,7 +148,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     preview: NonNegative = 30.0
     trial: NonNegative = 10.0
     patience: NonNegative = 60.0
-    exposure: Share = 0.2
+    exposure: Share = 0.5
     recent: Count = 50
     speck: Literal[1, 3, 5, 7, 9] = 3
     gap: tuple[Share, Share] = (0.03, 0.002)
@@ -203,6 +210,8 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
+        self._sizes = ObjectSizes()
+        self._whole = deque[list[Blob]](maxlen=REMEMBERED)
         self.mask: Mask | None = None
         self.warnings: dict[str, str] = {}
 
@@ -228,11 +237,23 @@ class BackgroundDetector:
                 if len(pictures) > PREVIEWED:  # every other one stays
                     pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
+            usual = _sparse(pictures[len(pictures) // 2])
+            for picture in pictures:  # the film's exposure may change meanwhile
+                tables = _tables(_gains(usual, _sparse(picture)))
+                picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes of the objects that have moved, as known before the next frame."""
         self._moved = moved
+        before = [each for blobs_of_frame in self._whole for each in blobs_of_frame]
+        if not moved or not before:
+            return
+        boxes = np.array([each.box for each in before], float)
+        best = [int(iou(boxes, np.array(box)).argmax()) for box in moved]
+        alone = [before[n] for n, box in zip(best, moved, strict=True) if iou(boxes[n], np.array(box)) > ONE]
+        fills = [each.area / (each.box.width * each.box.height) for each in alone]
+        self._sizes.learn([each.box for each in alone], fills)
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
@@ -272,7 +293,7 @@ class BackgroundDetector:
 
     def _begin(self, pixels: Mask, frame: Frame) -> None:
         config, planes = self.config, planes_of(pixels)
-        self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+        self._usual = _sparse(pixels)
         self._reference = ReferenceImage(pixels)
         self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
@@ -298,10 +319,12 @@ class BackgroundDetector:
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         config = self.config
-        boxes = blobs(
+        found = blobs(
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=self._moved,
+            narrow=config.narrow, known=self._moved, sizes=self._sizes,
         )  # fmt: skip
+        self._whole.append([each for each in found if each.whole and _inside(each.box, frame)])
+        boxes = [each.box for each in found]
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
             boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
@@ -318,17 +341,38 @@ class BackgroundDetector:
         A channel's gain is the median over pixels, so that moving objects do not change it. If the
         gain is far from 1, the light has changed, not the exposure.
         """
-        sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        shares = np.ascontiguousarray((self._usual / sparse).reshape(-1, 3).T)  # for the median
-        gains = np.median(shares, axis=1)
+        sparse = _sparse(pixels)
+        gains = _gains(self._usual, sparse)
         if (np.abs(gains - 1) > self.config.exposure).any():
             return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / self.config.recent
-        tables = np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
-        return planes_of(pixels, tables)
+        return planes_of(pixels, _tables(gains))
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
+
+
+def _inside(box: Box, frame: Frame) -> bool:
+    """Return whether a box lies in a frame and does not touch its border."""
+    x, y, width, height = box
+    return x > 0 and y > 0 and x + width < frame.width and y + height < frame.height
+
+
+def _sparse(pixels: Mask) -> Singles:
+    """Return the colors of some pixels, all above 0."""
+    return 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+
+
+def _gains(usual: Singles, sparse: Singles) -> Floats:
+    """Return the gains (3,) that most pixels need for their usual colors."""
+    shares = np.ascontiguousarray((usual / sparse).reshape(-1, 3).T)  # for the median
+    gains: Floats = np.median(shares, axis=1)
+    return gains
+
+
+def _tables(gains: Floats) -> Mask:
+    """Return each color's value of each value, (3, 256), by its gain."""
+    return np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
 
 
 def densest(pictures: Sequence[Mask]) -> Mask:

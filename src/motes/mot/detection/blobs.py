@@ -7,17 +7,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.mot.detection.morphology import Mask, closed, components, opened
+from motes.mot.detection.object_size import ObjectSizes
+from motes.mot.detection.single_objects import PART, around, explained, joined
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
 SPIKE = 0.06
 """Parts of an outline that are narrower than this share of the blob's height are no heads."""
+
+
+class Blob(NamedTuple):
+    """An object in a mask: its box, its pixels, and whether it is a patch that was not divided."""
+
+    box: Box
+    area: int
+    whole: bool = True
 
 
 def blobs(
@@ -29,47 +41,73 @@ def blobs(
     valley: float,
     narrow: float,
     known: Sequence[Box] = (),
-) -> list[Box]:
-    """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
+    sizes: ObjectSizes | None = None,
+) -> list[Blob]:
+    """Return the objects in a mask (H, W) of 0 and 1, the largest first.
 
-    First specks are removed, then patches that are near to each other are connected, then patches
-    that are too small are left out, and the others divided between their heads.
+    First specks are removed, then patches that are near to each other are connected. Where it is
+    known how large objects are, parts that fit into one are joined, and larger patches are divided
+    into such objects. Elsewhere patches are divided between their heads. Then objects that are too
+    small are left out.
 
     Parameters
     ----------
     speck, gap, least, valley, narrow
         As in `BackgroundConfig`.
     known
-        Boxes of objects that are known, which decide whether a division is right.
+        Boxes of objects that are known, which decide whether a division between heads is right.
+    sizes
+        How large objects are.
     """
     sides = zip(gap, mask.shape, strict=True)
     height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
     clean, smallest = opened(mask, speck), round(least * mask.size)
     labels, parts = components(closed(clean, (height, width)))
-    found: list[tuple[int, Box]] = []
-    for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
-        if area < smallest:
-            continue
-        here = slice(y, y + h), slice(x, x + w)
-        patch = (labels[here] == number) & clean[here]
-        whole = Box(x, y, w, h)
-        cuts = divided(patch, valley, narrow) if valley else []
-        if not _plausible(len(cuts) + 1, whole, known):
-            cuts = []
-        if not cuts:
-            found.append((area, whole))
-            continue
-        for left, right in zip([0, *cuts], [*cuts, w], strict=True):
-            own = np.flatnonzero(patch[:, left:right].any(axis=1))
-            columns = left + np.flatnonzero(patch[:, left:right].any(axis=0))
-            box = Box(
-                x + int(columns[0]), y + int(own[0]), int(columns[-1] - columns[0]) + 1,
-                int(own[-1] - own[0]) + 1,
-            )  # fmt: skip
-            inside = area * int(patch[:, left:right].sum()) // max(int(patch.sum()), 1)
-            if inside >= smallest:
-                found.append((inside, box))
-    return [box for _, box in sorted(found, key=lambda each: -each[0])]
+    groups = [[number] for number, part in enumerate(parts, start=1) if part[4] >= smallest]
+    if sizes is not None and sizes.known:
+        groups = joined(parts, round(PART * smallest), sizes)
+    found: list[Blob] = []
+    for numbers in groups:
+        own = parts[np.array(numbers) - 1]
+        x, y = own[:, :2].min(axis=0).tolist()
+        right, low = (own[:, :2] + own[:, 2:4]).max(axis=0).tolist()
+        area, whole = int(own[:, 4].sum()), Box(x, y, right - x, low - y)
+        here = slice(y, low), slice(x, right)
+        patch = np.isin(labels[here], numbers) & clean[here].astype(bool)
+        limit = np.full(2, np.inf)
+        if sizes is not None:
+            limit = sizes.largest(np.array([[x + whole.width / 2, low]]))[0]
+        if sizes is None or not np.isfinite(limit).all():
+            found += _between_heads(patch, whole, area, valley, narrow, known)
+        elif whole.width <= limit[0] and whole.height <= limit[1]:
+            found.append(Blob(whole, area))
+        else:
+            inside = explained(patch, (x, y), sizes)
+            found += [Blob(*each, whole=False) for each in inside] or [Blob(whole, area)]
+    large = [each for each in found if each.area >= smallest]
+    return sorted(large, key=lambda each: -each.area)
+
+
+def _between_heads(
+    patch: NDArray[np.bool_],
+    whole: Box,
+    area: int,
+    valley: float,
+    narrow: float,
+    known: Sequence[Box],
+) -> list[Blob]:
+    """Return the objects in a patch that is divided between its heads."""
+    cuts = divided(patch.astype(np.uint8), valley, narrow) if valley else []
+    if not cuts or not _plausible(len(cuts) + 1, whole, known):
+        return [Blob(whole, area)]
+    found, pixels = list[Blob](), max(int(patch.sum()), 1)
+    for left, right in zip([0, *cuts], [*cuts, patch.shape[1]], strict=True):
+        own = np.zeros_like(patch)
+        own[:, left:right] = patch[:, left:right]
+        box = around(own, (int(whole.x), int(whole.y)))
+        if box is not None:
+            found.append(Blob(box, area * int(own.sum()) // pixels, whole=False))
+    return found
 
 
 def _plausible(parts: int, patch: Box, known: Sequence[Box]) -> bool:

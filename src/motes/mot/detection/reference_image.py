@@ -17,6 +17,8 @@ In films of still cameras the best shift left 0.83 of it or more, in rendered pa
 """
 NOTICED = 2.0
 """Least decrease of the misfit by that shift, in gray levels; noise causes less."""
+SHADES = np.linspace(0.05, 0.95, 10)
+"""Shares of the pixels that are darker than the gray values from which a change of light is read."""
 LASTS = 50
 """Frames for which a reference is used. A background can follow a slower motion."""
 
@@ -24,8 +26,9 @@ LASTS = 50
 class ReferenceImage:
     """Keeps the picture that a camera at rest should see.
 
-    The misfit of two pictures is the median of their differences. So neither moving objects nor a
-    change of light makes a shift fit better.
+    The misfit of two pictures is the median of their differences, so that moving objects do not make
+    a shift fit better. Nor does a camera's gain or a cloud: before they are compared, the picture is
+    given the shades of the reference, which a shift leaves as they are.
     """
 
     def __init__(self, pixels: Bytes) -> None:
@@ -33,7 +36,8 @@ class ReferenceImage:
 
     def has_moved(self, pixels: Bytes) -> bool:
         """Return whether a picture of the same size is shifted against the reference."""
-        picture, margin = _reduced(pixels), max(SHIFTS)
+        reduced, margin = _reduced(pixels), max(SHIFTS)
+        picture = _relit(reduced, self._kept)
         self._age += 1
         height, width = picture.shape
         if min(height, width) <= 2 * margin:
@@ -54,8 +58,15 @@ class ReferenceImage:
         limit = min(BETTER * stay, stay - NOTICED)
         moved = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
         if moved or self._age == LASTS:
-            self._kept, self._age = picture, 0
+            self._kept, self._age = reduced, 0
         return moved
+
+
+def _relit(picture: Singles, like: Singles) -> Singles:
+    """Return a picture with the shades of another: as many pixels below each gray value."""
+    own, other = np.quantile(picture, SHADES), np.quantile(like, SHADES)
+    change = np.interp(picture, own, other - own)
+    return picture + change.astype(np.float32)
 
 
 def _reduced(pixels: Bytes) -> Singles:

@@ -1,0 +1,115 @@
+"""How large objects are at each place of the picture, learned from those that went alone.
+
+On a ground that is even, the height and the width of an object in the picture are linear functions
+of its foot: they grow with the distance from the horizon. So a film teaches them by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from motes.core.geometry import Box, iou
+from motes.core.types import Floats
+from motes.mot.boxes import as_rows
+
+KEPT = 400
+"""Number of latest objects from which sizes are learned: some minutes of a quiet road."""
+LEAST = 30
+"""Fewer objects teach nothing."""
+SAME = 0.8
+"""A box that overlaps one of the latest by more teaches nothing new, as of a car that stands."""
+RECENT = 50
+"""Number of these latest boxes."""
+ROUNDS = 8
+"""Rounds in which the least sum of absolute deviations is approached."""
+SPREADS = 2.0
+"""An object is larger than usual by this many standard deviations at most, 19 of 20 times."""
+CERTAIN = 0.35
+"""Largest standard deviation of a size, as a share of it, by which anything is decided."""
+
+
+class ObjectSizes:
+    """The sizes of single objects by the place of their foot.
+
+    Attributes
+    ----------
+    fill
+        The share of its box that an object's patch has, usually.
+    """
+
+    def __init__(self) -> None:
+        self._boxes, self._fills = np.empty((0, 4)), np.empty(0)
+        self._new = 0
+        self._fits: list[tuple[Floats, float, Floats]] = []
+        self.fill = 1.0
+
+    @property
+    def known(self) -> bool:
+        """Whether there were objects enough to learn from."""
+        return bool(self._fits)
+
+    def learn(self, boxes: Sequence[Box], fills: Sequence[float]) -> None:
+        """Learn from the boxes of objects that go alone, and the shares of these that are theirs."""
+        for box, fill in zip(as_rows(boxes), fills, strict=True):
+            if len(self._boxes) and (iou(self._boxes[-RECENT:], box) > SAME).any():
+                continue
+            self._boxes = np.vstack([self._boxes, box])[-KEPT:]
+            self._fills = np.append(self._fills, fill)[-KEPT:]
+            self._new += 1
+        if len(self._boxes) >= LEAST and self._new >= LEAST // 3:
+            self._new = 0
+            self.fill = float(np.median(self._fills))
+            design = _design(_feet(self._boxes))
+            self._fits = [_robust_fit(design, self._boxes[:, 2 + axis]) for axis in range(2)]
+
+    def at(self, feet: Floats) -> tuple[Floats, Floats]:
+        """Return the widths and heights at feet (n, 2), and their spreads in the logarithm: (n, 2).
+
+        A spread is infinite where the size is not known: nobody has been near enough.
+        """
+        sizes, spreads = np.full((len(feet), 2), 1.0), np.full((len(feet), 2), np.inf)
+        design = _design(feet)
+        for axis, (line, spread, covariance) in enumerate(self._fits):
+            size = design @ line
+            off = np.einsum("ij,jk,ik->i", design, covariance, design)
+            sure = size > 1
+            relative = np.sqrt(spread**2 + off[sure] / size[sure] ** 2)
+            sizes[sure, axis] = size[sure]
+            spreads[sure, axis] = np.where(relative <= CERTAIN, relative, np.inf)
+        return sizes, spreads
+
+    def largest(self, feet: Floats) -> Floats:
+        """Return how wide and high a single object is at most, (n, 2), infinite if not known."""
+        sizes, spreads = self.at(feet)
+        return sizes * np.exp(SPREADS * spreads)
+
+
+def _feet(boxes: Floats) -> Floats:
+    """Return the middles of the lower edges of boxes (n, 4), (n, 2)."""
+    return boxes[:, :2] + boxes[:, 2:] * (0.5, 1.0)
+
+
+def _design(feet: Floats) -> Floats:
+    return np.column_stack([feet, np.ones(len(feet))])
+
+
+def _robust_fit(design: Floats, sizes: Floats) -> tuple[Floats, float, Floats]:
+    """Return a line of least absolute relative deviations, their spread, and its covariance.
+
+    Objects in which two are joined, or that miss a part, are outliers.
+    """
+    weights = 1 / sizes
+    # A picture in which nobody came nearer has no slope: it costs as much as one object does.
+    ridge = np.diag([1.0, 1.0, 0.0]) / np.square(np.abs(design).max())
+    for _ in range(ROUNDS):
+        weighted = design * weights[:, None]
+        normal = weighted.T @ weighted + ridge
+        line = np.linalg.solve(normal, weighted.T @ (weights * sizes))
+        off = np.abs(design @ line - sizes) / sizes
+        weights = 1 / sizes / np.sqrt(np.maximum(off, 0.02))
+    ratios = np.log(np.maximum(design @ line, 1) / sizes)
+    spread = 1.4826 * float(np.median(np.abs(ratios)))
+    plain = design / sizes[:, None]
+    return line, spread, spread**2 * np.linalg.inv(plain.T @ plain + ridge)
