@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Literal
 
@@ -22,6 +21,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
+from motes.mot.boxes import as_rows
 from motes.mot.detection.background_models import (
     FIRST,
     BackgroundModel,
@@ -45,6 +45,8 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
+BRIGHTEST = 250
+"""A camera shows what is brighter than it can show with this value or more."""
 LEARNED = 3
 """The background learns from every third frame, at three times the rate.
 
@@ -59,10 +61,6 @@ DENSEST = 1 / 3
 """Share of these frames that show the background of a pixel, at least."""
 RETURNS = 1 / 2
 """Share of the time between the first and the last of them, at least; an object passes sooner."""
-
-
-REMEMBERED = 5
-"""Frames whose patches are compared with the objects that a scene reports some frames later."""
 
 
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
@@ -107,6 +105,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         still. With a larger value it is found for longer.
     exposure
         Largest change of the camera's exposure that is corrected, as a share of the brightness.
+        With a larger value the background outlives larger changes of light.
     recent
         Number of frames over which the usual brightness is learned. With a larger value it changes
         more slowly.
@@ -211,7 +210,6 @@ class BackgroundDetector:
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
         self._sizes = ObjectSizes()
-        self._whole = deque[list[Blob]](maxlen=REMEMBERED)
         self.mask: Mask | None = None
         self.warnings: dict[str, str] = {}
 
@@ -237,23 +235,15 @@ class BackgroundDetector:
                 if len(pictures) > PREVIEWED:  # every other one stays
                     pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
-            usual = _sparse(pictures[len(pictures) // 2])
+            usual = _sparse(sorted(pictures, key=np.mean)[len(pictures) // 2])
             for picture in pictures:  # the film's exposure may change meanwhile
                 tables = _tables(_gains(usual, _sparse(picture)))
                 picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
 
     def observe(self, moved: Sequence[Box]) -> None:
-        """Take the boxes of the objects that have moved, as known before the next frame."""
+        """Take the boxes where the objects that have moved should be in the next frame."""
         self._moved = moved
-        before = [each for blobs_of_frame in self._whole for each in blobs_of_frame]
-        if not moved or not before:
-            return
-        boxes = np.array([each.box for each in before], float)
-        best = [int(iou(boxes, np.array(box)).argmax()) for box in moved]
-        alone = [before[n] for n, box in zip(best, moved, strict=True) if iou(boxes[n], np.array(box)) > ONE]
-        fills = [each.area / (each.box.width * each.box.height) for each in alone]
-        self._sizes.learn([each.box for each in alone], fills)
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
@@ -297,6 +287,7 @@ class BackgroundDetector:
         self._reference = ReferenceImage(pixels)
         self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
+        self._background = Background(planes, self.config.noise)
         self._frames = 0
 
     @property
@@ -323,7 +314,7 @@ class BackgroundDetector:
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
             narrow=config.narrow, known=self._moved, sizes=self._sizes,
         )  # fmt: skip
-        self._whole.append([each for each in found if each.whole and _inside(each.box, frame)])
+        self._learn_sizes([each for each in found if each.whole and _inside(each.box, frame)])
         boxes = [each.box for each in found]
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
@@ -335,6 +326,13 @@ class BackgroundDetector:
             self._warn(frame, "flood", text)
         return boxes[: config.limit]
 
+    def _learn_sizes(self, whole: Sequence[Blob]) -> None:
+        """Learn from the patches that are each in the place of one object that has moved."""
+        places = as_rows(self._moved)
+        alone = [each for each in whole if np.count_nonzero(iou(places, each.box) > ONE) == 1]
+        fills = [each.area / (each.box.width * each.box.height) for each in alone]
+        self._sizes.learn([each.box for each in alone], fills)
+
     def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.
 
@@ -343,10 +341,15 @@ class BackgroundDetector:
         """
         sparse = _sparse(pixels)
         gains = _gains(self._usual, sparse)
-        if (np.abs(gains - 1) > self.config.exposure).any():
+        if (np.maximum(gains, 1 / gains) > 1 + self.config.exposure).any():
             return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / self.config.recent
-        return planes_of(pixels, _tables(gains))
+        tables = _tables(gains)
+        planes = planes_of(pixels, tables)
+        if tables[:, BRIGHTEST].min() < BRIGHTEST:  # what is too bright may be any brighter color
+            clipped = np.moveaxis(pixels, 2, 0) >= BRIGHTEST
+            np.maximum(planes, self._background.planes, out=planes, where=clipped)
+        return planes
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")

@@ -16,7 +16,7 @@ from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.mot.detection.morphology import Mask, closed, components, opened
 from motes.mot.detection.object_size import ObjectSizes
-from motes.mot.detection.single_objects import PART, around, explained, joined
+from motes.mot.detection.single_objects import PART, around, explained, holds, joined
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -82,7 +82,7 @@ def blobs(
         elif whole.width <= limit[0] and whole.height <= limit[1]:
             found.append(Blob(whole, area))
         else:
-            inside = explained(patch, (x, y), sizes)
+            inside = explained(patch, (x, y), sizes, known)
             found += [Blob(*each, whole=False) for each in inside] or [Blob(whole, area)]
     large = [each for each in found if each.area >= smallest]
     return sorted(large, key=lambda each: -each.area)
@@ -119,14 +119,8 @@ def _plausible(parts: int, patch: Box, known: Sequence[Box]) -> bool:
     """
     if any(iou(patch, each) > ONE for each in known):
         return False
-    inside = sum(_holds(patch, each) for each in known)
+    inside = sum(holds(patch, each) for each in known)
     return inside < 2 or inside == parts
-
-
-def _holds(box: Box, other: Box) -> bool:
-    """Return whether the center of another box lies in a box."""
-    x, y = other.x + other.width / 2, other.y + other.height / 2
-    return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
 def divided(patch: Mask, valley: float, narrow: float) -> list[int]:

@@ -6,6 +6,7 @@ of its foot: they grow with the distance from the horizon. So a film teaches the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,8 +17,10 @@ from motes.mot.boxes import as_rows
 
 KEPT = 400
 """Number of latest objects from which sizes are learned: some minutes of a quiet road."""
-LEAST = 30
-"""Fewer objects teach nothing."""
+LEAST = 12
+"""Fewer boxes teach nothing."""
+PRIOR = 0.3
+"""How much sizes spread, as a share, before any is known; it counts as `LEAST` boxes."""
 SAME = 0.8
 """A box that overlaps one of the latest by more teaches nothing new, as of a car that stands."""
 RECENT = 50
@@ -51,14 +54,14 @@ class ObjectSizes:
         return bool(self._fits)
 
     def learn(self, boxes: Sequence[Box], fills: Sequence[float]) -> None:
-        """Learn from the boxes of objects that go alone, and the shares of these that are theirs."""
+        """Learn from boxes of objects that go alone, and the shares that their patches have."""
         for box, fill in zip(as_rows(boxes), fills, strict=True):
             if len(self._boxes) and (iou(self._boxes[-RECENT:], box) > SAME).any():
                 continue
             self._boxes = np.vstack([self._boxes, box])[-KEPT:]
             self._fills = np.append(self._fills, fill)[-KEPT:]
             self._new += 1
-        if len(self._boxes) >= LEAST and self._new >= LEAST // 3:
+        if len(self._boxes) >= LEAST and self._new >= LEAST:
             self._new = 0
             self.fill = float(np.median(self._fills))
             design = _design(_feet(self._boxes))
@@ -110,6 +113,7 @@ def _robust_fit(design: Floats, sizes: Floats) -> tuple[Floats, float, Floats]:
         off = np.abs(design @ line - sizes) / sizes
         weights = 1 / sizes / np.sqrt(np.maximum(off, 0.02))
     ratios = np.log(np.maximum(design @ line, 1) / sizes)
-    spread = 1.4826 * float(np.median(np.abs(ratios)))
+    beside = 1.4826 * float(np.median(np.abs(ratios)))
+    spread = math.sqrt((LEAST * PRIOR**2 + len(sizes) * beside**2) / (LEAST + len(sizes)))
     plain = design / sizes[:, None]
     return line, spread, spread**2 * np.linalg.inv(plain.T @ plain + ridge)

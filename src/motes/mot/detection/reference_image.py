@@ -18,7 +18,7 @@ In films of still cameras the best shift left 0.83 of it or more, in rendered pa
 NOTICED = 2.0
 """Least decrease of the misfit by that shift, in gray levels; noise causes less."""
 SHADES = np.linspace(0.05, 0.95, 10)
-"""Shares of the pixels that are darker than the gray values from which a change of light is read."""
+"""Shares of the pixels below the gray values from which a change of light is read."""
 LASTS = 50
 """Frames for which a reference is used. A background can follow a slower motion."""
 
@@ -26,9 +26,9 @@ LASTS = 50
 class ReferenceImage:
     """Keeps the picture that a camera at rest should see.
 
-    The misfit of two pictures is the median of their differences, so that moving objects do not make
-    a shift fit better. Nor does a camera's gain or a cloud: before they are compared, the picture is
-    given the shades of the reference, which a shift leaves as they are.
+    The misfit of two pictures is the median of their differences, so that moving objects do not
+    make a shift fit better. Nor does a camera's gain or a cloud: before they are compared, the
+    picture is given the shades of the reference, which a shift leaves as they are.
     """
 
     def __init__(self, pixels: Bytes) -> None:

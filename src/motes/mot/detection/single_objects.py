@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Box
-from motes.core.types import Floats
 from motes.mot.detection.object_size import ObjectSizes
 
 Patch = NDArray[np.bool_]
@@ -16,7 +15,7 @@ Patch = NDArray[np.bool_]
 PART = 0.5
 """A patch with less than this share of an object's pixels is a part of one, or a small one."""
 SEEN = 0.6
-"""An object that nothing hides shows at least this share of the pixels that objects usually have."""
+"""An object that nothing hides shows at least this share of an object's usual pixels."""
 HIDDEN = 0.3
 """One that another hides shows at least this share."""
 ABREAST = 1.6
@@ -64,12 +63,15 @@ def joined(parts: NDArray[np.int64], least: int, sizes: ObjectSizes) -> list[lis
     return groups
 
 
-def explained(patch: Patch, corner: tuple[int, int], sizes: ObjectSizes) -> list[tuple[Box, int]]:
+def explained(
+    patch: Patch, corner: tuple[int, int], sizes: ObjectSizes, known: Sequence[Box]
+) -> list[tuple[Box, int]]:
     """Return the objects in a patch that is larger than one, each with its pixels; or none.
 
-    The nearest one, whose foot is lowest, is found first. What it covers is taken away, and the next
-    one is looked for. One whose foot is hidden by those before it stands as far below its upper edge
-    as it is high. A patch that such boxes explain no better than one box is one large object.
+    The nearest one, whose foot is lowest, is found first. What it covers is taken away, and the
+    next one is looked for. One whose foot is hidden by those before it must be known: else a truck
+    would be two cars. It stands as far below its upper edge as it is high. A patch that such boxes
+    explain no better than one box is one large object.
 
     Parameters
     ----------
@@ -77,6 +79,10 @@ def explained(patch: Patch, corner: tuple[int, int], sizes: ObjectSizes) -> list
         (h, w).
     corner
         The left and upper edges of the patch in the picture.
+    sizes
+        How large objects are.
+    known
+        Boxes where objects should be.
     """
     left, taken = patch.copy(), np.zeros_like(patch)
     found: list[tuple[Box, int]] = []
@@ -100,7 +106,7 @@ def explained(patch: Patch, corner: tuple[int, int], sizes: ObjectSizes) -> list
             tight = around(own, corner)
             if hidden:
                 tight = Box(corner[0] + window[1].start, corner[1] + foot - height, width, height)
-            if tight is not None:
+            if tight is not None and (not hidden or any(holds(tight, each) for each in known)):
                 found.append((tight, pixels))
             left[window], taken[window] = False, True
         else:
@@ -115,6 +121,12 @@ def around(patch: Patch, corner: tuple[int, int]) -> Box | None:
         return None
     x, y = int(columns[0]), int(rows[0])
     return Box(corner[0] + x, corner[1] + y, int(columns[-1]) - x + 1, int(rows[-1]) - y + 1)
+
+
+def holds(box: Box, other: Box) -> bool:
+    """Return whether the center of another box lies in a box."""
+    x, y = other.x + other.width / 2, other.y + other.height / 2
+    return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
 def _size(
@@ -158,7 +170,8 @@ def _best_window(
         starts = np.array([max(min(round(middle) - width // 2, size - width), 0)])
     counts = sums[np.minimum(starts + width, size)] - sums[starts]
     own = np.flatnonzero(left[low : round(foot)].any(axis=0))
-    edge = np.minimum(np.abs(starts - own[0]), np.abs(starts + width - 1 - own[-1])) if own.size else starts
+    ends = (own[0], own[-1]) if own.size else (0, size)
+    edge = np.minimum(np.abs(starts - ends[0]), np.abs(starts + width - 1 - ends[1]))
     near = counts >= 0.95 * counts.max()
     start = int(starts[np.where(near, edge, size).argmin()])
     window = slice(low, max(round(foot), low + 1)), slice(start, start + width)
@@ -177,8 +190,9 @@ def _better(patch: Patch, corner: tuple[int, int], boxes: list[Box], sizes: Obje
     usual = np.array(_size(wide / 2, high, corner, sizes), float)
     if not usual.all():
         return False
-    abreast = wide >= ABREAST * usual[0] and high <= sizes.largest(
-        np.array([[corner[0] + wide / 2, corner[1] + high]])
-    )[0, 1]
+    abreast = (
+        wide >= ABREAST * usual[0]
+        and high <= sizes.largest(np.array([[corner[0] + wide / 2, corner[1] + high]]))[0, 1]
+    )
     missed = np.count_nonzero(covered != patch)
     return bool(abreast or missed <= FITS * np.count_nonzero(~patch))
