@@ -3,9 +3,9 @@
     python benchmarks/counts.py DATA [--half choose|check] [--only NAME]
 
 DATA has video/ and mot/. The settings are those of `motes watch` without options. Truth is by eye
-for films (lab/tests/truth/crossings.toml), from the boxes of the MOTChallenge, and known for rendered
-roads (`rendered_roads.py`). A change is chosen on one half and checked on the other, and no film is
-in both. A crossing is found within a second, in its direction.
+for films (lab/tests/truth/crossings.toml), from the boxes of the MOTChallenge, and known for
+rendered roads (`rendered_roads.py`). A change is chosen on one half and checked on the other, and
+no film is in both. A crossing is found within a second, in its direction.
 """
 
 from __future__ import annotations

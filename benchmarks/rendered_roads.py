@@ -88,9 +88,11 @@ def _vehicle(
     size = (rng.uniform(3.8, 4.8), rng.uniform(1.7, 1.9), rng.uniform(1.4, 1.7))
     if rng.random() < 0.1:
         size = (rng.uniform(7, 11), 2.5, rng.uniform(3, 3.8))
-    gray = asphalt * rng.uniform(0.45, 0.75)
-    color = (gray, gray, gray) if rng.random() < 0.3 else tuple(rng.uniform(20, 235, 3).tolist())
-    return Vehicle(time, lane, pace * rng.uniform(0.97, 1.03), size, color)  # type: ignore[arg-type]
+    color = np.full(3, asphalt * rng.uniform(0.45, 0.75))
+    if rng.random() >= 0.3:
+        color = rng.uniform(20, 235, 3)
+    red, green, blue = color.tolist()
+    return Vehicle(time, lane, pace * rng.uniform(0.97, 1.03), size, (red, green, blue))
 
 
 def frames(of: Road, seed: int) -> Iterator[Frame]:
@@ -108,7 +110,8 @@ def frames(of: Road, seed: int) -> Iterator[Frame]:
             _draw(picture, of, way, each)
         noisy = picture * of.gains[n] + rng.normal(0, 2, picture.shape)
         coded = cv2.imencode(".jpg", noisy.clip(0, 255).astype(np.uint8), [1, 60])[1]
-        yield Frame(n, time, np.ascontiguousarray(cv2.imdecode(coded, 1)[:, :, ::-1]))
+        decoded = np.asarray(cv2.imdecode(coded, 1), np.uint8)
+        yield Frame(n, time, np.ascontiguousarray(decoded[:, :, ::-1]))
 
 
 def _draw(picture: Floats, of: Road, way: float, each: Vehicle) -> None:
@@ -160,8 +163,9 @@ def _faces(
 
 def _ground(of: Road, rng: np.random.Generator) -> Floats:
     """Return the empty road."""
-    texture = cv2.resize(rng.normal(0, 10, (HEIGHT // 3, WIDTH // 3, 3)), (WIDTH, HEIGHT))
-    picture = np.array([70.0, 110.0, 80.0]) + 2 * texture
+    coarse = rng.normal(0, 10, (HEIGHT // 3, WIDTH // 3, 3))
+    texture = np.asarray(cv2.resize(coarse, (WIDTH, HEIGHT)), np.float64)
+    picture: Floats = np.array([70.0, 110.0, 80.0]) + 2 * texture
     wide = len(of.lanes) * LANE
     mask = np.zeros((HEIGHT, WIDTH), np.uint8)
     corners = np.array([(-1, 1, 0), (wide + 1, 1, 0), (wide + 1, 400, 0), (-1, 400, 0)], float)
@@ -188,7 +192,8 @@ def _camera(eye: Floats, target: Floats, focal: float) -> Floats:
     right /= np.linalg.norm(right)
     turn = np.array([right, np.cross(ahead, right), ahead])
     inner = np.array([[focal, 0, WIDTH / 2], [0, focal, HEIGHT / 2], [0, 0, 1]])
-    return inner @ np.hstack([turn, -turn @ eye[:, None]])
+    camera: Floats = inner @ np.hstack([turn, -turn @ eye[:, None]])
+    return camera
 
 
 def _seen(camera: Floats, points: Floats) -> Floats:

@@ -72,7 +72,7 @@ def test_events_of_one_visit() -> None:
 
 
 def test_parts_of_one_path_cross_once() -> None:
-    """One is lost before the line, and another begins behind it, where the first one's way leads."""
+    """One is lost before the line; another begins behind it, where the first one's way leads."""
     counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
     events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
     events += told(counting, seen(5, (0, 0), Status.LOST))

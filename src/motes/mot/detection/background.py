@@ -18,10 +18,9 @@ from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
+from motes.core.geometry import Box
 from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
-from motes.mot.boxes import as_rows
 from motes.mot.detection.background_models import (
     FIRST,
     BackgroundModel,
@@ -29,7 +28,7 @@ from motes.mot.detection.background_models import (
     Mixture,
     RunningGaussian,
 )
-from motes.mot.detection.blobs import ONE, Blob, blobs
+from motes.mot.detection.blobs import Blob, blobs
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -42,6 +41,7 @@ from motes.mot.detection.object_size import ObjectSizes
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
+from motes.mot.detection.single_objects import holds
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
@@ -216,6 +216,7 @@ class BackgroundDetector:
     def prepare(self, frames: Iterable[Frame]) -> None:
         """Take the usual colors of a film's first `preview` seconds as the background.
 
+        What differs from it in these seconds teaches how large objects are.
         A frame that cannot be read ends it; the run itself reports that, at that frame.
 
         Parameters
@@ -240,6 +241,9 @@ class BackgroundDetector:
                 tables = _tables(_gains(usual, _sparse(picture)))
                 picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
+            self._begin(self._first, 0.0)
+            for picture in pictures:
+                self._learn_sizes(self._blobs(self._mask(planes_of(picture))))
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes where the objects that have moved should be in the next frame."""
@@ -252,18 +256,18 @@ class BackgroundDetector:
             self._shape = pixels.shape
             first, self._first = self._first, None
             if first is None or first.shape != pixels.shape:
-                self._begin(pixels, frame)
+                self._begin(pixels, frame.time)
                 return []
-            self._begin(first, frame)
+            self._begin(first, frame.time)
         if self._reference.has_moved(pixels):
-            self._begin(pixels, frame)
+            self._begin(pixels, frame.time)
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
         mask = self._foreground(planes)
         if np.count_nonzero(mask) > self.config.most * mask.size:
-            self._begin(pixels, frame)
+            self._begin(pixels, frame.time)
             self._flooded += 1
             if self._flooded == self.config.still:
                 self._warn(frame, "camera", MOVES)
@@ -281,11 +285,11 @@ class BackgroundDetector:
             return []
         return [Detection(box) for box in self._objects(frame, mask)]
 
-    def _begin(self, pixels: Mask, frame: Frame) -> None:
+    def _begin(self, pixels: Mask, time: float) -> None:
         config, planes = self.config, planes_of(pixels)
         self._usual = _sparse(pixels)
         self._reference = ReferenceImage(pixels)
-        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
+        self._update = SelectiveUpdate(planes, time, config.trial, config.patience)
         self._model.begin(planes)
         self._background = Background(planes, self.config.noise)
         self._frames = 0
@@ -295,6 +299,10 @@ class BackgroundDetector:
         """The share of the frame that enters the background: more at the start."""
         config = self.config
         return config.rate or max(1 / (2 * (FIRST + self._frames)), 1 / config.history)
+
+    def _mask(self, planes: Planes) -> Mask:
+        """Return the foreground without shadows and without what a tremble moves."""
+        return without_tremble(self._foreground(planes), planes, self._background)
 
     def _foreground(self, planes: Planes) -> Mask:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
@@ -310,11 +318,9 @@ class BackgroundDetector:
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         config = self.config
-        found = blobs(
-            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=self._moved, sizes=self._sizes,
-        )  # fmt: skip
-        self._learn_sizes([each for each in found if each.whole and _inside(each.box, frame)])
+        found = self._blobs(mask)
+        moved = self._moved
+        self._learn_sizes([each for each in found if any(holds(each.patch, b) for b in moved)])
         boxes = [each.box for each in found]
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
@@ -326,12 +332,24 @@ class BackgroundDetector:
             self._warn(frame, "flood", text)
         return boxes[: config.limit]
 
-    def _learn_sizes(self, whole: Sequence[Blob]) -> None:
-        """Learn from the patches that are each in the place of one object that has moved."""
-        places = as_rows(self._moved)
-        alone = [each for each in whole if np.count_nonzero(iou(places, each.box) > ONE) == 1]
-        fills = [each.area / (each.box.width * each.box.height) for each in alone]
-        self._sizes.learn([each.box for each in alone], fills)
+    def _blobs(self, mask: Mask) -> list[Blob]:
+        """Return the objects in the foreground and their patches."""
+        config = self.config
+        return blobs(
+            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
+            narrow=config.narrow, known=self._moved, sizes=self._sizes,
+        )  # fmt: skip
+
+    def _learn_sizes(self, found: Sequence[Blob]) -> None:
+        """Learn from the patches of objects, those that the picture's border does not cut.
+
+        Patches teach as they are: if they taught what they are divided into, a first mistake would
+        prove itself right.
+        """
+        height, width = self._background.planes.shape[1:]
+        patches = {each.patch: each.pixels for each in found}
+        whole = [each for each in patches if _inside(each, width, height)]
+        self._sizes.learn(whole, [patches[box] / (box.width * box.height) for box in whole])
 
     def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.
@@ -355,10 +373,9 @@ class BackgroundDetector:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
-def _inside(box: Box, frame: Frame) -> bool:
-    """Return whether a box lies in a frame and does not touch its border."""
-    x, y, width, height = box
-    return x > 0 and y > 0 and x + width < frame.width and y + height < frame.height
+def _inside(box: Box, width: int, height: int) -> bool:
+    """Return whether a box lies in a picture and does not touch its border."""
+    return box.x > 0 and box.y > 0 and box.x + box.width < width and box.y + box.height < height
 
 
 def _sparse(pixels: Mask) -> Singles:

@@ -25,11 +25,12 @@ SPIKE = 0.06
 
 
 class Blob(NamedTuple):
-    """An object in a mask: its box, its pixels, and whether it is a patch that was not divided."""
+    """An object in a mask: its box, its pixels, and the box and the pixels of its patch."""
 
     box: Box
     area: int
-    whole: bool = True
+    patch: Box
+    pixels: int
 
 
 def blobs(
@@ -80,10 +81,10 @@ def blobs(
         if sizes is None or not np.isfinite(limit).all():
             found += _between_heads(patch, whole, area, valley, narrow, known)
         elif whole.width <= limit[0] and whole.height <= limit[1]:
-            found.append(Blob(whole, area))
+            found.append(Blob(whole, area, whole, area))
         else:
-            inside = explained(patch, (x, y), sizes, known)
-            found += [Blob(*each, whole=False) for each in inside] or [Blob(whole, area)]
+            inside = explained(patch, (x, y), sizes, known) or [(whole, area)]
+            found += [Blob(*each, whole, area) for each in inside]
     large = [each for each in found if each.area >= smallest]
     return sorted(large, key=lambda each: -each.area)
 
@@ -99,14 +100,14 @@ def _between_heads(
     """Return the objects in a patch that is divided between its heads."""
     cuts = divided(patch.astype(np.uint8), valley, narrow) if valley else []
     if not cuts or not _plausible(len(cuts) + 1, whole, known):
-        return [Blob(whole, area)]
+        return [Blob(whole, area, whole, area)]
     found, pixels = list[Blob](), max(int(patch.sum()), 1)
     for left, right in zip([0, *cuts], [*cuts, patch.shape[1]], strict=True):
         own = np.zeros_like(patch)
         own[:, left:right] = patch[:, left:right]
         box = around(own, (int(whole.x), int(whole.y)))
         if box is not None:
-            found.append(Blob(box, area * int(own.sum()) // pixels, whole=False))
+            found.append(Blob(box, area * int(own.sum()) // pixels, whole, area))
     return found
 
 

@@ -78,7 +78,7 @@ class PannedDetector:
         self.motion: Floats | None = None
 
     def observe(self, moved: Sequence[Box]) -> None:
-        """Take the boxes of the objects that have moved, as known before the next frame."""
+        """Take the boxes where the objects that have moved should be in the next frame."""
         self._moved = moved
 
     def __call__(self, frame: Frame) -> list[Detection]:

@@ -1,4 +1,4 @@
-"""How large objects are at each place of the picture, learned from those that went alone.
+"""How large objects are at each place of the picture, learned from patches that moved.
 
 On a ground that is even, the height and the width of an object in the picture are linear functions
 of its foot: they grow with the distance from the horizon. So a film teaches them by itself.
@@ -34,7 +34,7 @@ CERTAIN = 0.35
 
 
 class ObjectSizes:
-    """The sizes of single objects by the place of their foot.
+    """The sizes of objects by the place of their foot, if most patches are single ones.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class ObjectSizes:
         return bool(self._fits)
 
     def learn(self, boxes: Sequence[Box], fills: Sequence[float]) -> None:
-        """Learn from boxes of objects that go alone, and the shares that their patches have."""
+        """Learn from the boxes of patches that move, and the shares of these that are theirs."""
         for box, fill in zip(as_rows(boxes), fills, strict=True):
             if len(self._boxes) and (iou(self._boxes[-RECENT:], box) > SAME).any():
                 continue
@@ -76,9 +76,9 @@ class ObjectSizes:
         design = _design(feet)
         for axis, (line, spread, covariance) in enumerate(self._fits):
             size = design @ line
-            off = np.einsum("ij,jk,ik->i", design, covariance, design)
+            variance = np.einsum("ij,jk,ik->i", design, covariance, design)
             sure = size > 1
-            relative = np.sqrt(spread**2 + off[sure] / size[sure] ** 2)
+            relative = np.sqrt(spread**2 + variance[sure] / size[sure] ** 2)
             sizes[sure, axis] = size[sure]
             spreads[sure, axis] = np.where(relative <= CERTAIN, relative, np.inf)
         return sizes, spreads

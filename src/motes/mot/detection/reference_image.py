@@ -65,8 +65,8 @@ class ReferenceImage:
 def _relit(picture: Singles, like: Singles) -> Singles:
     """Return a picture with the shades of another: as many pixels below each gray value."""
     own, other = np.quantile(picture, SHADES), np.quantile(like, SHADES)
-    change = np.interp(picture, own, other - own)
-    return picture + change.astype(np.float32)
+    relit: Singles = picture + np.interp(picture, own, other - own).astype(np.float32)
+    return relit
 
 
 def _reduced(pixels: Bytes) -> Singles:

@@ -24,6 +24,8 @@ FITS = 0.6
 """Objects explain a patch if their boxes miss at most this share of what one box misses."""
 MOST = 8
 """Largest number of objects in a patch."""
+CROWD = 100
+"""In a frame with more patches none are joined: all pairs would take too long."""
 
 
 def joined(parts: NDArray[np.int64], least: int, sizes: ObjectSizes) -> list[list[int]]:
@@ -41,6 +43,8 @@ def joined(parts: NDArray[np.int64], least: int, sizes: ObjectSizes) -> list[lis
     """
     chosen = np.flatnonzero(parts[:, 4] >= least)
     groups = [[int(n) + 1] for n in chosen]
+    if len(groups) > CROWD:
+        return groups
     low, high = parts[chosen, :2], parts[chosen, :2] + parts[chosen, 2:4]
     areas = parts[chosen, 4].astype(float)
     while len(groups) > 1:
@@ -48,8 +52,8 @@ def joined(parts: NDArray[np.int64], least: int, sizes: ObjectSizes) -> list[lis
         top, bottom = np.minimum(low[i], low[j]), np.maximum(high[i], high[j])
         feet = np.column_stack([(top[:, 0] + bottom[:, 0]) / 2, bottom[:, 1]])
         usual, spreads = sizes.at(feet)
-        sure = np.isfinite(spreads).all(axis=1)
-        room = np.where(sure[:, None], usual * np.exp(np.where(sure[:, None], spreads, 0)), 0)
+        sure = np.isfinite(spreads)
+        room = np.where(sure, usual * np.exp(np.where(sure, spreads, 0)), 0)
         small = np.minimum(areas[i], areas[j]) < PART * sizes.fill * usual.prod(axis=1)
         fits = small & (bottom - top <= room).all(axis=1)
         if not fits.any():
