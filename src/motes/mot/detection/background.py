@@ -364,9 +364,10 @@ class BackgroundDetector:
         self._usual += (gains * sparse - self._usual) / self.config.recent
         tables = _tables(gains)
         planes = planes_of(pixels, tables)
-        if tables[:, BRIGHTEST].min() < BRIGHTEST:  # what is too bright may be any brighter color
-            clipped = np.moveaxis(pixels, 2, 0) >= BRIGHTEST
-            np.maximum(planes, self._background.planes, out=planes, where=clipped)
+        for plane, usual, table in zip(planes, self._background.planes, tables, strict=True):
+            if table[BRIGHTEST] < BRIGHTEST:  # what is too bright may be any brighter color
+                clipped = plane >= table[BRIGHTEST]
+                np.maximum(plane, usual, out=plane, where=clipped)
         return planes
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:

@@ -68,16 +68,17 @@ def blobs(
     if sizes is not None and sizes.known:
         groups = joined(parts, round(PART * smallest), sizes)
     found: list[Blob] = []
-    for numbers in groups:
-        own = parts[np.array(numbers) - 1]
-        x, y = own[:, :2].min(axis=0).tolist()
-        right, low = (own[:, :2] + own[:, 2:4]).max(axis=0).tolist()
-        area, whole = int(own[:, 4].sum()), Box(x, y, right - x, low - y)
-        here = slice(y, low), slice(x, right)
-        patch = np.isin(labels[here], numbers) & clean[here].astype(bool)
-        limit = np.full(2, np.inf)
-        if sizes is not None:
-            limit = sizes.largest(np.array([[x + whole.width / 2, low]]))[0]
+    wholes = [_around(parts[np.array(numbers) - 1]) for numbers in groups]
+    feet = np.array([(box.x + box.width / 2, box.y + box.height) for box in wholes])
+    limits = (sizes or ObjectSizes()).largest(feet.reshape(-1, 2))
+    for numbers, whole, limit in zip(groups, wholes, limits, strict=True):
+        area = int(parts[np.array(numbers) - 1, 4].sum())
+        x, y, w, h = map(int, whole)
+        here = slice(y, y + h), slice(x, x + w)
+        of_it = labels[here] == numbers[0]
+        for number in numbers[1:]:
+            of_it |= labels[here] == number
+        patch = of_it & clean[here].astype(bool)
         if sizes is None or not np.isfinite(limit).all():
             found += _between_heads(patch, whole, area, valley, narrow, known)
         elif whole.width <= limit[0] and whole.height <= limit[1]:
@@ -87,6 +88,12 @@ def blobs(
             found += [Blob(*each, whole, area) for each in inside]
     large = [each for each in found if each.area >= smallest]
     return sorted(large, key=lambda each: -each.area)
+
+
+def _around(parts: NDArray[np.int64]) -> Box:
+    """Return the box around patches (n, 5)."""
+    low, high = parts[:, :2].min(axis=0), (parts[:, :2] + parts[:, 2:4]).max(axis=0)
+    return Box(*low.tolist(), *(high - low).tolist())
 
 
 def _between_heads(

@@ -29,8 +29,10 @@ ROUNDS = 8
 """Rounds in which the least sum of absolute deviations is approached."""
 SPREADS = 2.0
 """An object is larger than usual by this many standard deviations at most, 19 of 20 times."""
-CERTAIN = 0.35
-"""Largest standard deviation of a size, as a share of it, by which anything is decided."""
+ABREAST = 1.6
+"""Objects abreast are together at least this many times as wide as one."""
+CERTAIN = math.log(ABREAST) / SPREADS
+"""Largest standard deviation of a size, in the logarithm: two abreast are surely more than one."""
 
 
 class ObjectSizes:
@@ -45,13 +47,14 @@ class ObjectSizes:
     def __init__(self) -> None:
         self._boxes, self._fills = np.empty((0, 4)), np.empty(0)
         self._new = 0
-        self._fits: list[tuple[Floats, float, Floats]] = []
+        self._lines = np.empty((0, 3))
+        self._spreads, self._covariances = np.empty(0), np.empty((0, 3, 3))
         self.fill = 1.0
 
     @property
     def known(self) -> bool:
         """Whether there were objects enough to learn from."""
-        return bool(self._fits)
+        return bool(len(self._lines))
 
     def learn(self, boxes: Sequence[Box], fills: Sequence[float]) -> None:
         """Learn from the boxes of patches that move, and the shares of these that are theirs."""
@@ -65,23 +68,27 @@ class ObjectSizes:
             self._new = 0
             self.fill = float(np.median(self._fills))
             design = _design(_feet(self._boxes))
-            self._fits = [_robust_fit(design, self._boxes[:, 2 + axis]) for axis in range(2)]
+            fits = [_robust_fit(design, self._boxes[:, 2 + axis]) for axis in range(2)]
+            self._lines, self._spreads, self._covariances = map(np.array, zip(*fits, strict=True))
 
     def at(self, feet: Floats) -> tuple[Floats, Floats]:
         """Return the widths and heights at feet (n, 2), and their spreads in the logarithm: (n, 2).
 
         A spread is infinite where the size is not known: nobody has been near enough.
         """
-        sizes, spreads = np.full((len(feet), 2), 1.0), np.full((len(feet), 2), np.inf)
+        if not self.known:
+            return np.ones((len(feet), 2)), np.full((len(feet), 2), np.inf)
         design = _design(feet)
-        for axis, (line, spread, covariance) in enumerate(self._fits):
-            size = design @ line
-            variance = np.einsum("ij,jk,ik->i", design, covariance, design)
-            sure = size > 1
-            relative = np.sqrt(spread**2 + variance[sure] / size[sure] ** 2)
-            sizes[sure, axis] = size[sure]
-            spreads[sure, axis] = np.where(relative <= CERTAIN, relative, np.inf)
-        return sizes, spreads
+        sizes = np.maximum(design @ self._lines.T, 1.0)
+        off = np.einsum("ij,ajk,ik->ia", design, self._covariances, design)
+        spreads = np.sqrt(self._spreads**2 + off / sizes**2)
+        sure = (sizes > 1) & (spreads <= CERTAIN)
+        return sizes, np.where(sure, spreads, np.inf)
+
+    def foot_below(self, x: float, top: float) -> float:
+        """Return the foot of an object whose upper edge is at a place, if sizes are known."""
+        across, down, rest = self._lines[1]
+        return float((top + across * x + rest) / max(1 - down, np.finfo(float).eps))
 
     def largest(self, feet: Floats) -> Floats:
         """Return how wide and high a single object is at most, (n, 2), infinite if not known."""
@@ -95,7 +102,9 @@ def _feet(boxes: Floats) -> Floats:
 
 
 def _design(feet: Floats) -> Floats:
-    return np.column_stack([feet, np.ones(len(feet))])
+    out = np.ones((len(feet), 3))
+    out[:, :2] = feet
+    return out
 
 
 def _robust_fit(design: Floats, sizes: Floats) -> tuple[Floats, float, Floats]:

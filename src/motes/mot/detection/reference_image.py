@@ -17,6 +17,8 @@ In films of still cameras the best shift left 0.83 of it or more, in rendered pa
 """
 NOTICED = 2.0
 """Least decrease of the misfit by that shift, in gray levels; noise causes less."""
+SPARSE = 3
+"""Every third pixel in x and y is compared."""
 SHADES = np.linspace(0.05, 0.95, 10)
 """Shares of the pixels below the gray values from which a change of light is read."""
 LASTS = 50
@@ -42,11 +44,12 @@ class ReferenceImage:
         height, width = picture.shape
         if min(height, width) <= 2 * margin:
             return False
-        inner = self._kept[margin : height - margin : 3, margin : width - margin : 3]
+        inner = self._kept[margin : height - margin : SPARSE, margin : width - margin : SPARSE]
 
         def differences(dy: int, dx: int) -> Singles:
             y, x = margin + dy, margin + dx
-            other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
+            low, right = height - 2 * margin + y, width - 2 * margin + x
+            other = picture[y:low:SPARSE, x:right:SPARSE]
             apart: Singles = np.abs(inner - other)
             return apart
 
@@ -64,9 +67,18 @@ class ReferenceImage:
 
 def _relit(picture: Singles, like: Singles) -> Singles:
     """Return a picture with the shades of another: as many pixels below each gray value."""
-    own, other = np.quantile(picture, SHADES), np.quantile(like, SHADES)
-    relit: Singles = picture + np.interp(picture, own, other - own).astype(np.float32)
+    own, other = _shades(picture), _shades(like)
+    if np.abs(own - other).max() < 1:
+        return picture
+    change = np.interp(np.arange(256), own, other - own).astype(np.float32)
+    relit: Singles = picture + change[picture.astype(np.uint8)]
     return relit
+
+
+def _shades(picture: Singles) -> Singles:
+    """Return the gray values below which shares of the pixels lie."""
+    ordered = np.sort(picture[::SPARSE, ::SPARSE], axis=None)
+    return ordered[np.rint(SHADES * (len(ordered) - 1)).astype(int)]
 
 
 def _reduced(pixels: Bytes) -> Singles:

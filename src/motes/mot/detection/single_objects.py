@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Box
-from motes.mot.detection.object_size import ObjectSizes
+from motes.mot.detection.object_size import ABREAST, ObjectSizes
 
 Patch = NDArray[np.bool_]
 
@@ -18,8 +18,6 @@ SEEN = 0.6
 """An object that nothing hides shows at least this share of an object's usual pixels."""
 HIDDEN = 0.3
 """One that another hides shows at least this share."""
-ABREAST = 1.6
-"""Objects abreast are together at least this many times as wide as one."""
 FITS = 0.6
 """Objects explain a patch if their boxes miss at most this share of what one box misses."""
 MOST = 8
@@ -153,9 +151,7 @@ def _foot_below(
     seen = np.flatnonzero(beside.any(axis=1))
     breaks = np.flatnonzero(np.diff(seen) > 1)
     top = float(seen[breaks[-1] + 1] if breaks.size else seen[0]) if seen.size else float(row)
-    foot = top
-    for _ in range(10):
-        foot = top + _size(middle, foot, corner, sizes)[1]
+    foot = sizes.foot_below(corner[0] + middle, corner[1] + top) - corner[1]
     return max(foot, float(row))
 
 
