@@ -78,7 +78,8 @@ def _relit(picture: Singles, like: Singles) -> Singles:
 def _shades(picture: Singles) -> Singles:
     """Return the gray values below which shares of the pixels lie."""
     ordered = np.sort(picture[::SPARSE, ::SPARSE], axis=None)
-    return ordered[np.rint(SHADES * (len(ordered) - 1)).astype(int)]
+    shades: Singles = ordered[np.rint(SHADES * (len(ordered) - 1)).astype(int)]
+    return shades
 
 
 def _reduced(pixels: Bytes) -> Singles:
