@@ -142,14 +142,13 @@ class _Trajectory:
     jumped: bool = False
     continued: bool = False
 
-    def leads_to(self, foot: Point, now: float, limit: float) -> bool:
-        """Return whether its path, continued, comes nearer to a foot than a limit."""
+    def off(self, foot: Point, now: float, longest: float) -> float:
+        """Return how far a foot is from where the last half second leads; NaN if that is old."""
         (began, first), (last, place) = self.feet[0], self.feet[-1]
-        if self.continued or last == began or not 0 < now - last <= JOINED:
-            return False
+        if last == began or not 0 < now - last <= longest:
+            return math.nan
         share = (now - last) / (last - began)
-        expected = tuple(place[i] + share * (place[i] - first[i]) for i in range(2))
-        return math.dist(expected, foot) <= limit
+        return math.dist([place[i] + share * (place[i] - first[i]) for i in range(2)], foot)
 
     def counts(self, now: float) -> bool:
         """Return whether it is known well enough for its events to count."""
@@ -262,7 +261,8 @@ class EventCounter:
         walk = _Trajectory(time, deque([(time, foot)]), {}, {}, set(), foot, {}, {})
         self._ended = [old for old in self._ended if time - old.feet[-1][0] <= JOINED]
         unseen = [old for identity, old in self._walks.items() if identity not in seen]
-        before = [old for old in (*self._ended, *unseen) if old.leads_to(foot, time, limit)]
+        before = [old for old in (*self._ended, *unseen) if old.off(foot, time, JOINED) <= limit]
+        before = [old for old in before if not old.continued]
         if len(before) == 1:  # of two it could be either
             before[0].continued = True
             walk.clear, walk.walked = dict(before[0].clear), before[0].walked
@@ -277,7 +277,10 @@ class EventCounter:
         if walk is None:
             walk = self._walks[each.identity] = self._begin(foot, time, limit, seen)
             events.append(self._event(each, walk, foot, "appears"))
-        jumped = walk.continued or _jumps(walk, foot, time, limit)
+        # It then holds something else than before, such as two objects that touch. What was hidden
+        # for longer than it had been seen may be anywhere.
+        seen_for = walk.feet[-1][0] - walk.feet[0][0]
+        jumped = walk.continued or walk.off(foot, time, seen_for) > limit
         walk.continued = False
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
@@ -378,20 +381,6 @@ class EventCounter:
         if start is None or end is None:
             return None
         return math.dist(start, end) / (now - began) if now > began else 0.0
-
-
-def _jumps(walk: _Trajectory, foot: Point, now: float, limit: float) -> bool:
-    """Return whether a foot is farther than a limit from where the last half second leads.
-
-    Its box then holds something else than before, such as two objects that touch. What was hidden
-    meanwhile may be anywhere.
-    """
-    (began, first), (last, place) = walk.feet[0], walk.feet[-1]
-    if not 0 < now - last <= last - began:
-        return False
-    share = (now - last) / (last - began)
-    expected = (place[i] + share * (place[i] - first[i]) for i in range(2))
-    return math.dist(tuple(expected), foot) > limit
 
 
 def _past(walk: _Trajectory, foot: Point, now: float) -> Point:

@@ -28,7 +28,7 @@ from motes.mot.detection.background_models import (
     Mixture,
     RunningGaussian,
 )
-from motes.mot.detection.blobs import Blob, blobs
+from motes.mot.detection.blobs import Blob, blobs, cut
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -105,7 +105,6 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         still. With a larger value it is found for longer.
     exposure
         Largest change of the camera's exposure that is corrected, as a share of the brightness.
-        With a larger value the background outlives larger changes of light.
     recent
         Number of frames over which the usual brightness is learned. With a larger value it changes
         more slowly.
@@ -242,8 +241,9 @@ class BackgroundDetector:
                 picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
             self._begin(self._first, 0.0)
-            for picture in pictures:
-                self._learn_sizes(self._blobs(self._mask(planes_of(picture))))
+            for planes in map(planes_of, pictures):
+                mask = without_tremble(self._foreground(planes), planes, self._background)
+                self._learn_sizes(self._blobs(mask))
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes where the objects that have moved should be in the next frame."""
@@ -300,10 +300,6 @@ class BackgroundDetector:
         config = self.config
         return config.rate or max(1 / (2 * (FIRST + self._frames)), 1 / config.history)
 
-    def _mask(self, planes: Planes) -> Mask:
-        """Return the foreground without shadows and without what a tremble moves."""
-        return without_tremble(self._foreground(planes), planes, self._background)
-
     def _foreground(self, planes: Planes) -> Mask:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
         config = self.config
@@ -319,9 +315,8 @@ class BackgroundDetector:
         """Return the boxes of the objects in the foreground."""
         config = self.config
         found = self._blobs(mask)
-        moved = self._moved
+        boxes, moved = [each.box for each in found], self._moved
         self._learn_sizes([each for each in found if any(holds(each.patch, b) for b in moved)])
-        boxes = [each.box for each in found]
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
             boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
@@ -341,14 +336,9 @@ class BackgroundDetector:
         )  # fmt: skip
 
     def _learn_sizes(self, found: Sequence[Blob]) -> None:
-        """Learn from the patches of objects, those that the picture's border does not cut.
-
-        Patches teach as they are: if they taught what they are divided into, a first mistake would
-        prove itself right.
-        """
-        height, width = self._background.planes.shape[1:]
-        patches = {each.patch: each.pixels for each in found}
-        whole = [each for each in patches if _inside(each, width, height)]
+        """Learn from whole patches: if parts taught, a first mistake would prove itself right."""
+        patches, shape = {each.patch: each.pixels for each in found}, self._background.planes.shape
+        whole = [each for each in patches if not cut(each, shape[1:])]
         self._sizes.learn(whole, [patches[box] / (box.width * box.height) for box in whole])
 
     def _exposed(self, pixels: Mask) -> Planes:
@@ -372,11 +362,6 @@ class BackgroundDetector:
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
-
-
-def _inside(box: Box, width: int, height: int) -> bool:
-    """Return whether a box lies in a picture and does not touch its border."""
-    return box.x > 0 and box.y > 0 and box.x + box.width < width and box.y + box.height < height
 
 
 def _sparse(pixels: Mask) -> Singles:

@@ -16,7 +16,7 @@ from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.mot.detection.morphology import Mask, closed, components, opened
 from motes.mot.detection.object_size import ObjectSizes
-from motes.mot.detection.single_objects import PART, around, explained, holds, joined
+from motes.mot.detection.single_objects import Patch, around, explained, holds, joined
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -64,30 +64,30 @@ def blobs(
     height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
     clean, smallest = opened(mask, speck), round(least * mask.size)
     labels, parts = components(closed(clean, (height, width)))
-    groups = [[number] for number, part in enumerate(parts, start=1) if part[4] >= smallest]
-    if sizes is not None and sizes.known:
-        groups = joined(parts, round(PART * smallest), sizes)
-    found: list[Blob] = []
+    sizes, found = sizes or ObjectSizes(), list[Blob]()
+    groups = joined(parts, smallest, sizes)
     wholes = [_around(parts[np.array(numbers) - 1]) for numbers in groups]
     feet = np.array([(box.x + box.width / 2, box.y + box.height) for box in wholes])
-    limits = (sizes or ObjectSizes()).largest(feet.reshape(-1, 2))
+    limits = sizes.largest(feet.reshape(-1, 2))
     for numbers, whole, limit in zip(groups, wholes, limits, strict=True):
-        area = int(parts[np.array(numbers) - 1, 4].sum())
-        x, y, w, h = map(int, whole)
+        area, (x, y, w, h) = int(parts[np.array(numbers) - 1, 4].sum()), map(int, whole)
         here = slice(y, y + h), slice(x, x + w)
-        of_it = labels[here] == numbers[0]
-        for number in numbers[1:]:
-            of_it |= labels[here] == number
-        patch = of_it & clean[here].astype(bool)
-        if sizes is None or not np.isfinite(limit).all():
+        patch = np.any([labels[here] == n for n in numbers], axis=0) & clean[here].astype(bool)
+        if not np.isfinite(limit).all():
             found += _between_heads(patch, whole, area, valley, narrow, known)
-        elif whole.width <= limit[0] and whole.height <= limit[1]:
+        elif (whole.width <= limit[0] and whole.height <= limit[1]) or cut(whole, mask.shape):
             found.append(Blob(whole, area, whole, area))
         else:
-            inside = explained(patch, (x, y), sizes, known) or [(whole, area)]
+            inside = explained(patch, (x, y), sizes) or [(whole, area)]
             found += [Blob(*each, whole, area) for each in inside]
     large = [each for each in found if each.area >= smallest]
     return sorted(large, key=lambda each: -each.area)
+
+
+def cut(box: Box, shape: tuple[int, ...]) -> bool:
+    """Return whether the border of a picture (H, W) may cut what is in a box."""
+    right, low = box.x + box.width, box.y + box.height
+    return box.x <= 0 or box.y <= 0 or right >= shape[1] or low >= shape[0]
 
 
 def _around(parts: NDArray[np.int64]) -> Box:
@@ -97,12 +97,7 @@ def _around(parts: NDArray[np.int64]) -> Box:
 
 
 def _between_heads(
-    patch: NDArray[np.bool_],
-    whole: Box,
-    area: int,
-    valley: float,
-    narrow: float,
-    known: Sequence[Box],
+    patch: Patch, whole: Box, area: int, valley: float, narrow: float, known: Sequence[Box]
 ) -> list[Blob]:
     """Return the objects in a patch that is divided between its heads."""
     cuts = divided(patch.astype(np.uint8), valley, narrow) if valley else []
@@ -136,14 +131,8 @@ def divided(patch: Mask, valley: float, narrow: float) -> list[int]:
 
     People beside each other have a valley between their heads, and vehicles between their roofs; a
     walker's legs or a vehicle's hood make none. A valley is below the lower one of the peaks beside
-    it by a share of its height, and so wide are the parts on both sides at least.
-
-    Parameters
-    ----------
-    valley
-        Least depth of a valley, as a share of the lower peak's height over the patch's lowest row.
-    narrow
-        Least width of a part, as a share of the patch's height.
+    it by a share of its height (`valley`), and so wide are the parts on both sides at least
+    (`narrow`): shares of the lower peak's height over the lowest row, and of the patch's height.
     """
     height = len(patch)
     spike, least = max(1, round(SPIKE * height)) | 1, max(1, round(narrow * height))

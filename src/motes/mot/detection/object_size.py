@@ -36,12 +36,9 @@ CERTAIN = math.log(ABREAST) / SPREADS
 
 
 class ObjectSizes:
-    """The sizes of objects by the place of their foot, if most patches are single ones.
+    """The sizes of objects by their foot, and `fill`, the share of its box that one usually has.
 
-    Attributes
-    ----------
-    fill
-        The share of its box that an object's patch has, usually.
+    They are those of single objects if most patches are single ones.
     """
 
     def __init__(self) -> None:
@@ -72,10 +69,7 @@ class ObjectSizes:
             self._lines, self._spreads, self._covariances = map(np.array, zip(*fits, strict=True))
 
     def at(self, feet: Floats) -> tuple[Floats, Floats]:
-        """Return the widths and heights at feet (n, 2), and their spreads in the logarithm: (n, 2).
-
-        A spread is infinite where the size is not known: nobody has been near enough.
-        """
+        """Return widths and heights (n, 2) at feet, and their spreads, infinite if not known."""
         if not self.known:
             return np.ones((len(feet), 2)), np.full((len(feet), 2), np.inf)
         design = _design(feet)
@@ -84,11 +78,6 @@ class ObjectSizes:
         spreads = np.sqrt(self._spreads**2 + off / sizes**2)
         sure = (sizes > 1) & (spreads <= CERTAIN)
         return sizes, np.where(sure, spreads, np.inf)
-
-    def foot_below(self, x: float, top: float) -> float:
-        """Return the foot of an object whose upper edge is at a place, if sizes are known."""
-        across, down, rest = self._lines[1]
-        return float((top + across * x + rest) / max(1 - down, np.finfo(float).eps))
 
     def largest(self, feet: Floats) -> Floats:
         """Return how wide and high a single object is at most, (n, 2), infinite if not known."""
@@ -124,5 +113,5 @@ def _robust_fit(design: Floats, sizes: Floats) -> tuple[Floats, float, Floats]:
     ratios = np.log(np.maximum(design @ line, 1) / sizes)
     beside = 1.4826 * float(np.median(np.abs(ratios)))
     spread = math.sqrt((LEAST * PRIOR**2 + len(sizes) * beside**2) / (LEAST + len(sizes)))
-    plain = design / sizes[:, None]
-    return line, spread, spread**2 * np.linalg.inv(plain.T @ plain + ridge)
+    relative = design / sizes[:, None]
+    return line, spread, spread**2 * np.linalg.inv(relative.T @ relative + ridge)

@@ -48,9 +48,8 @@ class ReferenceImage:
 
         def differences(dy: int, dx: int) -> Singles:
             y, x = margin + dy, margin + dx
-            low, right = height - 2 * margin + y, width - 2 * margin + x
-            other = picture[y:low:SPARSE, x:right:SPARSE]
-            apart: Singles = np.abs(inner - other)
+            other = picture[y : y + height - 2 * margin, x : x + width - 2 * margin]
+            apart: Singles = np.abs(inner - other[::SPARSE, ::SPARSE])
             return apart
 
         def fits(dy: int, dx: int) -> bool:  # the median is below the limit if most values are
