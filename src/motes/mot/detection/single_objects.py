@@ -146,4 +146,4 @@ def _better(patch: Patch, corner: tuple[int, int], boxes: list[Box], sizes: Obje
     foot = np.array([[corner[0] + wide / 2, corner[1] + high]])
     if wide >= ABREAST * sizes.at(foot)[0][0, 0] and high <= sizes.largest(foot)[0, 1]:
         return True
-    return np.count_nonzero(covered != patch) <= FITS * np.count_nonzero(~patch)
+    return bool(np.count_nonzero(covered != patch) <= FITS * np.count_nonzero(~patch))
