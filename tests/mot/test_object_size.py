@@ -96,8 +96,3 @@ def test_a_truck_is_one() -> None:
 def test_who_is_hidden_is_not_told_from_the_upper_part_of_a_truck() -> None:
     """The scene, which has seen both before, divides their patch."""
     assert len(found(drawn(car(150, 200), car(152, 170)), taught())) == 1
-
-
-def test_what_the_border_cuts_is_not_divided() -> None:
-    """A truck that comes into the picture: nobody knows yet how large it is."""
-    assert len(found(drawn(Box(100, 180, 150, 60)), taught())) == 1

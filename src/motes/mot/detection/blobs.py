@@ -75,7 +75,7 @@ def blobs(
         patch = np.any([labels[here] == n for n in numbers], axis=0) & clean[here].astype(bool)
         if not np.isfinite(limit).all():
             found += _between_heads(patch, whole, area, valley, narrow, known)
-        elif (whole.width <= limit[0] and whole.height <= limit[1]) or cut(whole, mask.shape):
+        elif whole.width <= limit[0] and whole.height <= limit[1]:
             found.append(Blob(whole, area, whole, area))
         else:
             inside = explained(patch, (x, y), sizes) or [(whole, area)]
