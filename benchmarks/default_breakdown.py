@@ -21,7 +21,7 @@ from motes.cues.color_posterior import Posterior
 from motes.cues.confined_filter import ConfinedFilter
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
-from motes.cues.search_window import Grid
+from motes.cues.search_window import SampleGrid
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
@@ -38,7 +38,7 @@ PARTS = {
     "predict: small picture": (tracker, "small_picture"),
     "predict: shift of the camera": (prediction, "predictions"),
     "light: measured": (Light, "followed"),
-    "place: window sampled": (Grid, "sample_window"),
+    "place: window sampled": (SampleGrid, "sample_window"),
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),

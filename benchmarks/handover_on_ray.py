@@ -13,7 +13,7 @@ import numpy as np
 
 from motes.cluster.handover_actor import HandoverActor
 from motes.core.types import Floats
-from motes.mot.cameras.messages import CameraEnded, Ready
+from motes.mot.cameras.messages import CameraEnded, CameraReady
 from simulated_cameras import Building, Simulation
 
 SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
@@ -52,7 +52,7 @@ class Sender:
     async def open(self) -> int:
         """Open the cameras; return the number of reports, and in bytes their mean."""
         for name in self._names:
-            await self._call(name, msgspec.msgpack.encode(Ready(name, True)))
+            await self._call(name, msgspec.msgpack.encode(CameraReady(name, True)))
         return len(self._reports)
 
     async def send(self, count: int, rate: float | None) -> list[float]:

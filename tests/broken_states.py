@@ -31,7 +31,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.motion import SecondOrder
 from motes.sot.filtering.sample_size import KldSampling
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure
 from motes.sot.tracker import Tracker
@@ -88,7 +88,7 @@ def example(name: str, moment: str) -> bytes:
     target = region((30, 36))
     if moment == "searching":
         assert isinstance(config, ParticleFilter)
-        known = Target.learn(config.cues, _picture(0), target)
+        known = KnownTarget.learn(config.cues, _picture(0), target)
         tracker.search(_picture(0, there=False), known)
     else:
         tracker.init(_picture(0), target)

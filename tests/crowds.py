@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes.formats.mot_files import UNKNOWN, Rows, rows_of
+from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
 from motes_lab.metrics.mot import Tally
 
 FIELDS: Mapping[str, tuple[str, str]] = {
@@ -51,7 +51,9 @@ def _metrics() -> list[Any]:
     return [metrics.HOTA(), metrics.CLEAR(quiet), metrics.Identity(quiet)]
 
 
-def theirs(truth: Rows, results: Rows, frames: int, benchmark: str = "MOT15") -> dict[str, Any]:
+def theirs(
+    truth: MotRows, results: MotRows, frames: int, benchmark: str = "MOT15"
+) -> dict[str, Any]:
     """Return TrackEval's numbers by metric, its own choice of what counts included."""
     dataset = trackeval().datasets.MotChallenge2DBox.__new__(trackeval().datasets.MotChallenge2DBox)
     names = (
@@ -123,7 +125,7 @@ def assert_equal(ours: Tally, other: dict[str, Any]) -> None:
         )
 
 
-def rows(*lines: tuple[float, ...]) -> Rows:
+def rows(*lines: tuple[float, ...]) -> MotRows:
     """Return rows of frame, id, x, y, width, height, and maybe score and class."""
     return rows_of([[*line, *(1.0, UNKNOWN)[len(line) - 6 :]] for line in lines])
 
@@ -145,7 +147,7 @@ def write_crowd(folder: Path, shift: float = 0.0, frames: int = 12) -> Path:
     return folder
 
 
-def perturbed(rng: np.random.Generator, truth: Rows, frames: int) -> Rows:
+def perturbed(rng: np.random.Generator, truth: MotRows, frames: int) -> MotRows:
     """Return results that are about right: shifted, with gaps, swapped identities, and clutter."""
     kept = rng.random(len(truth.ids)) < 0.85
     boxes = truth.boxes + rng.normal(0, 0.06, truth.boxes.shape) * truth.boxes[:, [2, 3, 2, 3]]

@@ -8,7 +8,7 @@ from motes.cues.color import Color
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.motion import Noise, SecondOrder
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Systematic
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure
 
@@ -22,21 +22,21 @@ CONFIGS: dict[str, TrackerConfig] = {
         color=Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov"),
         likelihood=Gaussian(sigma=0.1),
         presence=AppearanceRule(margin=0.7),
-        resampling=Resampling(scheme="systematic", threshold=0.5),
+        resampling=Systematic(threshold=0.5),
     ),
     "random walk, residual": configure(
         PRESETS["nummiaro"],
         {
             "motion": {"type": "random_walk", "noise": {"position": 0.4, "size": 0.003}},
             "color": {"sampling": {"type": "every_pixel"}},
-            "resampling": {"scheme": "residual"},
+            "resampling": {"type": "residual"},
         },
     ),
     "stratified, half of the pixels": configure(
         PRESETS["nummiaro"],
         {
             "color": {"sampling": {"type": "checkerboard"}},
-            "resampling": {"scheme": "stratified"},
+            "resampling": {"type": "stratified"},
         },
     ),
     "learned against the surroundings": configure(

@@ -21,7 +21,7 @@ import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from motes.studio.messages import Item, Message, Progress, Reply, Rows, Session, State
+from motes.studio.messages import Item, Message, Progress, Reply, Rows, State, WholeSession
 from motes.studio.safety import Guard, Limits
 from motes.studio.serve import listening, settings
 from motes.studio.server import AGAIN, app
@@ -123,7 +123,7 @@ class Page:
     def __init__(self, socket: ClientConnection) -> None:
         self._socket = socket
         self._id = 0
-        self.session: Session
+        self.session: WholeSession
         self.jobs: dict[int, Progress] = {}
         self.rows: dict[int, dict[int, Any]] = {}
         self.messages: list[Message] = []

@@ -1,4 +1,4 @@
-"""Packages that add a cue, an expert, a motion model and a detector, and touch no file of ours.
+"""Packages that add parts of every kind, and touch no file of ours.
 
 They are in tests/plugins. docs/extend.md shows the same files.
 """
@@ -26,6 +26,7 @@ from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
+from motes.formats.registry import FORMATS, format_for
 from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
 from motes.mot.scene_config import scene_config
 from motes.sot.discriminative.expert import EXPERTS
@@ -167,6 +168,59 @@ def test_options_add_an_expert_to_the_default_tracker(go: Go) -> None:
     assert "takes no cue 'hue'" in error
 
 
+def test_options_choose_a_fusion_rule(go: Go) -> None:
+    line = "track FILM --init BOX --preset maggio --fusion.type least "
+    code, output, error = go(line + "--fusion.power 2 --dump-config")
+    assert code == 0, error
+    assert '[fusion]\ntype = "least"\npower = 2.0' in output
+    code, _, error = go(line + "-o least.csv")
+    assert code == 0, error
+    assert go("track FILM --init BOX --preset maggio -o maggio.csv")[0] == 0
+    assert Path("least.csv").read_text() != Path("maggio.csv").read_text()
+    assert go(line + "--fusion.powr 2 -o least.csv")[2].endswith("mean --fusion.power?\n")
+
+
+def test_a_format_is_written_and_read(go: Go) -> None:
+    """By its ending and by its name, by the commands that write formats and by those that read."""
+    track = "track FILM --init BOX --preset nummiaro "
+    for line in (
+        track + "-o rows.csv",
+        track + "-o its.boxes",
+        track + "-o named.txt --format boxes",
+        "convert rows.csv converted.boxes",
+        "convert its.boxes again.csv --fps 25",
+        "convert named.txt --from boxes -o further.csv --fps 25",
+        "draw FILM converted.boxes -o drawn.mp4",
+    ):
+        code, _, error = go(line)
+        assert code == 0, (line, error)
+    lines = Path("its.boxes").read_text()
+    assert lines.count("\n") == len(CLIP)
+    assert lines == Path("named.txt").read_text()
+    np.testing.assert_allclose(np.loadtxt("converted.boxes"), np.loadtxt("its.boxes"), atol=0.011)
+    again = Path("again.csv").read_text()
+    assert again == Path("further.csv").read_text()
+    assert again.splitlines()[1].split(",")[3:7] == [str(float(n)) for n in lines.split()[1:5]]
+    _, output, _ = go("convert --list")
+    assert re.search(r"^boxes +yes +yes +\.boxes +boxes$", output, re.M)
+    code, _, error = go("convert rows.csv rows.bxoes")
+    assert (code, ".yolo, .boxes; rename it" in error) == (2, True)
+
+
+def test_a_damaged_file_of_a_format(go: Go) -> None:
+    Path("bad.boxes").write_text("0 1 2 3\n")
+    code, _, error = go("convert bad.boxes rows.csv")
+    assert code == 3
+    assert error.startswith("motes: error: bad.boxes is damaged, or not of the format boxes: ")
+
+
+def test_no_package_is_asked_for_a_format_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_entry_points", None)
+    assert [format_for(name) for name in ("a.csv", "b.json", "c.xml")] == ["csv", "coco", "cvat"]
+    with pytest.raises(TypeError):
+        format_for("a.boxes")
+
+
 def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
     Path("hue.toml").write_text('[hue]\n[fusion]\ntype = "fixed"\n[fusion.weights]\nhue = 2.0\n')
     code, output, error = go(
@@ -185,14 +239,14 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
             "--hue.bin 12",
             "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
         ),
-        ("--hue.bins 1", "Config hue.bins: Expected `int` >= 2, got 1."),
+        ("--hue.bins 1", "Config hue.bins: got 1; it takes integer, 2 to 360."),
         ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
         (
             "--motion.type dirft",
             "'dirft'; known are random_walk, constant_velocity, second_order, ",
         ),
         ("--motion.type dirft", "autoregressive, drift."),
-        ("--motion.type drift --motion.flow fast", "motion.flow: Expected `float`, got `str`."),
+        ("--motion.type drift --motion.flow fast", "motion.flow: got 'fast'; it takes number."),
         (
             "--motion.type drift --motion.flwo 1",
             "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
@@ -277,7 +331,7 @@ def test_scenes_take_them_too(installed: Path) -> None:
         match=r"A detector is mog2, .*people, faces, bright, MODULE:CALLABLE, or .*onnx or \.txt",
     ):
         named_detector("brihgt")
-    with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: Expected `int`, got"):
+    with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: got 'x'; it takes integer"):
         from_dict({"tracker": {"hue": {"bins": "x"}}}, WatchConfig)
     assert scene_config().tracker.extra_cues == {}
 
@@ -357,6 +411,12 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
         configure(preset("nummiaro"), {"particels": 5})
 
 
+def test_a_format_that_is_none(site: Path) -> None:
+    install(site, "motes-odd", {"motes.formats": {"odd": "pathlib:Path"}})
+    with pytest.raises(PluginError, match=r"odd is no motes\.formats\.registry\.Format\."):
+        FORMATS.resolve("odd")
+
+
 def test_a_broken_package_without_a_name(site: Path) -> None:
     install(site, "motes-odd", {"motes.motions": {"odd": "nowhere:X"}})
     (site / "motes_odd-0.1.dist-info/METADATA").unlink()
@@ -369,6 +429,8 @@ def test_a_broken_package_without_a_name(site: Path) -> None:
     [
         ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
         ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
+        ("fusions", "motes.sot.filtering.fusion:Product", {"fusion": "odd"}),
+        ("resamplings", "motes.sot.filtering.resampling:Systematic", {"resampling": "odd"}),
         ("model_updates", "motes.sot.filtering.bin_updates:GaussianBins", {"adaptation": "odd"}),
     ],
 )

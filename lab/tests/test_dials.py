@@ -19,7 +19,7 @@ from motes.synthetic.cutout import Cutout, Pose
 from motes.synthetic.dial_clips import clip_name, dial_clips, write_clip
 from motes.synthetic.dial_film import DialFilm, scene_of
 from motes.synthetic.dials import DIALS, Dials
-from motes.synthetic.scenes import Films, Garden, Scene
+from motes.synthetic.scenes import FilmMaterials, Garden, SceneMaterials
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.dials import report
@@ -30,7 +30,7 @@ SIZE = (220, 180)
 FRAMES = 13
 
 
-def plain(color: tuple[int, int, int], seed: int = 0) -> Scene:
+def plain(color: tuple[int, int, int], seed: int = 0) -> SceneMaterials:
     """Return a scene with a target of one color, a rectangle of 60x40."""
     scene = scene_of(Garden(), seed, SIZE)
     matte = np.zeros((50, 70), np.float32)
@@ -41,11 +41,11 @@ def plain(color: tuple[int, int, int], seed: int = 0) -> Scene:
 SCENE = plain((200, 60, 60))
 
 
-def film(scene: Scene = SCENE, /, **dials: float) -> DialFilm:
+def film(scene: SceneMaterials = SCENE, /, **dials: float) -> DialFilm:
     return DialFilm(scene, Dials(**dials), 3, SIZE, FRAMES)
 
 
-def shown(scene: Scene = SCENE, /, **dials: float) -> NDArray[np.float64]:
+def shown(scene: SceneMaterials = SCENE, /, **dials: float) -> NDArray[np.float64]:
     """Return all frames of a film, (frames, H, W, 3)."""
     return np.array([frame.pixels for frame, _ in film(scene, **dials)], np.float64)
 
@@ -235,7 +235,7 @@ def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
 
 def test_an_object_is_never_before_its_own_film() -> None:
     films = {str(i): np.full((200, 300, 3), 40 * i, np.uint8) for i in range(3)}
-    found = Films(dict.fromkeys("01", SCENE.target) | {"2": SCENE.back}, films)
+    found = FilmMaterials(dict.fromkeys("01", SCENE.target) | {"2": SCENE.back}, films)
     for seed in range(20):
         scene = scene_of(found, seed, SIZE)
         assert scene.target is SCENE.target or scene.background.max() < 80

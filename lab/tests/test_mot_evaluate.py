@@ -23,7 +23,7 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.formats.mot_files import Rows
+from motes.formats.mot_files import MotRows
 from motes.mot.detection.background import BackgroundDetector
 from motes_lab.adapters.mot import (
     AssociationAdapter,
@@ -538,7 +538,7 @@ def test_what_does_not_count_is_left_out() -> None:
     there = film("film", 1)
     columns = ("frames", "ids", "boxes", "scores", "classes", "visibilities")
     parts = [[getattr(part, name) for name in columns] for part in (there.truth, others)]
-    whole = Rows(*(np.concatenate(pair) for pair in zip(*parts, strict=True)))
+    whole = MotRows(*(np.concatenate(pair) for pair in zip(*parts, strict=True)))
     assert outcome("a", there, 1).scores["boxes"] == 1
     scores = outcome("a", replace(there, truth=whole), 1).scores
     assert (scores["boxes"], scores["false_positives"], scores["mota"]) == (1, 1, 0)

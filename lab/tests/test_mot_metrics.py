@@ -12,14 +12,14 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
-from motes.formats.mot_files import Rows, read_rows, write_rows
+from motes.formats.mot_files import MotRows, read_rows, write_rows
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.metrics.mot import Tally, tally
 
 SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")
 
 
-def ours(truth: Rows, results: Rows, frames: int, distractors: tuple[int, ...]) -> Tally:
+def ours(truth: MotRows, results: MotRows, frames: int, distractors: tuple[int, ...]) -> Tally:
     return tally(*evaluated_rows(truth, results, distractors), frames)
 
 
@@ -123,7 +123,7 @@ FRAMES = 6
 
 
 @st.composite
-def crowds(draw: st.DrawFn, columns: st.SearchStrategy[tuple[int, int]]) -> Rows:
+def crowds(draw: st.DrawFn, columns: st.SearchStrategy[tuple[int, int]]) -> MotRows:
     """Return some rows; boxes are whole numbers, so that there are ties."""
     side = st.sampled_from([4, 6, 8])
     box = st.tuples(st.integers(0, 12), st.integers(0, 4), side, side)
@@ -151,14 +151,14 @@ NOTHING = rows()
     ),
 )  # fmt: skip
 @example(rows((1, 1, 0, 0, 0.6, 1)), rows((1, 1, 0.4, 0, 0.6, 1)))  # 0.2, but for rounding
-def test_as_trackeval(truth: Rows, results: Rows) -> None:
+def test_as_trackeval(truth: MotRows, results: MotRows) -> None:
     assert_equal(tally(truth, results, FRAMES), theirs(truth, results, FRAMES))
 
 
 @pytest.mark.slow
 @settings(max_examples=100)
 @given(LABELED, PLAIN)
-def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:
+def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> None:
     for benchmark, distractors in (("MOT17", DISTRACTORS), ("MOT20", (*DISTRACTORS, 6))):
         found = ours(truth, results, FRAMES, distractors)
         assert_equal(found, theirs(truth, results, FRAMES, benchmark))
@@ -167,7 +167,7 @@ def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:
 @pytest.mark.slow
 @settings(max_examples=50)
 @given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
-def test_combined_as_trackeval(pairs: list[tuple[Rows, Rows]]) -> None:
+def test_combined_as_trackeval(pairs: list[tuple[MotRows, MotRows]]) -> None:
     # For sequences without any truth, TrackEval's MOTA depends on whether they are combined.
     assume(any(len(truth.ids) for truth, _ in pairs))
     total = reduce(add, (tally(truth, results, FRAMES) for truth, results in pairs))

@@ -10,7 +10,7 @@ import pytest
 from crowds import rows
 from evaluations import pictures
 from motes.core.errors import FormatError, SourceError
-from motes.formats.mot_files import Kind, Rows, read_rows, write_rows
+from motes.formats.mot_files import Kind, MotRows, read_rows, write_rows
 from motes.synthetic.clips import still
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
@@ -30,7 +30,7 @@ def write(folder: Path, name: str = "film", text: str = TRUTH, ini: str = INI) -
     return folder / name
 
 
-def read(tmp_path: Path, text: str, kind: Kind = "truth") -> Rows:
+def read(tmp_path: Path, text: str, kind: Kind = "truth") -> MotRows:
     (tmp_path / "gt").mkdir(exist_ok=True)
     (tmp_path / "gt" / "gt.txt").write_text(text)
     return read_rows(tmp_path / "gt" / "gt.txt", 9, kind)

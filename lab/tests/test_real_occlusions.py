@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes.formats.mot_files import Rows
+from motes.formats.mot_files import MotRows
 from motes_lab.cli import main
 from motes_lab.papers.real_occlusions import (
     Counts,
@@ -24,7 +24,7 @@ STANDING = (100.0, 40.0, 20.0, 60.0)
 """The nearer one: its lower edge is at 100."""
 
 
-def truth(lefts: list[float], top: float = 30.0, height: float = 60.0) -> Rows:
+def truth(lefts: list[float], top: float = 30.0, height: float = 60.0) -> MotRows:
     """Return who stands, 1, and who walks behind: 2, at these places from frame 1 on."""
     lines = [(float(f), 1.0, *STANDING) for f in range(1, FRAMES + 1)]
     lines += [(f + 1.0, 2.0, x, top, 20.0, height) for f, x in enumerate(lefts) if np.isfinite(x)]

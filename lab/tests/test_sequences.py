@@ -18,7 +18,7 @@ import arena
 from motes import Tracker, open_source
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
-from motes.formats.regions import ABSENT, Region, read_mask, read_regions
+from motes.formats.regions import ABSENT, TruthRegion, read_mask, read_regions
 from motes.output.track_rows import TrackWriter
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
 
@@ -61,7 +61,7 @@ def refusal(path: Path, annotation: Path | None = None) -> str:
 # Rows → regions.
 
 
-def only(text: str) -> Region:
+def only(text: str) -> TruthRegion:
     (region,) = read_regions(text)
     return region
 

@@ -18,7 +18,7 @@ from motes import synthetic
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.formats.mot_files import Rows
+from motes.formats.mot_files import MotRows
 from motes.mot.association import Association
 from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
 from motes.mot.scene import Scene
@@ -129,7 +129,7 @@ def test_as_many_are_right_as_can_be() -> None:
         assert zhao_pei_figure9.count_accurate(truth, said) == (len(truth.ids), len(said.ids), best)
 
 
-def some(rng: np.random.Generator, count: int) -> Rows:
+def some(rng: np.random.Generator, count: int) -> MotRows:
     """Return so many boxes in one frame, near to each other."""
     return rows(*((1, i, *rng.integers(0, 8, 2), 20, 20) for i in range(count)))
 

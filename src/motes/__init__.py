@@ -75,7 +75,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.sot.batch import Trackers as Trackers
     from motes.sot.discriminative.state import DiscriminativeInfo as DiscriminativeInfo
     from motes.sot.discriminative.tracker import Discriminative as Discriminative
-    from motes.sot.known_target import Target as Target
+    from motes.sot.known_target import KnownTarget as KnownTarget
     from motes.sot.mean_shift import MeanShift as MeanShift, MeanShiftInfo as MeanShiftInfo
     from motes.sot.opencv_api import OpenCVTracker as OpenCVTracker
     from motes.sot.particle_filter import ParticleFilter as ParticleFilter
@@ -127,7 +127,7 @@ _NAMES = {
     "sot.batch": "Trackers",
     "sot.discriminative.state": "DiscriminativeInfo",
     "sot.discriminative.tracker": "Discriminative",
-    "sot.known_target": "Target",
+    "sot.known_target": "KnownTarget",
     "sot.mean_shift": "MeanShift MeanShiftInfo",
     "sot.opencv_api": "OpenCVTracker",
     "sot.particle_filter": "ParticleFilter",

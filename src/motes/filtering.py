@@ -19,7 +19,7 @@ from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
+from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -36,7 +36,14 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import (
+    Multinomial,
+    Resampling,
+    Residual,
+    Stratified,
+    Systematic,
+    Weights,
+)
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.mean_shift import Kalman
 
@@ -56,6 +63,7 @@ __all__ = [
     "Exponential",
     "ExponentialForgetting",
     "Fixed",
+    "Fusion",
     "Gaussian",
     "GaussianBins",
     "Kalman",
@@ -63,6 +71,7 @@ __all__ = [
     "KldSampling",
     "Likelihood",
     "Motion",
+    "Multinomial",
     "Noise",
     "PerCue",
     "PrintedMixture",
@@ -70,6 +79,10 @@ __all__ = [
     "RandomWalk",
     "Redetection",
     "Resampling",
+    "Residual",
     "SecondOrder",
     "Strategy",
+    "Stratified",
+    "Systematic",
+    "Weights",
 ]

@@ -443,7 +443,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
             "did you mean --motion.noise.size?",
         ),
         ("track FILM --init BOX --preset nummiaro --motion.noise.size nan", 2, "motion.noise.size"),
-        ("track FILM --init BOX --particles many", 2, "particles: Expected `int`, got `str`"),
+        ("track FILM --init BOX --particles many", 2, "particles: got 'many'; it takes integer"),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),
         ("track FILM --init BOX --config none.toml", 3, "none.toml cannot be read: .*check"),

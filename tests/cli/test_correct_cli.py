@@ -16,7 +16,7 @@ from motes.core.errors import FormatError
 from motes.core.frame import Frame
 from motes.correction.history import History
 from motes.correction.passes import run_pass
-from motes.correction.rows import Rows
+from motes.correction.rows import KnownRows
 from motes.output.track_rows import COLUMNS, CORRECTED, GROUND, TrackWriter
 from motes.synthetic.clips import still
 from motes.video.film import Film
@@ -232,7 +232,7 @@ def test_a_correction_killed_between_its_files_is_finished(
         with monkeypatch.context() as patched:
             patched.setattr(History, "save", once)
             if killed == "before the rows":
-                patched.setattr(Rows, "write", lambda *_: None)
+                patched.setattr(KnownRows, "write", lambda *_: None)
             assert go("refine FILM rows.csv --at 12=31,25,30,40")[0] == 130
         assert (Path("rows.csv").read_text() == old) == (killed == "before the rows")
         assert History.load(Path("rows.csv.run.json")).unfinished == [(0, 12), (12, 23)]
@@ -495,7 +495,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
         ("start", -5, "the frames -5 to 23 are none"),
         ("seed", -1, "A seed is a whole number"),
         ("units", {"x": 1}, "Config has no key 'x'"),
-        ("config", {}, "missing required field"),
+        ("config", {}, "it needs the key type; known are particle_filter"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
         ("form", 9, "of another version of motes"),
     ],
@@ -515,7 +515,7 @@ def test_a_file_that_is_no_history(go: Go) -> None:
     assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
     Path("rows.csv").write_text("frame,time\n0,0\n")
     with pytest.raises(FormatError, match="no rows of one target"):
-        Rows(Path("rows.csv"))
+        KnownRows(Path("rows.csv"))
 
 
 def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:

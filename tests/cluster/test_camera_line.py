@@ -22,7 +22,14 @@ from motes.cluster.rig_streams import GroupStream, Numbers
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message, NextFrame, Ready
+from motes.mot.cameras.messages import (
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    Go,
+    Message,
+    NextFrame,
+)
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.mot.cameras.rig_config import Camera, Rig
 
@@ -93,7 +100,7 @@ def reports_of(meeting: Meeting) -> list[Associated]:
 
 def test_messages_are_used_in_their_order() -> None:
     async def test(one: Meeting) -> None:
-        messages: list[Message] = [Ready("hall", True)]
+        messages: list[Message] = [CameraReady("hall", True)]
         messages += [CameraReport("hall", n, n / 25, ()) for n in range(4)]
         answers = [one.send_as(n, "hall", messages[n]) for n in (2, 4, 0, 3, 1)]
         assert await asyncio.gather(*answers) == [GO] * 5
@@ -104,14 +111,14 @@ def test_messages_are_used_in_their_order() -> None:
 
 def test_an_earlier_life_is_refused() -> None:
     async def test(one: Meeting) -> None:
-        await one.send("hall", Ready("hall", True))
+        await one.send("hall", CameraReady("hall", True))
         early = one.send_as(7, "hall", CameraReport("hall", 7, 0.0, ()))
         await settled()
         await one.die("hall", 0, "its node died")
         assert await early is None
         assert await one.send_as(1, "hall", CameraReport("hall", 0, 0.0, ())) is None
         await one.die("hall", 0, "its node died")  # Ray repeats calls
-        assert await one.send_as(0, "hall", Ready("hall", True), life=1) == GO
+        assert await one.send_as(0, "hall", CameraReady("hall", True), life=1) == GO
         assert [each for each in one.news if isinstance(each, Restart)] == [
             Restart("hall", 1, CAMERA_TIMEOUT)
         ]
@@ -123,11 +130,11 @@ def test_identities_and_frames_go_on_in_the_next_life() -> None:
     """Another process numbers its objects and frames from the start again."""
 
     async def test(one: Meeting) -> None:
-        await one.send("hall", Ready("hall", True))
+        await one.send("hall", CameraReady("hall", True))
         for n in range(3):
             await one.send("hall", seen("hall", n, n / 25))
         await one.die("hall", 0, "its node died")
-        await one.send("hall", Ready("hall", True), life=1)
+        await one.send("hall", CameraReady("hall", True), life=1)
         for n in range(2):
             await one.send("hall", seen("hall", n, 8 + n / 25), life=1)
         reports = reports_of(one)
@@ -144,7 +151,7 @@ def test_nothing_is_answered_before_the_program_has_it() -> None:
     """So a program that does not listen slows cameras down, and no answer has to be taken back."""
 
     async def test(one: Meeting) -> None:
-        await one.send("hall", Ready("hall", True))
+        await one.send("hall", CameraReady("hall", True))
         await settled()
         one.listening.clear()
         answers = [one.send("hall", CameraReport("hall", n, n / 25, ())) for n in range(OPEN)]
@@ -160,7 +167,7 @@ def test_nothing_is_answered_before_the_program_has_it() -> None:
 def test_recordings_go_in_step() -> None:
     async def test(one: Meeting) -> None:
         for name in ("one", "two"):
-            await one.send(name, Ready(name, False))
+            await one.send(name, CameraReady(name, False))
         first = one.send("one", NextFrame(0.0))
         await settled()
         assert not first.done()  # the other one may have an earlier frame

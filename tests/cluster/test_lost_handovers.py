@@ -17,7 +17,7 @@ from handovers import Meeting, settled
 from motes.cluster import handover_actor
 from motes.cluster.rig_messages import Associated, GroupNews, Restart
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.messages import CameraEnded, NextFrame, Ready
+from motes.mot.cameras.messages import CameraEnded, CameraReady, NextFrame
 from simulated_cameras import Building, Simulation
 
 Run = tuple[list[GroupNews | Restart], list[bytes | None]]
@@ -49,7 +49,7 @@ def live(building: Building, seconds: float, rng: random.Random | None) -> Run:
     async def play() -> Run:
         meeting, answers = Meeting(rig), []
         for camera in rig.camera:
-            await meeting.send(camera.name, Ready(camera.name, True))
+            await meeting.send(camera.name, CameraReady(camera.name, True))
         for n, report in enumerate(reports):
             answer = meeting.send(report.camera, report)
             if rng is not None and n in moments:
@@ -73,7 +73,7 @@ def recorded(building: Building, seconds: float, rng: random.Random | None) -> R
 
         async def film(name: str) -> list[bytes | None]:
             answers, last = [], None
-            await meeting.send(name, Ready(name, False))
+            await meeting.send(name, CameraReady(name, False))
             for report in [each for each in reports if each.camera == name]:
                 go = meeting.send(name, NextFrame(report.time))
                 if last is not None:
@@ -140,7 +140,7 @@ def test_the_program_holds_little() -> None:
 
     async def play() -> list[int]:
         meeting, held = Meeting(building.rig()), []
-        await meeting.send(name, Ready(name, True))
+        await meeting.send(name, CameraReady(name, True))
         for report in reports_of(building, 12.0):
             await meeting.send(name, report)
             entries = map(msgspec.msgpack.decode, meeting.held.entries)

@@ -107,6 +107,9 @@ def test_alternatives() -> None:
         (Literal["a"], '"a"'),
         (tuple[Share, Share], "list of 2: number, 0 to 1"),
         (tuple[int, ...], "list: integer"),
+        (Annotated[tuple[int, ...], Meta(min_length=6)], "list of at least 6: integer"),
+        (Annotated[list[int], Meta(min_length=9, max_length=9)], "list of 9: integer"),
+        (Annotated[list[int], Meta(max_length=4)], "list of 0 to 4: integer"),
         (str, "text"),
     ],
 )

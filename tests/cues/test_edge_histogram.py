@@ -16,7 +16,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.edge_histogram import Edges
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
-from motes.kernels.structures import Grid, Reading
+from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     between_pixels,
     bhattacharyya,
@@ -255,7 +255,7 @@ def test_the_operator_at_points_finds_what_it_finds_everywhere(
     plane = np.empty(pixels.shape[:2], np.uint8)
     kernels.sobel.sobel(pixels, 0, 0, 100.0, 8, plane)
     expected, found = np.empty((3, 9)), np.empty((3, 9))
-    kernels.sobel.histograms(plane, 0, 0, ellipses, Reading(lattice, Grid(1, 1), 0), expected)
+    kernels.sobel.histograms(plane, 0, 0, ellipses, Reading(lattice, PixelGrid(1, 1), 0), expected)
     kernels.sobel.histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
     np.testing.assert_array_equal(found, expected)
 

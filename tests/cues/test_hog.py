@@ -17,7 +17,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
-from motes.kernels.structures import Grid, Reading
+from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     Pixels,
     between_pixels,
@@ -316,7 +316,7 @@ def test_gradients_at_points_are_those_found_everywhere(
         0,
         0,
         ellipses,
-        Reading(lattice, Grid(1, 1), gaussian),
+        Reading(lattice, PixelGrid(1, 1), gaussian),
         cells,
         turned,
         expected,

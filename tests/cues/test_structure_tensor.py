@@ -25,7 +25,7 @@ from motes.cues.structure_tensor import (
     OrientationModel,
     filters_of,
 )
-from motes.kernels.structures import Grid, Reading
+from motes.kernels.structures import PixelGrid, Reading
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.particle_filter import ParticleFilter
@@ -419,7 +419,8 @@ def test_histograms(
     histograms = np.full((1, count), np.nan)
     kernels.structure_tensor.histograms(
         certainty, bins, left, top, rows(ellipse),
-        Reading(lattice, Grid(1, 1), PROFILES[profile]), threshold, np.array([shift]), histograms,
+        Reading(lattice, PixelGrid(1, 1), PROFILES[profile]), threshold, np.array([shift]),
+        histograms,
     )  # fmt: skip
     raw = orientation_histogram(
         certainty.astype(float), bins, here, lattice, profile, threshold, count
@@ -433,7 +434,7 @@ def shifted(raw: Floats, *shifts: float) -> Floats:
     certainty, bins = raw.astype(np.float32)[None], np.arange(len(raw), dtype=np.uint8)[None]
     out = np.full((len(shifts), len(raw)), np.nan)
     everything = np.tile([len(raw) / 2, 0, 1e4, 1e4, 0.0], (len(shifts), 1))
-    reading = Reading(np.empty((2, 0), np.float32), Grid(1, 1), kernels.sampling.UNIFORM)
+    reading = Reading(np.empty((2, 0), np.float32), PixelGrid(1, 1), kernels.sampling.UNIFORM)
     kernels.structure_tensor.histograms(
         certainty, bins, 0, 0, everything, reading, 0.0, np.array(shifts, float), out
     )

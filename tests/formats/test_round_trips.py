@@ -62,7 +62,7 @@ def same_boxes(found: Recorded, expected: Recorded, tolerance: float) -> None:
 def test_one_target(name: str, tmp_path: Path) -> None:
     found = round_trip(turning(), name, tmp_path)
     same_boxes(found, turning(), 0.011)
-    held = registry.FORMATS[name].holds
+    held = registry.FORMATS.resolve(name).holds
     before = {row.frame: row.objects for row in turning()}
     for row in found:
         for each, known in zip(row.objects, before[row.frame], strict=True):
@@ -77,7 +77,7 @@ def test_one_target(name: str, tmp_path: Path) -> None:
 def test_several_objects(name: str, tmp_path: Path) -> None:
     found = round_trip(crowd(), name, tmp_path)
     same_boxes(found, crowd(), 0.011)
-    held, row = registry.FORMATS[name].holds, next(row for row in found if row.frame == 12)
+    held, row = registry.FORMATS.resolve(name).holds, next(row for row in found if row.frame == 12)
     if CLASSES in held:
         assert row.objects[0].label == "car"
     statuses = [each.status for each in row.objects]
@@ -258,7 +258,7 @@ def test_damaged_files_are_one_clear_error(name: str, data: bytes, tmp_path: Pat
     ("name", "ending"),
     [
         (name, ending)
-        for name, each in registry.FORMATS.items()
+        for name, each in registry.FORMATS.usable().items()
         if each.write and not each.folder
         for ending in each.endings
     ],

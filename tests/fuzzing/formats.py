@@ -51,7 +51,7 @@ def _several() -> Recording:
 
 def seeds(name: str) -> list[bytes]:
     """Return sound files of a format."""
-    single = name != "journal" and registry.FORMATS[name].single
+    single = name != "journal" and registry.FORMATS.resolve(name).single
     found = []
     for number, recorded in enumerate([_one(), *[_several()] * (not single)]):
         path = scratch() / f"seed-{number}-{NAMES[name]}"

@@ -9,7 +9,7 @@ from motes.core.geometry import Ellipse
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.structure_tensor import Orientation
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 from .outcomes import check_finite, outcome, put, scratch
 
@@ -22,7 +22,7 @@ def seeds() -> list[bytes]:
         {"color": Color(bins=(4, 4, 4))},
         {"orientation": Orientation(bins=12), "edges": Edges(bins=4)},
     ):
-        target = Target.learn(cues, Frame(0, 0.0, pixels), Ellipse(30, 20, 9, 6, 0.3))
+        target = KnownTarget.learn(cues, Frame(0, 0.0, pixels), Ellipse(30, 20, 9, 6, 0.3))
         path = scratch() / "target.json"
         target.save(path)
         found.append(path.read_bytes())
@@ -33,7 +33,7 @@ def check(data: bytes) -> str:
     """Read a histogram: shares of one."""
 
     def read() -> None:
-        target = Target.load(put("target.json", data))
+        target = KnownTarget.load(put("target.json", data))
         check_finite([*target.size, *target.size.box])
         for name, model in target.models.items():
             shares = model.histogram

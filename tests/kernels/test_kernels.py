@@ -19,9 +19,9 @@ from motes.cues.search_window import sectors
 from motes.kernels.structures import (
     ColorBins,
     ColorTarget,
-    Grid,
     LightLimits,
     MixtureLearning,
+    PixelGrid,
     Reading,
 )
 from oracles import mosaic
@@ -29,7 +29,7 @@ from oracles import mosaic
 STUBS = sorted(Path(kernels.__file__).parent.glob("*.pyi"))
 PIXELS = mosaic(0, 60, 80)
 ELLIPSES = np.array([[40.0, 30, 9, 14, 0.3], [3, 2, 8, 5, 1.0], [79, 59, 20, 20, 0]])
-LATTICE = Reading(sunflower(100), Grid(1, 1), kernels.sampling.GAUSSIAN)
+LATTICE = Reading(sunflower(100), PixelGrid(1, 1), kernels.sampling.GAUSSIAN)
 SLOTS = np.arange(512, dtype=np.uint32)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.cues.search_window import CELL_SIZE, features, sectors
-from motes.kernels.structures import Noise
+from motes.kernels.structures import NoiseScales
 from oracles import mosaic
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ def test_walk(orders: int) -> None:
     (a, b), steps, persistence = (9.0, 4.0), 1.5, 0.8
     position, size, returned, aspect, angle = 0.6, 0.5, 0.1, 0.02, 0.1
     changes = np.array([0.5, 0.2])[:orders]
-    noise = Noise(position, size, returned, aspect, angle, changes, persistence)
+    noise = NoiseScales(position, size, returned, aspect, angle, changes, persistence)
     states = RNG.normal(5, 9, (50, 5 + 4 * orders))
     normal, out = RNG.normal(size=(50, 6 + 4 * orders)), np.empty_like(states)
     kernels.particles.walk(states, normal, noise, steps, (a, b), out)

@@ -71,6 +71,34 @@ def test_events_of_one_visit() -> None:
     assert counting.counts.total() == 5
 
 
+def test_parts_of_one_path_cross_once() -> None:
+    """One is lost before the line; another begins behind it, where the first one's way leads."""
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
+    events += told(counting, seen(5, (0, 0), Status.LOST))
+    events += told(counting, *(seen(i, (10 * i, 40), identity=2) for i in range(6, 12)))
+    assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == [(6, 2)]
+
+
+@pytest.mark.parametrize("place", [(60, 80), (30, 40)])
+def test_who_begins_elsewhere_goes_on_with_no_path(place: tuple[float, float]) -> None:
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
+    events += told(counting, seen(5, (0, 0), Status.LOST))
+    events += told(counting, *(seen(i, place, identity=2) for i in range(6, 12)))
+    assert not [e for e in events if e.event == "crosses"]
+
+
+def test_a_path_that_another_has_continued_does_not_cross_again() -> None:
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    tracks = [[seen(i, (10 * i, 40))] for i in range(5)]
+    hidden = [seen(i, (0, 0), Status.OCCLUDED) for i in range(12)]
+    tracks += [[hidden[i], seen(i, (10 * i, 40), identity=2)] for i in range(6, 9)]
+    tracks += [[seen(i, (10 * i, 40)), seen(i, (10 * i, 45), identity=2)] for i in range(9, 14)]
+    events = [event for each in tracks for event in counting.update(each)]
+    assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == [(6, 2)]
+
+
 def test_who_stays_is_told_once_for_each_visit() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
     places = Regions(
@@ -155,7 +183,7 @@ def test_places_from_toml() -> None:
     [
         (lambda: Line((1, 2, 1, 2)), "two different points"),
         (lambda: Zone((1, 2, 3, 4, 5, 6, 7)), "an x and a y"),
-        (lambda: Zone((1, 2, 3, 4)), "length >= 6"),
+        (lambda: Zone((1, 2, 3, 4)), "it takes list of at least 6: number"),
         (lambda: Line((1, 2, float("nan"), 4)), "finite"),
     ],
 )

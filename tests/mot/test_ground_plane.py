@@ -79,10 +79,10 @@ def test_speed_does_not_depend_on_the_distance() -> None:
     [
         ({}, "exactly one of scale, homography and points"),
         ({"scale": 3, "points": POINTS}, "exactly one of"),
-        ({"scale": 0}, ">= 1e-09"),
-        ({"homography": (1, 2, 3)}, "length >= 9"),
+        ({"scale": 0}, "it takes number, 1e-09 to "),
+        ({"homography": (1, 2, 3)}, "it takes list of 9: number"),
         ({"homography": (1, 2, 3, 2, 4, 6, 0, 0, 1)}, "onto a line"),
-        ({"points": POINTS[:3]}, "length >= 4"),
+        ({"points": POINTS[:3]}, "it takes list of at least 4: "),
         ({"points": [(i, i, i, 2 * i) for i in range(5)]}, "on a line"),
         ({"points": [(0, 0, 0, 0), (9, 9, 9, 0), (9, 0, 9, 9), (0, 9, 0, 9)]}, "horizon"),
     ],
@@ -95,5 +95,5 @@ def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
 @pytest.mark.parametrize("ground", ["homography", "points"])
 def test_numbers_of_no_ground(ground: str) -> None:
     values = [1e300, *[1.0] * 8] if ground == "homography" else [[1e300, 0, 0, 0]] * 4
-    with pytest.raises(ConfigError, match=f"{ground}.*<= 1000000000000000.0"):
+    with pytest.raises(ConfigError, match=f"{ground}.*it takes number, .* to 1,000,000,"):
         Regions.parse(f"[ground]\n{ground} = {values}")

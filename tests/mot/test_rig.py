@@ -24,7 +24,7 @@ from motes.mot.cameras import camera_process, rig_camera
 from motes.mot.cameras import rig as rig_module
 from motes.mot.cameras.camera_report import Arrival, CameraReport
 from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, Ready
+from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig import RigRunner, announce, next_report
 from motes.mot.cameras.rig_camera import RigCamera
@@ -496,7 +496,7 @@ class OnceAnnounced:
 
 def test_arrivals_wait_for_a_camera_that_works_still() -> None:
     hall, association = SilentCamera("hall"), OnceAnnounced()
-    (*_,) = hall.receive(Ready("hall", live=True))
+    (*_,) = hall.receive(CameraReady("hall", live=True))
     for second in range(3):
         report = CameraReport("office", second, float(second), ())
         announce(report, [hall], association)  # type: ignore[arg-type]

@@ -78,6 +78,26 @@ def test_a_sudden_light_makes_no_crowd(method: Method, gain: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("gain", [0.75, 1.35])
+def test_an_exposure_loses_nobody(method: Method, gain: float) -> None:
+    empty = ground(0)
+    scene = watched(method, lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 75)
+    assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_first_background_is_of_one_exposure(method: Method) -> None:
+    """Though the film that it is made from grows darker and brighter."""
+    empty, detector = ground(0), BackgroundDetector(method)
+    gains = np.repeat([1.0, 0.75, 1.2, 0.9], 25)
+    frames = list(film(lambda i: walked(empty, i) * gains[i], 100))
+    detector.prepare(frames)
+    assert max(len(detector(frame)) for frame in frames) <= 2
+    assert not detector.warnings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", METHODS)
 def test_a_cut_makes_no_crowd(method: Method) -> None:
     before, after = ground(0), ground(7)
     scene = watched(method, lambda i: walked(after if i >= CHANGE else before, i), 110)
@@ -152,6 +172,16 @@ def test_an_anchor_slips_with_the_picture_alone() -> None:
     assert anchor.has_moved(there)
     assert not anchor.has_moved(there)
     assert anchor.has_moved(here)
+
+
+@pytest.mark.parametrize("gain", [0.75, 1.3])
+def test_an_exposure_is_no_motion(gain: float) -> None:
+    """Where it grows brighter to one side, as a wall in the sun, a gain looks like a shift."""
+    wide = ground(2, 2 * WIDTH) / 3 + np.linspace(30, 200, 2 * WIDTH)[:, None]
+    here, there = (wide[:, x : x + WIDTH] for x in (0, 3))
+    brighter = (here * gain).clip(0, 255).astype(np.uint8)
+    assert not ReferenceImage(here.astype(np.uint8)).has_moved(brighter)
+    assert ReferenceImage(brighter).has_moved(there.astype(np.uint8))
 
 
 def test_an_anchor_forgets_what_is_old() -> None:

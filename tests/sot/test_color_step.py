@@ -14,7 +14,7 @@ from motes.cues.color import Color
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Exponential, Gaussian
 from motes.sot.filtering.motion import EllipseWalk, Noise, RandomWalk, SecondOrder
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Multinomial, Systematic
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
@@ -67,8 +67,8 @@ class Own(Color, frozen=True):
         {"color": None, "extra_cues": {"own": Own()}},
         {"motion": EllipseWalk()},
         {"likelihood": Exponential()},
-        {"resampling": Resampling(scheme="systematic")},
-        {"resampling": Resampling(threshold=0.5)},
+        {"resampling": Systematic()},
+        {"resampling": Multinomial(threshold=0.5)},
         {"hog": ZHAO_PEI.hog},
         {"presence": AppearanceRule(in_frame=True)},
     ],

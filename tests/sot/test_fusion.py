@@ -26,7 +26,7 @@ from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, PrintedMixture, 
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Multinomial
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo, FilterState
 from motes.sot.presets import PRESETS
@@ -341,7 +341,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
     """Select, propagate, observe, fuse, estimate, judge and learn, put together by hand."""
     config = with_cues(
         fusion=fusion,
-        resampling=Resampling(threshold=threshold),
+        resampling=Multinomial(threshold=threshold),
         adaptation=ExponentialForgetting(learning_rate=0.2, anchor=0.3),
     )
     state, info = begun(config)

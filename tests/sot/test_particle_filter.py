@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.core.config import from_dict
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
@@ -22,7 +23,7 @@ from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
-from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
+from motes.sot.filtering.resampling import RESAMPLINGS, Multinomial, Resampling, Weights
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
@@ -74,7 +75,7 @@ def linear_gaussian(
         motion=motion,
         likelihood=Gaussian(sigma=SIGMA),
         color=Color(),
-        resampling=msgspec.convert({"scheme": scheme, "threshold": threshold}, Resampling),
+        resampling=from_dict({"type": scheme, "threshold": threshold}, Resampling),
         presence=AppearanceRule(frames=10**9, stride=8),
         calibration=Calibration(width=1e3),
     )
@@ -134,7 +135,7 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 @pytest.mark.parametrize(
     ("scheme", "threshold"),
-    [(name, 1.0) for name in SCHEMES] + [("systematic", 0.5), ("multinomial", 0.0)],
+    [(name, 1.0) for name in RESAMPLINGS.known()] + [("systematic", 0.5), ("multinomial", 0.0)],
 )
 def test_means_and_likelihood(
     motion: RandomWalk | ConstantVelocity, scheme: str, threshold: float
@@ -262,7 +263,7 @@ def test_a_step_changes_nothing_that_it_is_given() -> None:
 
 
 def test_without_selection_weights_accumulate() -> None:
-    config, state = begun(resampling=Resampling(threshold=0.0))
+    config, state = begun(resampling=Multinomial(threshold=0.0))
     expected = state.weights.log
     rng = np.random.default_rng(0)
     for index in range(1, 5):
@@ -273,14 +274,14 @@ def test_without_selection_weights_accumulate() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", RESAMPLINGS.known())
 def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
     """Half of the particles go on in proportion to their weights, whatever order they are in."""
     n = 8
     config, state = begun(
         particles=n,
         motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
-        resampling=Resampling(scheme=scheme, threshold=0.0),
+        resampling=from_dict({"type": scheme, "threshold": 0.0}, Resampling),
     )
     weights = np.array([0.3, 0.02, 0.18, 0.1, 0.05, 0.05, 0.1, 0.2])
     states = np.tile(np.array(region((0, 0))), (n, 1))
@@ -366,7 +367,7 @@ def test_the_rule_counts_particles() -> None:
     """More than the share f of the particles must fulfill equation 13."""
     config, state = begun(
         particles=10, motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
-        presence=AppearanceRule(fraction=0.3, frames=1), resampling=Resampling(threshold=0.0),
+        presence=AppearanceRule(fraction=0.3, frames=1), resampling=Multinomial(threshold=0.0),
         likelihood=Gaussian(sigma=2.0), calibration=Calibration(width=1.0),
     )  # fmt: skip
     state = replace(state, backgrounds={"color": BackgroundStatistics(0.5, 0.0)})

@@ -15,7 +15,7 @@ from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Multinomial
 from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo
@@ -119,7 +119,7 @@ def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
 
 def test_a_change_of_number_needs_a_selection() -> None:
     """Also with weights that are never unequal enough for one."""
-    chosen = numbers(config(budget=KldSampling(), resampling=Resampling(threshold=0.0)))
+    chosen = numbers(config(budget=KldSampling(), resampling=Multinomial(threshold=0.0)))
     assert len(set(chosen)) > 1
 
 

@@ -28,7 +28,7 @@ from motes.core.track import Status, Track
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.mean_shift import MeanShift
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.particle_filter import ParticleFilter
@@ -659,10 +659,10 @@ def test_the_angle_of_a_full_turn(name: str, follows: bool) -> None:
 # A known histogram
 
 
-def known(name: str) -> Target:
+def known(name: str) -> KnownTarget:
     config = CONFIGS[name]
     assert isinstance(config, ParticleFilter)
-    return Target.learn(config.cues, FRAMES[0], TARGET)
+    return KnownTarget.learn(config.cues, FRAMES[0], TARGET)
 
 
 SURE_SEARCHERS = [name for name in SEARCHERS if name not in PRINTED]
@@ -780,7 +780,7 @@ def test_searches_that_are_refused() -> None:
         Tracker("maggio").search(FRAMES[0], known("nummiaro"))
     with pytest.raises(ConfigError, match="compares color, the known target has color, hog; make"):
         Tracker("nummiaro").search(FRAMES[0], known("zhao_pei"))
-    other = Target.learn(Color(space="hsv", bins=(8, 8, 4)), FRAMES[0], TARGET)
+    other = KnownTarget.learn(Color(space="hsv", bins=(8, 8, 4)), FRAMES[0], TARGET)
     with pytest.raises(ConfigError, match=r"color.space is rgb, the histogram's hsv; make it anew"):
         Tracker("nummiaro").search(FRAMES[0], other)
     with pytest.raises(ConfigError, match="outside the frame"):
@@ -952,7 +952,7 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
 def test_a_background_image_sets_the_appearance_rule() -> None:
     clip = synthetic.still((160, 120), target=(30, 40), frames=2)
     frame, truth = clip[0][0], clip[0][1][0].ellipse
-    target = Target.learn(Color(), frame, truth)
+    target = KnownTarget.learn(Color(), frame, truth)
     plain = Frame(0, 0.0, np.zeros_like(frame.pixels))
     assert isinstance(preset("nummiaro"), ParticleFilter)
     appearing: list[Any] = []
@@ -965,7 +965,7 @@ def test_a_background_image_sets_the_appearance_rule() -> None:
 
 def test_a_target_saved_to_a_missing_folder(tmp_path: Path) -> None:
     clip = synthetic.still((160, 120), target=(30, 40), frames=1)
-    target = Target.learn(Color(), clip[0][0], clip[0][1][0].ellipse)
+    target = KnownTarget.learn(Color(), clip[0][0], clip[0][1][0].ellipse)
     with pytest.raises(FormatError, match="cannot be written"):
         target.save(tmp_path / "none" / "target.json")
 
@@ -1010,7 +1010,7 @@ def test_a_large_frame_is_looked_at_around_fewer_places() -> None:
 
 def test_a_known_target_larger_than_the_frame_is_refused() -> None:
     large = scene(0, None).pixels
-    target = Target.learn(Color(), Frame(0, 0.0, large), Ellipse(40, 30, 30, 30))
+    target = KnownTarget.learn(Color(), Frame(0, 0.0, large), Ellipse(40, 30, 30, 30))
     with pytest.raises(ConfigError, match="larger than the frame"):
         Tracker("nummiaro").search(np.zeros((20, 20, 3), np.uint8), target)
 

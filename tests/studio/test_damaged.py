@@ -8,7 +8,7 @@ import pytest
 
 from clips import spoil
 from motes.cli import main
-from motes.studio.document import Document, Target
+from motes.studio.document import Document, DrawnTarget
 from motes.studio.renumber import renumbered
 from motes.video.film import Film
 from studios import BOX, FRAMES, begin, film, looking, running
@@ -63,6 +63,8 @@ def test_frames_keep_their_times_when_others_are_lost() -> None:
     before = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     now = [0.0, 0.1, 0.4, 0.5]
     region = 1.0, 1.0, 5.0, 5.0
-    target = Target(1, "a", "#000000", "default", None, 0, 0, 5, {0: region, 4: region}, ((2, 3),))
+    target = DrawnTarget(
+        1, "a", "#000000", "default", None, 0, 0, 5, {0: region, 4: region}, ((2, 3),)
+    )
     (found,) = renumbered(Document((target,)), before, now).targets
     assert (found.first, found.last, [*found.keys], found.absent) == (0, 3, [0, 2], ((1, 2),))

@@ -8,10 +8,10 @@ from motes.core.errors import ConfigError
 from motes.studio import commands
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, changed, regions_of
-from motes.studio.messages import FilmFacts
+from motes.studio.messages import OpenFilm
 from motes.studio.plan import needs, pass_to
 
-FILM = FilmFacts("film.mkv", 100, 80, 50, 25.0)
+FILM = OpenFilm("film.mkv", 100, 80, 50, 25.0)
 BOX = (30.0, 25.0, 30.0, 40.0)
 
 
@@ -95,7 +95,7 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
         (commands.Compare(0, 1, "nothing"), "preset"),
         (commands.ChangeObject(0, 1, config="particle = 5"), "particle"),
         (
-            commands.SetPlaces(0, commands.Places(lines=(commands.Line((1, 1, 1, 1)),))),
+            commands.SetPlaces(0, commands.Places(lines=(commands.DrawnLine((1, 1, 1, 1)),))),
             "two different",
         ),
     ],

@@ -15,12 +15,12 @@ import pytest
 from motes.core.config import to_dict
 from motes.sot.presets import preset
 from motes.studio.commands import Region
-from motes.studio.document import Document, Target
+from motes.studio.document import Document, DrawnTarget
 from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
 from motes.studio.line import WorkerLine
-from motes.studio.messages import FilmFacts
-from motes.studio.pool import Pool
+from motes.studio.messages import OpenFilm
+from motes.studio.pool import WorkerPool
 from motes.studio.processes import Wish
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
@@ -116,11 +116,11 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
     async def tasks() -> list[Any]:
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
-        facts = FilmFacts("film.mkv", width, 80, 101, 25.0)
+        facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
         nobody = cast(Audience, Nobody())
-        jobs = Jobs(Desk(session, store, facts, cast(Pool, pool), itertools.count(1), nobody))
+        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), itertools.count(1), nobody))
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
-        target = Target(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
+        target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))
         jobs.track([1])
         await asyncio.sleep(0)

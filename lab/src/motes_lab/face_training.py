@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError, SourceError
-from motes.core.files import write_whole
+from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.files import write_whole, writing
 from motes.core.geometry import Box
 from motes.core.types import Bytes
 from motes.video.image_files import read_image
@@ -123,12 +123,8 @@ def train_faces(examples: Sequence[Example], folder: Path) -> Trained:
 
 def save_detector(trained: Trained, path: Path) -> None:
     """Write a detector; raise a FormatError if the file cannot be written."""
-    try:
+    with writing(path):
         write_whole(path, trained.detector)
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None
 
 
 def _rectangle(dlib: object, box: Box) -> object:

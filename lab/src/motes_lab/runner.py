@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 from motes.cluster import pool as pools
 from motes.cluster.pool import Again, Pool, Started, Task
-from motes.core.errors import FormatError, MotesError, SourceError
-from motes.core.files import slug, write_whole
+from motes.core.errors import MotesError, SourceError
+from motes.core.files import slug, write_whole, writing
 from motes.core.frame import Frame
 from motes.core.import_callable import explain
 from motes.video.sources import open_source
@@ -170,13 +170,9 @@ def run(
 
 
 def _write(path: Path, data: bytes) -> None:
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, data)
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None
 
 
 # The functions below run in a worker.

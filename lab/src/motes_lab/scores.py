@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.files import write_whole
+from motes.core.files import write_whole, writing
 from motes.core.geometry import iou
 from motes.core.spreadsheet import guarded
 from motes.core.types import Floats
@@ -351,9 +351,5 @@ def write_text(path: Path, text: str) -> None:
     FormatError
         If it cannot be written.
     """
-    try:
+    with writing(path):
         write_whole(path, text.encode(errors="backslashreplace"))
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None

@@ -6,21 +6,19 @@ import contextlib
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
 import msgspec
 
 from motes.cli.messages import counted, log
-from motes.cli.metrics_page import place_of
+from motes.cli.metrics_page import place_of, serve_metrics
 from motes.cluster.driver import BatchEvent, Finished
 from motes.cluster.jobs import Job
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
 from motes.core.errors import FormatError
-from motes.output.local_server import Server, reply
-from motes.output.metrics import CONTENT_TYPE, Metric, text
+from motes.output.metrics import Metric
 
 INTERVAL = 30.0
 """Seconds between lines of progress where there is no terminal."""
@@ -151,9 +149,7 @@ class BatchProgress:
             except OSError as error:
                 raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
         if self._place is not None:
-            server = Server(*self._place, self._answer).start()
-            self._open.callback(server.close)
-            log(f"Metrics are at {server.address}metrics")
+            self._open.callback(serve_metrics(self._place, self._metrics).close)
         if sys.stderr.isatty():
             self._bar = self._open.enter_context(_bar())
             self._task = self._bar.add_task("", total=self.total, failed=0, rate=0.0, frames=0.0)
@@ -161,12 +157,6 @@ class BatchProgress:
 
     def __exit__(self, *exception: object) -> None:
         self._open.close()
-
-    def _answer(self, request: BaseHTTPRequestHandler) -> None:
-        if request.path.split("?")[0] in ("/", "/metrics"):
-            reply(request, CONTENT_TYPE, text(self._metrics()).encode())
-        else:
-            reply(request, "text/plain", b"Metrics are at /metrics.\n", 404)
 
     def numbers(self) -> dict[str, float]:
         """Return the number of jobs of each status."""

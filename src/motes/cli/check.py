@@ -20,7 +20,7 @@ from motes.core.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from motes.core.track import Track
-    from motes.correction.rows import Rows
+    from motes.correction.rows import KnownRows
     from motes.correction.suspects import Doubt
     from motes.sot.presets import TrackerConfig
     from motes.video.film import Film
@@ -64,7 +64,8 @@ def check(
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
-    from motes.correction.rows import Rows
+    from motes.core.files import write_whole, writing
+    from motes.correction.rows import KnownRows
     from motes.correction.suspects import doubts
     from motes.output.track_rows import check_writable
 
@@ -76,7 +77,7 @@ def check(
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
     known = history_beside(rows)
-    table = Rows(rows, growing=known is not None and bool(known.unfinished))
+    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     film, history = corrected_run(app, source, rows, table, known, tracker, settings)
     tracks = table.tracks
     if not table.hindsight:
@@ -85,9 +86,11 @@ def check(
     by_frame = {track.frame: track for track in tracks}
     # Files come first: a reader of the list, such as `head`, may end it early.
     if output is not None:
-        _write(output, _table(found, by_frame).encode())
+        with writing(output):
+            write_whole(output, _table(found, by_frame).encode())
     if sheet is not None:
-        _write(sheet, _sheet(film, found, by_frame))
+        with writing(sheet):
+            write_whole(sheet, _sheet(film, found, by_frame))
     for rank, doubt in enumerate(found, 1):
         print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
     if not found:
@@ -98,7 +101,7 @@ def check(
     return DONE
 
 
-def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list[Track]:
+def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
     from motes.cli.progress import FrameProgress
     from motes.core.track import Status
@@ -153,14 +156,3 @@ def _sheet(film: Film, found: Sequence[Doubt], tracks: dict[int, Track]) -> byte
     out = io.BytesIO()
     Image.fromarray(contact_sheet(pictures())).save(out, "PNG")  # type: ignore[arg-type]
     return out.getvalue()
-
-
-def _write(path: Path, data: bytes) -> None:
-    from motes.core.files import write_whole
-
-    try:
-        write_whole(path, data)
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None

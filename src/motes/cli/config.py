@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.core.config_keys import Choice, Key, all_keys, keys, type_key
+from motes.core.config_keys import Key, KeyChoice, all_keys, keys, type_key
 from motes.core.errors import ConfigError
 
 app = App(name="config", help_format="plaintext")
@@ -137,7 +137,7 @@ def _entries(listed: Iterable[Key]) -> Iterator[Key]:
         yield from _entries(chosen.keys if chosen else ())
 
 
-def _others(listed: Iterable[Key]) -> Iterator[tuple[Key, Choice]]:
+def _others(listed: Iterable[Key]) -> Iterator[tuple[Key, KeyChoice]]:
     """Yield the choices that are not made, each with its key."""
     for key in listed:
         for choice in key.choices:

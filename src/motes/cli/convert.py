@@ -12,7 +12,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite, say_rate
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, SourceError
+from motes.core.files import writing
 
 if TYPE_CHECKING:
     from motes.formats.recording import FilmFacts, Recorded
@@ -107,20 +108,17 @@ def convert(
     known = known if form in ("csv", "jsonl") else None
     if known is not None:
         check_writable(history_path(target), overwrite)
-    try:
+    with writing(target):
         registry.write(target, form, recorded, keyframe_error)
-    except OSError as error:
-        raise FormatError(
-            f"{target} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from error
     if known is not None:
         known.save(history_path(target), line_count(target))
     count = sum(1 for _ in recorded)
-    log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
+    written = registry.FORMATS.resolve(form)
+    log(f"wrote {target} ({written.title}) with the {count} frames in {rows}.")
     if left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
-    if assumed and video is None and TIMES in registry.FORMATS[form].holds:
+    if assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
@@ -133,7 +131,7 @@ def _table() -> list[str]:
     from motes.formats.registry import FORMATS
 
     lines = [f"{'format':18}{'from':6}{'to':4}{'endings':32}content"]
-    for name, each in FORMATS.items():
+    for name, each in FORMATS.usable().items():
         read, written = ("yes" if way else "" for way in (each.read, each.write))
         lines.append(f"{name:18}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
     return lines

@@ -25,7 +25,7 @@ from motes.core.frame import Frame
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.correction.history import History
-from motes.correction.rows import TIME_TOLERANCE, Rows
+from motes.correction.rows import TIME_TOLERANCE, KnownRows
 from motes.formats import registry
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded
 from motes.mot.analytics.events import EventCounter
@@ -98,7 +98,7 @@ def rows_in(path: Path, form: str | None, film: Source) -> Given:
 
 def _target(path: Path) -> Given:
     """Return the rows of one target that motes has written."""
-    table = Rows(path)
+    table = KnownRows(path)
     tracks = {track.frame: track for track in table.tracks}
     places = {}
     if table.metres:
@@ -111,7 +111,7 @@ def _target(path: Path) -> Given:
 def _is_target(form: str, recorded: Recorded) -> bool:
     """Return whether rows of another tool are of one target, whose ellipse is drawn."""
     objects = itertools.chain.from_iterable(row.objects for row in recorded)
-    if registry.named(form).single:
+    if registry.FORMATS.resolve(form).single:
         return True
     found = list(objects)
     return len({each.identity for each in found}) == 1 and any(each.ellipse.theta for each in found)

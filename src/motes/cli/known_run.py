@@ -28,7 +28,7 @@ from motes.core.files import is_special, remove_leftovers
 
 if TYPE_CHECKING:
     from motes.correction.history import History
-    from motes.correction.rows import Rows
+    from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.analytics.regions import Regions
     from motes.video.film import Film
@@ -215,7 +215,7 @@ def corrected_run(
     app: App,
     source: str,
     rows: Path,
-    table: "Rows",
+    table: "KnownRows",
     known: "History | None",
     options: TrackerOptions,
     settings: Mapping[str, Any],

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cyclopts import App
 
     from motes.mot.pipeline_config import WatchConfig
-    from motes.sot.known_target import Target
+    from motes.sot.known_target import KnownTarget
     from motes.sot.presets import TrackerConfig
 
 
@@ -24,7 +24,7 @@ def tracker_config(
     preset: str,
     file: Path | None,
     settings: Mapping[str, Any],
-    target: Target | None = None,
+    target: KnownTarget | None = None,
 ) -> TrackerConfig:
     """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
@@ -143,11 +143,11 @@ def error_context(where: Path | str) -> Iterator[None]:
         raise ConfigError(f"{where}: {error}") from None
 
 
-def load_target(path: Path) -> Target:
+def load_target(path: Path) -> KnownTarget:
     """Return the target in a histogram file; raise a SourceError if it cannot be read."""
-    from motes.sot.known_target import Target
+    from motes.sot.known_target import KnownTarget
 
     try:
-        return Target.load(path)
+        return KnownTarget.load(path)
     except FormatError as error:
         raise SourceError(str(error)) from None

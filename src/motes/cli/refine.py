@@ -59,11 +59,11 @@ def refine(
     """
     from motes.cli.refine_run import refine_rows
     from motes.correction.history import history_path
-    from motes.correction.rows import Rows
+    from motes.correction.rows import KnownRows
     from motes.output.track_rows import check_writable
 
     known = history_beside(rows)
-    table = Rows(rows, growing=known is not None and bool(known.unfinished))
+    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     goal = rows if output is None else output
     check_not_source(source, goal)
     if output is not None:

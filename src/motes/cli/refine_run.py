@@ -12,7 +12,7 @@ from motes.correction.history import History, history_path, line_count
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.refine import changed, kept
-from motes.correction.rows import Rows
+from motes.correction.rows import KnownRows
 from motes.video.film import Film
 
 
@@ -25,7 +25,7 @@ class Refined(NamedTuple):
 
 def refine_rows(
     film: Film,
-    table: Rows,
+    table: KnownRows,
     before: History,
     after: History,
     goal: Path,

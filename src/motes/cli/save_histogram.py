@@ -41,7 +41,7 @@ def save_histogram(
     from motes.core.geometry import region_within
     from motes.output.track_rows import check_writable
     from motes.sot.discriminative.tracker import Discriminative
-    from motes.sot.known_target import Target
+    from motes.sot.known_target import KnownTarget
     from motes.video.sources import open_source
 
     if isinstance(config, Discriminative):
@@ -67,7 +67,7 @@ def save_histogram(
     check_writable(output, outputs.overwrite)
     with open_source(source, start=frames.start, end=frames.start + 1) as film:
         picture = next(film)
-    known = Target.learn(
+    known = KnownTarget.learn(
         config.cues, picture, region_within(regions[0], picture.width, picture.height)
     )
     known.save(output)

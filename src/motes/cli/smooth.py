@@ -49,12 +49,12 @@ def smooth(
     """
     from motes.correction.correct import smooth as smoothed
     from motes.correction.history import history_path, line_count
-    from motes.correction.rows import Rows
+    from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import GroundMotion
     from motes.output.track_rows import CORRECTED, GROUND, TrackWriter, check_writable
 
     check_not_source(str(rows), Path(output))
-    table, known = Rows(rows), history_beside(rows)
+    table, known = KnownRows(rows), history_beside(rows)
     plane = units_of(rows, table.metres, units, known)
     streamed = output == "-" or is_special(output)
     beside = None if known is None or streamed else history_path(Path(output))

@@ -22,7 +22,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import is_special
 from motes.correction.history import History, Marks, history_path
 from motes.correction.keyframes import check_keyframes
-from motes.correction.rows import Rows
+from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import PIXELS, GroundMotion, RealUnits
 from motes.output.track_rows import CORRECTED, check_writable
 from motes.sot.presets import TrackerConfig
@@ -185,7 +185,7 @@ class _Finished:
 
 
 def _replay(
-    outputs: Outputs, film: Film, table: Rows, motion: GroundMotion | None, run: Run
+    outputs: Outputs, film: Film, table: KnownRows, motion: GroundMotion | None, run: Run
 ) -> None:
     """Make the outputs beside the rows anew, of rows that are complete."""
     if run.interrupted is not None or not outputs.others:
@@ -218,7 +218,9 @@ def _history_of(output: str | None, outputs: TrackOutputs) -> Path | None:
     return history_path(rows)
 
 
-def _begun_rows(output: str | None, path: Path | None, history: History, film: Film) -> Rows | None:
+def _begun_rows(
+    output: str | None, path: Path | None, history: History, film: Film
+) -> KnownRows | None:
     """Return the rows of an earlier run; None if it has not written any.
 
     Raises
@@ -245,6 +247,6 @@ def _begun_rows(output: str | None, path: Path | None, history: History, film: F
         )
     if old.unfinished and rows.read_bytes().count(b"\n") < 2:
         return None
-    table = Rows(rows, growing=bool(old.unfinished))
+    table = KnownRows(rows, growing=bool(old.unfinished))
     table.check(film)
     return table

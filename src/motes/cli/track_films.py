@@ -20,7 +20,7 @@ from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
-from motes.formats.registry import named
+from motes.formats.registry import FORMATS
 from motes.video.film import Film
 from motes.video.image_files import IMAGE_ENDINGS
 
@@ -154,7 +154,7 @@ def _checked(
             raise ConfigError(
                 f"Two films have the name {stem}, and so would their rows; rename one film."
             )
-    ending = named(form).endings[0]
+    ending = FORMATS.resolve(form).endings[0]
     anew = outputs.overwrite or outputs.resume
     prepare_folder(folder, [f"{stem}{ending}" for stem in stems], anew)
     chosen, failed = [], 0

@@ -10,7 +10,7 @@ from motes.core.detection import Detector
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundPlace
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.places import Place
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker
@@ -78,7 +78,7 @@ def on_detection(detector: Detector) -> Begin:
     return begin
 
 
-def on_target(target: Target, places: Sequence[Place], background: Picture | None) -> Begin:
+def on_target(target: KnownTarget, places: Sequence[Place], background: Picture | None) -> Begin:
     """Start by searching for a known target."""
 
     def begin(tracker: Tracker, frame: Frame) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.track_loop import Step
-from motes.cli.watch_outputs import Document
+from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFolder, remove_leftovers
 from motes.core.track import Status
@@ -54,7 +54,7 @@ def masks_output(
     if path.suffix.lower() == ".json":
         if resume:
             journal_of(str(path)).unlink(missing_ok=True)
-        document = Document(str(path), "coco", film, label or "object", overwrite, None)
+        document = DocumentOutput(str(path), "coco", film, label or "object", overwrite, None)
         return DocumentMasks(document)
     if path.suffix:
         raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
@@ -161,7 +161,7 @@ class FolderMasks(Masks):
 class DocumentMasks(Masks):
     """A document of COCO whose objects have masks in place of outlines."""
 
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: DocumentOutput) -> None:
         super().__init__()
         self._document = document
 

@@ -15,7 +15,7 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Begin
-    from motes.sot.known_target import Target
+    from motes.sot.known_target import KnownTarget
     from motes.sot.places import Place
 
 
@@ -60,7 +60,7 @@ class TargetOptions:
         """Return the regions of --init; raise a ConfigError for a text that is none."""
         return [region_of("--init", text) for text in self.init or []]
 
-    def known(self) -> Target | None:
+    def known(self) -> KnownTarget | None:
         """Return the target of --histogram; raise a SourceError if it cannot be read."""
         return None if self.histogram is None else load_target(self.histogram)
 
@@ -80,7 +80,7 @@ class TargetOptions:
             raise ConfigError("Keyframes are of one object; give one --init.")
         return regions[0] if regions else None
 
-    def begin(self, known: Target | None) -> Begin:
+    def begin(self, known: KnownTarget | None) -> Begin:
         """Return how tracking begins.
 
         Parameters
@@ -126,7 +126,7 @@ class TargetOptions:
             return track_loop.on_detection(FacesConfig(model=model).detector())
         return self._search(known)
 
-    def _search(self, known: Target) -> Begin:
+    def _search(self, known: KnownTarget) -> Begin:
         """Return the search for a known target, in the places and before the background given."""
         from motes.cli.track_loop import on_target
         from motes.sot.places import load_places

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import App, Parameter
 
@@ -35,8 +35,13 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
+    from motes.cli.metrics_page import MetricsPage
+    from motes.cli.sent_events import SentEvents
     from motes.cli.watch_outputs import FrameResult
     from motes.core.detection import Detector
+    from motes.mot.analytics.regions import Regions
+    from motes.mot.pipeline_config import WatchConfig
+    from motes.video.sources import Source
 
 app = App(
     name="watch",
@@ -92,14 +97,9 @@ def watch(
         from motes.cli.watch_cameras import watch_rig
 
         return watch_rig(
-            source,
-            outputs.output,
-            outputs.overwrite,
-            values.seed,
-            objects.histogram,
-            cluster,
+            source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster,
             own_code=own_code,
-        )
+        )  # fmt: skip
     if cluster is not None:
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
@@ -108,15 +108,9 @@ def watch(
         )
     where = counting.regions()
     config = watch_config(
-        app,
-        preset,
-        values.config,
-        objects.detector,
-        objects.like,
-        objects.selection(),
-        settings,
+        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings,
         own_code=own_code,
-    )
+    )  # fmt: skip
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -124,97 +118,140 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    output, overlay = outputs.output, outputs.overlay
-    written, sent = outputs.destinations()
-    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    live = outputs.show or outputs.metrics is not None
-    if output is None and overlay is None and not (written or sent or pictures or live):
-        output = default_output(source)
-    if output == "-" and "-" in written:
-        raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
+    names = _names(source, outputs)
+
+    from msgspec.structs import replace
+
+    from motes.cli.metrics_page import MetricsPage, place_of
+    from motes.cli.sent_events import SentEvents
+    from motes.cli.watch_loop import watch_scene
+    from motes.mot.analytics.events import EventCounter
+    from motes.mot.scene import Scene
+
+    counter = EventCounter(where)
+    metrics = None if outputs.metrics is None else place_of(outputs.metrics)
+    sending = None
+    if names.addresses:
+        queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
+        sending = SentEvents(names.addresses, queue, source, where, announce=announce)
+    with contextlib.ExitStack() as running:
+        detector = _detector(running, source, objects, frames, config)
+        scene = Scene(detector, config, values.seed)
+        film = running.enter_context(frames.open(source))
+        where.check(film.width, film.height)
+        say_rate(film)
+        page = None if metrics is None else MetricsPage(metrics, film, scene, sending)
+        opened = _opened(outputs, names.events, film, frames.stride, where, sending, page)
+        if names.rows is not None:
+            from motes.cli.known_run import remembered
+            from motes.cli.watch_outputs import objects_output
+            from motes.mot.analytics.real_units import RealUnits
+
+            ground = None if where.ground is None else RealUnits(where.ground)
+            opened += remembered(
+                names.rows, outputs, film, frames, config, values.seed, preset, units=ground,
+                places=replace(where, ground=None),
+            )  # fmt: skip
+            opened.append(objects_output(names.rows, film, outputs))
+        return watch_scene(film, scene, counter, opened)
+
+
+class _Names(NamedTuple):
+    """Where a run writes: the file of its rows, the files of events, and their addresses."""
+
+    rows: str | None
+    events: list[str]
+    addresses: list[str]
+
+
+def _names(source: str, outputs: WatchOutputs) -> _Names:
+    """Return where a run writes, checked; the rows have a name of their own if nothing else has."""
     from motes.cli.watch_outputs import check_several, is_document
     from motes.output.journal import journal_of
 
+    output = outputs.output
+    written, sent = outputs.destinations()
+    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
+    live = outputs.show or outputs.metrics is not None
+    if output is None and outputs.overlay is None and not (written or sent or pictures or live):
+        output = default_output(source)
+    if output == "-" and "-" in written:
+        raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error)
     files = [Path(name) for name in (output, *written) if name is not None and name != "-"]
     if output is not None and is_document(output, outputs.format):
         files.append(journal_of(output))
     files += pictures
-    queue = outputs.queue or Path(QUEUE)
-    check_not_source(source, overlay, *files, *([queue] if sent else []))
+    queues = [outputs.queue or Path(QUEUE)] if sent else []
+    check_not_source(source, outputs.overlay, *files, *queues)
     if output is not None:
         check_several(output, outputs.format)
-    point_out_leftovers(overlay, *files)
+    point_out_leftovers(outputs.overlay, *files)
+    return _Names(output, written, sent)
 
-    from msgspec.structs import replace
 
-    from motes.cli.known_run import remembered
-    from motes.cli.metrics_page import MetricsPage, place_of
-    from motes.cli.sent_events import SentEvents
-    from motes.cli.show import show_scene
-    from motes.cli.watch_loop import watch_scene
-    from motes.cli.watch_outputs import Events, SceneOverlay, objects_output
-    from motes.cli.watch_pictures import Heatmap, Paths, Slits
+def _detector(
+    running: contextlib.ExitStack,
+    source: str,
+    objects: ObjectOptions,
+    frames: FrameOptions,
+    config: WatchConfig,
+) -> Detector:
+    """Return the detector, prepared; a process of its own ends with `running`."""
     from motes.core.detection import PreparedDetector
-    from motes.mot.analytics.events import EventCounter
-    from motes.mot.analytics.real_units import RealUnits
     from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
-    from motes.mot.scene import Scene
     from motes.video.sources import is_recorded
 
+    if objects.like is not None and objects.detector is not None:
+        if objects.own_process:
+            raise ConfigError("--own-process takes --detector or --like, not both together.")
+        assert isinstance(config.detector, LookalikeConfig)
+        detector: Detector = lookalike_detector(config.detector, objects.detector)
+    elif objects.own_process:
+        detector = running.enter_context(DetectorProcess(config.detector))
+    else:
+        detector = config.detector.detector()
+    check_classes(detector, config.detections.classes)
+    detector = config.for_camera(detector)
+    if isinstance(detector, PreparedDetector) and is_recorded(source):
+        with frames.open(source) as film:
+            detector.prepare(film)
+    return detector
+
+
+def _opened(
+    outputs: WatchOutputs,
+    events: Sequence[str],
+    film: Source,
+    stride: int,
+    where: Regions,
+    sending: SentEvents | None,
+    page: MetricsPage | None,
+) -> list[Sink[FrameResult]]:
+    """Return all outputs but the rows; `sending` and `page` are among them if they are there."""
+    from motes.cli.show import show_scene
+    from motes.cli.watch_outputs import Events, SceneOverlay
+    from motes.cli.watch_pictures import Heatmap, Paths, Slits
+
+    opened: list[Sink[FrameResult]] = []
     overwrite = outputs.overwrite
-    counter = EventCounter(where)
-    place = None if outputs.metrics is None else place_of(outputs.metrics)
-    sending = None
-    if sent:
-        announce = outputs.home_assistant
-        sending = SentEvents(sent, queue, source, where, announce=announce)
-    with contextlib.ExitStack() as running:
-        if objects.like is not None and objects.detector is not None:
-            if objects.own_process:
-                raise ConfigError("--own-process takes --detector or --like, not both together.")
-            assert isinstance(config.detector, LookalikeConfig)
-            detector: Detector = lookalike_detector(config.detector, objects.detector)
-        elif objects.own_process:
-            detector = running.enter_context(DetectorProcess(config.detector))
-        else:
-            detector = config.detector.detector()
-        check_classes(detector, config.detections.classes)
-        detector = config.for_camera(detector)
-        if isinstance(detector, PreparedDetector) and is_recorded(source):
-            with frames.open(source) as film:
-                detector.prepare(film)
-        scene = Scene(detector, config, values.seed)
-        film = running.enter_context(frames.open(source))
-        where.check(film.width, film.height)
-        say_rate(film)
-        opened: list[Sink[FrameResult]] = []
-        if overlay is not None:
-            opened.append(SceneOverlay(overlay, film, frames.stride, where, overwrite=overwrite))
-        opened += [Events(name, overwrite) for name in written]
-        if sending is not None:
-            opened.append(sending)
-        if outputs.show:
-            opened.append(show_scene(where))
-        if place is not None:
-            opened.append(MetricsPage(place, film, scene, sending))
-        if outputs.slit is not None:
-            opened.append(Slits(outputs.slit, where, overwrite=overwrite))
-        if outputs.heatmap is not None:
-            opened.append(Heatmap(outputs.heatmap, overwrite=overwrite))
-        if outputs.paths is not None:
-            opened.append(Paths(outputs.paths, overwrite=overwrite))
-        if output is not None:
-            ground = None if where.ground is None else RealUnits(where.ground)
-            opened += remembered(
-                output, outputs, film, frames, config, values.seed, preset, units=ground,
-                places=replace(where, ground=None),
-            )  # fmt: skip
-            opened.append(objects_output(output, film, outputs))
-        return watch_scene(film, scene, counter, opened)
+    if outputs.overlay is not None:
+        overlay = SceneOverlay(outputs.overlay, film, stride, where, overwrite=overwrite)
+        opened.append(overlay)
+    opened += [Events(name, overwrite) for name in events]
+    opened += [] if sending is None else [sending]
+    opened += [show_scene(where)] if outputs.show else []
+    opened += [] if page is None else [page]
+    if outputs.slit is not None:
+        opened.append(Slits(outputs.slit, where, overwrite=overwrite))
+    if outputs.heatmap is not None:
+        opened.append(Heatmap(outputs.heatmap, overwrite=overwrite))
+    if outputs.paths is not None:
+        opened.append(Paths(outputs.paths, overwrite=overwrite))
+    return opened
 
 
 def check_classes(detector: Detector, wanted: Sequence[str]) -> None:

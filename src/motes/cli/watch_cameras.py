@@ -22,7 +22,7 @@ from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 from motes.mot.pipeline_config import check_code
 from motes.output.track_rows import Form
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 if TYPE_CHECKING:
     from motes.cluster.rig_on_ray import ClusterRig
@@ -61,7 +61,7 @@ class RigRows(Lines):
 
 @contextlib.contextmanager
 def watcher(
-    rig: Rig, seed: int, target: Target | None, cluster: str | None
+    rig: Rig, seed: int, target: KnownTarget | None, cluster: str | None
 ) -> Iterator[RigRunner | ClusterRig]:
     """Give what watches the cameras: processes of this machine, or actors on a cluster."""
     if cluster is None:

@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.frame import Frame
 from motes.formats.mot import result_line
-from motes.formats.registry import check_folder, format_for, named
+from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.formats.visibility import visible
@@ -137,7 +137,7 @@ def objects_output(name: str, film: Source | Film, options: OutputOptions) -> Ob
     if form in STREAMED:
         return ObjectRows(name, form, options.overwrite)
     label = options.label or LABEL
-    return Document(name, form, film, label, options.overwrite, options.keyframe_error)
+    return DocumentOutput(name, form, film, label, options.overwrite, options.keyframe_error)
 
 
 def format_of(name: str, form: str | None = None) -> str:
@@ -150,7 +150,7 @@ def format_of(name: str, form: str | None = None) -> str:
     """
     if form is None:
         return "csv" if name == "-" else format_for(name)
-    if named(form).write is None:
+    if FORMATS.resolve(form).write is None:
         raise ConfigError(f"Files of the format {form} cannot be written; give another one.")
     if name == "-" and form not in STREAMED:
         raise ConfigError(f"{form} is made at the end of a run; give it a file, not -.")
@@ -172,7 +172,7 @@ def is_document(name: str, form: str | None = None) -> bool:
 def check_several(name: str, form: str | None) -> None:
     """Raise a ConfigError if an output's format holds one object, but there may be several."""
     form = format_of(name, form)
-    if named(form).single:
+    if FORMATS.resolve(form).single:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
@@ -205,7 +205,7 @@ class ObjectRows(Lines):
             )
 
 
-class Document:
+class DocumentOutput:
     """A file of a format that is made at the end, also of an interrupted run.
 
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
@@ -293,7 +293,7 @@ def check_place(name: str, form: str, overwrite: bool) -> None:
     FormatError
         If it exists and must not be overwritten, or the folder above is missing or protected.
     """
-    if not named(form).folder:
+    if not FORMATS.resolve(form).folder:
         check_writable(name, overwrite)
     elif os.path.isdir(name) and os.listdir(name) and not overwrite:
         raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
@@ -316,7 +316,7 @@ def _text(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-ObjectsOutput = ObjectRows | Document
+ObjectsOutput = ObjectRows | DocumentOutput
 """An output of the objects of each frame; it also takes rows that are made already."""
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.cli.watch_outputs import FrameResult
-from motes.core.errors import ConfigError, FormatError
-from motes.core.files import write_whole
+from motes.core.errors import ConfigError
+from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.events import foot_of
@@ -53,13 +53,8 @@ class _Pictures(ABC):
         for key, pixels in self.pictures().items():
             data, path = io.BytesIO(), self._names[key]
             Image.fromarray(pixels).save(data, "PNG")
-            try:
+            with writing(path):
                 write_whole(path, data.getvalue())
-            except OSError as error:
-                raise FormatError(
-                    f"{path} cannot be written: {error.strerror}; make room, or choose another "
-                    f"place."
-                ) from error
             self._written.append(path)
 
 

@@ -19,7 +19,7 @@ from motes.mot.cameras.camera_loop import watch_camera
 from motes.mot.cameras.camera_report import Arrival
 from motes.mot.cameras.messages import Go, Message, NextFrame
 from motes.mot.cameras.rig_config import Camera
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 OPEN = 4
 """Largest number of unanswered messages of a camera."""
@@ -44,7 +44,7 @@ class CameraActor:
     def __repr__(self) -> str:
         return f"camera {self._name}, life {self._life}"
 
-    def watch(self, camera: Camera, seed: int, epoch: float, target: Target | None) -> None:
+    def watch(self, camera: Camera, seed: int, epoch: float, target: KnownTarget | None) -> None:
         """Watch a camera until it ends, or until nobody listens any more.
 
         Parameters

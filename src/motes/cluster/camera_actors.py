@@ -10,7 +10,7 @@ from typing import Any
 from motes.cluster.camera_actor import CameraActor
 from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig_config import Camera, Rig
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 PLACED_WITHIN = 30.0
 """Seconds from the start of an actor, after which it is reported that it does not run yet."""
@@ -48,7 +48,7 @@ class CameraActors:
 
     def __init__(
         self, ray: Any, rig: Rig, handovers: Mapping[str, Any],
-        seed: int, epoch: float, target: Target | None,
+        seed: int, epoch: float, target: KnownTarget | None,
     ) -> None:  # fmt: skip
         self._ray, self._handovers, self._args = ray, handovers, (seed, epoch, target)
         self._cameras = {camera.name: camera for camera in rig.camera}

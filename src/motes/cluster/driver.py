@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from motes.cluster import pool as pools
 from motes.cluster.estimate import length_of, memory_of
-from motes.cluster.inputs import Input, changed, missing, paths_of, stamp
+from motes.cluster.inputs import InputFile, changed, missing, paths_of, stamp
 from motes.cluster.jobs import Job
 from motes.cluster.pool import Again, Pool, Started, Task
 from motes.cluster.records import (
@@ -175,9 +175,9 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
     return record
 
 
-def _stamped(job: Job) -> tuple[Input, ...]:
+def _stamped(job: Job) -> tuple[InputFile, ...]:
     """Return the inputs of a job that nobody could finish, so that changed ones are tried again."""
     try:
-        return tuple(Input(path, stamp(path), "") for path in paths_of(job))
+        return tuple(InputFile(path, stamp(path), "") for path in paths_of(job))
     except MotesError:  # as if it is missing now
         return ()

@@ -18,7 +18,7 @@ from motes.core.errors import SourceError
 from motes.correction.history import ENDING
 
 
-class Input(msgspec.Struct, frozen=True):
+class InputFile(msgspec.Struct, frozen=True):
     """A file, or the files of a folder or pattern, as a job has read it.
 
     Attributes
@@ -94,7 +94,7 @@ def checksum(path: str) -> str:
     return _digest([f"{os.path.basename(file)} {sha256(Path(file))}" for file in files])
 
 
-def localized(job: Job, folder: Path) -> tuple[Job, tuple[Input, ...]]:
+def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
     """Return a job whose files are on this machine, and what they are.
 
     Parameters
@@ -111,7 +111,7 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[Input, ...]]:
     StoreError
         If it cannot be fetched.
     """
-    places, inputs = dict[str, str](), list[Input]()
+    places, inputs = dict[str, str](), list[InputFile]()
     for number, path in enumerate(paths_of(job)):
         before, places[path] = stamp(path), path
         if "://" in path:
@@ -119,11 +119,11 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[Input, ...]]:
             goal.parent.mkdir(parents=True)
             Objects(path).fetch(goal)
             places[path] = str(goal)
-        inputs.append(Input(path, before, checksum(places[path])))
+        inputs.append(InputFile(path, before, checksum(places[path])))
     return job.with_files(places.__getitem__), tuple(inputs)
 
 
-def changed(inputs: Iterable[Input], *, thorough: bool = False) -> bool:
+def changed(inputs: Iterable[InputFile], *, thorough: bool = False) -> bool:
     """Return whether the content of a file is another one than before.
 
     Where the stamp of a file has changed, its checksum decides; with `thorough`, it always does.

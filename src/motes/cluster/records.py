@@ -15,7 +15,7 @@ from typing import Literal
 
 import msgspec
 
-from motes.cluster.inputs import Input
+from motes.cluster.inputs import InputFile
 from motes.cluster.jobs import Job
 from motes.cluster.store import Store
 from motes.core.errors import FormatError
@@ -54,7 +54,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     frames: int = 0
     host: str = ""
     version: str = ""
-    inputs: tuple[Input, ...] = ()
+    inputs: tuple[InputFile, ...] = ()
     files: dict[str, str] = {}
     error: str | None = None
 

@@ -20,7 +20,7 @@ from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.neighborhoods import connected
 from motes.mot.cameras.rig_config import Camera, Rig
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.video.sources import is_recorded
 
 HANDOVER = "handover"
@@ -58,7 +58,9 @@ class ClusterRig:
         If no node reaches a camera.
     """
 
-    def __init__(self, ray: Any, rig: Rig, seed: int = 0, target: Target | None = None) -> None:
+    def __init__(
+        self, ray: Any, rig: Rig, seed: int = 0, target: KnownTarget | None = None
+    ) -> None:
         self._ray = ray
         check_nodes(rig, ray.nodes())
         rig = replace(rig, camera=tuple(map(found_from_here, rig.camera)))

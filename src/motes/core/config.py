@@ -9,16 +9,14 @@ import numbers
 import re
 import tomllib
 from collections.abc import Mapping
-from functools import reduce
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import msgspec
 from msgspec import Meta
 
-from motes.core.config_keys import NAME, all_keys, alternatives, fields, keys
-from motes.core.decode import decode
+from motes.core.config_keys import NAME, all_keys, keys
+from motes.core.decode import MisfitError, decode, decode_at
 from motes.core.errors import ConfigError
-from motes.core.registry import tag_of
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -51,15 +49,13 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             if type(value) is not bool and isinstance(value, numbers.Real):
                 # numpy's numbers are accepted like Python's
                 value = int(value) if isinstance(value, numbers.Integral) else float(value)
-            try:
-                for number in value if isinstance(value, list | tuple) else (value,):
-                    if isinstance(number, float) and not math.isfinite(number):
-                        raise ConfigError(f"Expected a finite number, got {number}")
-                # Keeps the converted value: a list becomes a tuple, a mapping a configuration.
-                converted = decode(value, field.type)
-                msgspec.structs.force_setattr(self, field.name, converted)
-            except (msgspec.ValidationError, ConfigError) as error:
-                raise ConfigError(f"{field.name}: {error}") from None
+            for number in value if isinstance(value, list | tuple) else (value,):
+                if isinstance(number, float) and not math.isfinite(number):
+                    raise MisfitError(f"got {number}; it takes finite numbers", (field.name,))
+            # Keeps the converted value: a list becomes a tuple, a mapping a configuration.
+            msgspec.structs.force_setattr(
+                self, field.name, decode_at(field.name, value, field.type)
+            )
 
 
 C = TypeVar("C", bound=Config)
@@ -120,23 +116,14 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
     """
     try:
         return decode(values, kind)
-    except UnicodeEncodeError as error:  # of an option, which may be any bytes
-        raise ConfigError(f"Config takes texts in UTF-8, got {error.object!r}.") from None
-    except msgspec.ValidationError as error:
-        message, *places = str(error).split(" - at `$")  # the innermost first
-        where = "".join(place.rstrip("`") for place in reversed(places)).lstrip(".")
-        unknown = re.search(r"unknown field `(.+?)`", message)
-        if message.endswith("."):  # it is of a configuration itself, and complete
-            raise ConfigError(f"Config {where}: {message}" if where else message) from None
-        if unknown is None:
-            given = reduce(_item, re.findall(r"[^.\[\]]+", where), values)
-            got = "" if re.search("got|nvalid", message) else f", got {given}"
-            choices = _choices(kind, where.split("."))
-            words = f"; known are {', '.join(choices)}" if choices else ""
+    except MisfitError as error:
+        where = error.where
+        if error.unknown is None:
+            end = "" if error.reason.endswith(".") else "."
             place = f"Config {where}: " if where else ""
-            raise ConfigError(f"{place}{message}{got}{words}.") from None
-        name, paths = unknown[1], {key.path for key in all_keys(keys(kind))}
-        at = re.sub(r"\[.*?\]", "", where)
+            raise ConfigError(f"{place}{error.reason}{end}") from None
+        name, paths = error.unknown, {key.path for key in all_keys(keys(kind))}
+        at = ".".join(str(part) for part in error.place if not isinstance(part, int))
         parts = [path.rpartition(".") for path in paths]
         known = {key for *_, key in parts} - {name, NAME}  # the name may be known elsewhere
         here = sorted({key for before, _, key in parts if before == at} & known or known)
@@ -145,28 +132,6 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None
-
-
-def _choices(kind: Any, path: list[str]) -> list[str]:
-    """Return the words that may stand at a path in a configuration type, if it takes words."""
-    if not path:
-        return [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
-    parts = alternatives(kind)
-    if path == ["type"]:
-        return [str(tag) for part in parts if (tag := tag_of(part)) is not None]
-    found: list[str] = []
-    for part in parts:
-        for field in fields(part):
-            if field.name == path[0]:
-                found += _choices(field.type, path[1:])
-    return list(dict.fromkeys(found))
-
-
-def _item(values: Any, key: str) -> Any:
-    """Return an item of a mapping or list; a mapping without it, or any other value, itself."""
-    if isinstance(values, Mapping):
-        return values.get(key, values)
-    return values[int(key)] if isinstance(values, list | tuple) else values
 
 
 def from_toml(text: str, name: str) -> dict[str, Any]:

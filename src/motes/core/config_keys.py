@@ -26,7 +26,7 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?:(?: +.*)?(?:\n|\Z))+)", re.M)
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class KeyChoice:
     """A configuration class that may stand at a key.
 
     Attributes
@@ -72,7 +72,7 @@ class Key:
     value: str | None
     required: bool
     meaning: str
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[KeyChoice, ...] = ()
 
 
 def alternatives(kind: Any) -> list[type[Struct]]:
@@ -81,14 +81,21 @@ def alternatives(kind: Any) -> list[type[Struct]]:
     These are the type itself, the members of a union, or the implementations of an interface, those
     of other packages included.
     """
-    if isinstance(kind, type) and issubclass(kind, Struct):
+    found: list[type[Struct]] = []
+    for part in configurations(kind):
+        registry = registry_of(part)
+        known = [part] if registry is None else registry.usable().values()
+        found += [each for each in known if issubclass(each, part)]
+    return found
+
+
+def configurations(kind: Any) -> list[type]:
+    """Return the configuration classes and the interfaces with a registry that a type accepts."""
+    if isinstance(kind, type) and (issubclass(kind, Struct) or registry_of(kind) is not None):
         return [kind]
-    registry = registry_of(kind)
-    if registry is not None:
-        return [each for each in registry.usable().values() if issubclass(each, kind)]
     if get_origin(kind) in (dict, tuple, list):
         return []
-    return [each for part in get_args(kind) for each in alternatives(part)]
+    return [found for part in get_args(kind) for found in configurations(part)]
 
 
 def keys(
@@ -174,7 +181,7 @@ def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]
         named = tuple(
             _key(inner, each, f"{path}.{name}", "", within) for name, each in entries.items()
         )
-        return Key(path, "", None, required, meaning, (Choice(None, "", named, True),))
+        return Key(path, "", None, required, meaning, (KeyChoice(None, "", named, True),))
     if get_origin(kind) in (list, tuple) and alternatives(get_args(kind)[0]):
         kind, set_value = get_args(kind)[0], None  # each item has these keys
     classes = [each for each in alternatives(kind) if each not in within]
@@ -186,7 +193,7 @@ def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]
         chosen = type(set_value) is each
         inside = keys(each, set_value if chosen else None, path, within)
         tag = each.__struct_config__.tag if len(classes) > 1 else None
-        choices.append(Choice(None if tag is None else str(tag), summary(each), inside, chosen))
+        choices.append(KeyChoice(None if tag is None else str(tag), summary(each), inside, chosen))
     return Key(path, "", None, required, meaning, tuple(choices))
 
 

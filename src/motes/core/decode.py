@@ -3,93 +3,134 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
-from types import UnionType
-from typing import Any, Union, get_args, get_origin
+import reprlib
+from collections.abc import Mapping
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgspec
-from msgspec import Struct
 
+from motes.core.config_keys import alternatives, configurations
+from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, registry_of, tag_of
+from motes.core.type_words import words
+
+Place = tuple[str | int, ...]
+"""Where a value stands: keys, and the numbers of a list's items."""
 
 
-def decode(values: Any, kind: Any) -> Any:
-    """Return plain values, or a value that fits already, converted to a type.
+class MisfitError(ConfigError):
+    """A value does not fit at its place in a configuration.
+
+    Attributes
+    ----------
+    reason
+        What is wrong, in words.
+    place
+        Where it is wrong.
+    unknown
+        The key there that is not known, if that is wrong.
+    """
+
+    def __init__(self, reason: str, place: Place = (), unknown: str | None = None) -> None:
+        where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+        self.reason, self.place, self.unknown = reason, place, unknown
+        self.where = where.lstrip(".")
+        super().__init__(f"{self.where}: {reason}" if place else reason)
+
+
+def decode(value: Any, kind: Any) -> Any:
+    """Return a plain value, or one that fits already, converted to a type.
 
     Raises
     ------
-    msgspec.ValidationError
-        If a value does not fit; the places in its message stand innermost first.
-    UnicodeEncodeError
-        For a text that is no UTF-8.
+    MisfitError
+        If it does not fit, with the place of what does not.
     PluginError
         If a value belongs to another package that cannot be used.
     """
-    return msgspec.convert(_gathered(values, kind), kind, dec_hook=_implementation)
+    kinds = configurations(kind)
+    if any(isinstance(value, each) for each in kinds):
+        return value
+    if kinds and isinstance(value, Mapping):
+        return _made(value, _chosen(value, kind, kinds))
+    if value is not None and get_origin(kind) in (Union, UnionType):
+        others = [part for part in get_args(kind) if part is not NoneType]
+        kind = others[0] if len(others) == 1 else kind
+    bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    origin, inner = get_origin(bare), get_args(bare)
+    if origin is dict and isinstance(value, Mapping):
+        return {key: decode_at(key, item, inner[1]) for key, item in value.items()}
+    if origin in (list, tuple) and isinstance(value, list | tuple):
+        items = inner if origin is tuple and ... not in inner else (inner[0],) * len(value)
+        if len(items) == len(value):
+            pairs = zip(value, items, strict=True)
+            value = origin(decode_at(place, *pair) for place, pair in enumerate(pairs))
+            if bare is kind:
+                return value
+    with contextlib.suppress(msgspec.ValidationError, UnicodeEncodeError):
+        if not kinds or value is None:  # the number of items is checked here too
+            return msgspec.convert(value, kind)
+    takes = "keys" if kinds or origin is dict else words(kind)
+    raise MisfitError(f"got {_short(value)}; it takes {takes}")
 
 
-def _implementation(kind: Any, values: Any) -> Any:
-    """Return the implementation of an interface that plain values name by the key `type`.
-
-    It is the hook of `msgspec.convert` for types that msgspec does not know: a ValueError becomes
-    a ValidationError with the place, and other errors pass through.
-    """
-    if isinstance(values, kind):
-        return values
-    registry = registry_of(kind)
-    assert registry is not None, f"{kind} has no registry"
-    try:
-        tag = msgspec.convert(values, dict[str, Any]).get("type")
-        if tag is None:
-            raise ValueError("Object missing required field `type`")
-        with _at("type"):
-            tag = msgspec.convert(tag, str)
-            tag.encode()
-            if tag not in registry or not issubclass(registry.resolve(tag), kind):
-                raise msgspec.ValidationError(f"Invalid value {tag!r}")
-        return decode(values, registry.resolve(tag))
-    except UnicodeEncodeError as error:
-        raise ValueError(f"It takes texts in UTF-8, got {error.object!r}") from None
-    except msgspec.ValidationError as error:
-        raise ValueError(str(error)) from None
-
-
-def _gathered(values: Any, kind: Any) -> Any:
-    """Return plain values; those of other packages are moved into the open field for them."""
-    union = get_origin(kind) in (Union, UnionType)
-    kinds = [
-        part
-        for part in (get_args(kind) if union else (kind,))
-        if isinstance(part, type) and issubclass(part, Struct) and isinstance(values, Mapping)
-    ]
-    if len(kinds) > 1:
-        kinds = [part for part in kinds if tag_of(part) == values.get("type")]
-    if not kinds:
-        return values
-    declared = {field.name: field.type for field in msgspec.structs.fields(kinds[0])}
-    gathered: dict[str, Any] = {}
-    for key, value in values.items():
-        with _at(key):
-            gathered[key] = _gathered(value, declared[key]) if key in declared else value
-    name, registry = open_registry(kinds[0])
+def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
+    """Return the class that plain values are of: the one that their key `type` names."""
+    registry = registry_of(kinds[0])
+    tag = values.get("type")
     if registry is None:
-        return gathered
-    if name in gathered:
-        raise msgspec.ValidationError(f"Object contains unknown field `{name}`")
-    added = {}
-    for key in [key for key in gathered if key not in declared and key != "type"]:
-        if key in registry:
-            value = gathered.pop(key)
-            with _at(key):
-                if value is not None:
-                    added[key] = decode(value, registry.resolve(key))
-    return gathered | {name: added}
+        if len(kinds) == 1 and (tag is None or tag_of(kinds[0]) is None):
+            return kinds[0]
+        fitting = [each for each in kinds if tag_of(each) == tag]
+    elif isinstance(tag, str) and tag in registry:
+        fitting = [each for each in [registry.resolve(tag)] if issubclass(each, kinds[0])]
+    else:
+        fitting = []
+    if fitting:
+        return fitting[0]
+    known = ", ".join(str(tag_of(each)) for each in alternatives(kind))
+    if "type" not in values:
+        raise MisfitError(f"it needs the key type; known are {known}")
+    raise MisfitError(f"Invalid value {_short(tag)}; known are {known}", ("type",))
 
 
-@contextlib.contextmanager
-def _at(key: str) -> Iterator[None]:
-    """Add a key to the place in a ValidationError, as msgspec writes places."""
+def _made(values: Mapping[str, Any], kind: type) -> Any:
+    """Return a configuration of plain values; those of other packages go into its open field."""
+    name, registry = open_registry(kind)
+    fields = {field.name: field for field in msgspec.structs.fields(kind) if field.name != name}
+    given: dict[str, Any] = {}
+    added: dict[str, Any] = {}
+    for key, value in values.items():
+        if key in fields:
+            given[key] = decode_at(key, value, fields[key].type)
+        elif registry is not None and key in registry:
+            if value is not None:
+                added[key] = decode_at(key, value, registry.resolve(key))
+        elif key != "type" or tag_of(kind) is None:
+            raise MisfitError(f"unknown key {key!r}", unknown=str(key))
+    for key, field in fields.items():
+        if key not in given and field.required:
+            raise MisfitError(f"the key {key!r} is missing")
     try:
-        yield
-    except msgspec.ValidationError as error:
-        raise msgspec.ValidationError(f"{error} - at `$.{key}`") from None
+        return kind(**given, **({name: added} if name else {}))
+    except MisfitError:
+        raise
+    except ValueError as error:  # of the class itself, complete
+        raise MisfitError(str(error)) from None
+
+
+def _short(value: Any) -> str:
+    """Return a value for a message, cut to one line."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+
+
+def decode_at(key: str | int, value: Any, kind: Any) -> Any:
+    """Return a converted value that stands at a key."""
+    try:
+        return decode(value, kind)
+    except MisfitError as error:
+        raise MisfitError(error.reason, (key, *error.place), error.unknown) from None

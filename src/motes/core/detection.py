@@ -57,9 +57,10 @@ class ObservingDetector(Protocol):
     """A detector that learns which of its detections are objects."""
 
     def observe(self, moved: Sequence[Box]) -> None:
-        """Take the boxes of the objects that have moved since they were found.
+        """Take the boxes where objects should be that have moved since they were found.
 
-        `Scene` calls it before each frame, with the objects of three frames before.
+        `Scene` calls it before each frame, with the objects of three frames before, moved on by
+        their velocities.
         """
         ...
 

@@ -16,10 +16,12 @@ import hashlib
 import os
 import secrets
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import quote
+
+from motes.core.errors import FormatError
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
@@ -119,6 +121,17 @@ def write_whole(path: str | Path, data: bytes | Iterable[bytes]) -> None:
     except BaseException:
         partial.drop()
         raise
+
+
+@contextlib.contextmanager
+def writing(path: object) -> Iterator[None]:
+    """Raise a FormatError that names a file, or a folder, where it cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise FormatError(
+            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from error
 
 
 class PartialFolder:

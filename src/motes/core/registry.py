@@ -36,12 +36,14 @@ class Registry(Generic[T]):
     group
         The group of entry points: `motes.cues`.
     base
-        The class that every implementation is a subclass of. A field of a configuration with this
-        type takes any of them.
+        The class of every value, or the class that every implementation is a subclass of. A field
+        of a configuration with this type takes any of the latter.
     own
-        The implementations in motes, by name: classes, or `module:Class` to import when needed.
+        The implementations in motes, by name; also as `module:Class`, to import when needed.
     tagged
         Whether values name their implementation by the key `type`, its tag.
+    values
+        Whether the implementations are values of the base, not classes.
     """
 
     def __init__(
@@ -49,11 +51,13 @@ class Registry(Generic[T]):
         kind: str,
         group: str,
         base: Any,
-        own: Mapping[str, type[T] | str],
+        own: Mapping[str, T | str],
         *,
         tagged: bool = True,
+        values: bool = False,
     ) -> None:
-        self.kind, self.group, self.base, self._tagged = kind, group, base, tagged
+        self.kind, self.group, self.base = kind, group, base
+        self._tagged, self._values = tagged, values
         self._own = dict(own)
         _REGISTRIES[base] = self
 
@@ -64,7 +68,7 @@ class Registry(Generic[T]):
     def __contains__(self, name: object) -> bool:
         return name in self._own or name in self._added()
 
-    def resolve(self, name: str) -> type[T]:
+    def resolve(self, name: str) -> T:
         """Return the implementation of a name.
 
         Raises
@@ -77,7 +81,7 @@ class Registry(Generic[T]):
         own = self._own.get(name)
         if isinstance(own, str):
             module, _, attribute = own.partition(":")
-            found: type[T] = getattr(importlib.import_module(module), attribute)
+            found: T = getattr(importlib.import_module(module), attribute)
             return found
         if own is not None:
             return own
@@ -87,9 +91,9 @@ class Registry(Generic[T]):
             raise ConfigError(f"There is no {self.kind} {name!r}; known are {known}.")
         return self._load(entry)
 
-    def usable(self) -> dict[str, type[T]]:
+    def usable(self) -> dict[str, T]:
         """Return all implementations that can be loaded, by name: the ones to choose from."""
-        found: dict[str, type[T]] = {}
+        found: dict[str, T] = {}
         for name in self.known():
             with contextlib.suppress(PluginError):
                 found[name] = self.resolve(name)
@@ -112,21 +116,25 @@ class Registry(Generic[T]):
             added[entry.name] = entry
         return added
 
-    def _load(self, entry: EntryPoint) -> type[T]:
-        """Return the class that an entry point names, checked."""
+    def _load(self, entry: EntryPoint) -> T:
+        """Return what an entry point names, checked."""
         named = f"The {self.kind} {entry.name!r} of {_package(entry)}"
         try:
-            found = entry.load()
+            found: Any = entry.load()
         except (Exception, SystemExit) as error:  # whatever another package's code raises
             raise PluginError(
                 f"{named} cannot be loaded: {type(error).__name__}: {error}; update or uninstall "
                 f"the package."
             ) from error
+        implementation: T = found
+        if self._values:
+            if not isinstance(found, self.base):
+                raise PluginError(f"{named} is no {_path(self.base)}.")
+            return implementation
         bases = {"motes.core.config.Config": msgspec.Struct, _path(self.base): self.base}
         for path, base in bases.items():
             if not (isinstance(found, type) and issubclass(found, base)):
                 raise PluginError(f"{named} is not a subclass of {path}.")
-        implementation: type[T] = found
         if self._tagged and tag_of(found) != entry.name:
             raise PluginError(
                 f"{named} has the tag {tag_of(found)!r}; its tag and its entry point need one name."

@@ -31,9 +31,17 @@ def _words(info: inspect.Type) -> str:
         case inspect.TupleType():
             return f"list of {len(info.item_types)}: {_words(info.item_types[0])}"
         case inspect.VarTupleType() | inspect.ListType():
-            return f"list: {_words(info.item_type)}"
+            return f"list{_length(info)}: {_words(info.item_type)}"
         case _:
             return "text"
+
+
+def _length(info: inspect.VarTupleType | inspect.ListType) -> str:
+    """Return the number of items: ` of 9`, ` of at least 6`, ` of 4 to 8`; nothing for any."""
+    least, most = info.min_length, info.max_length
+    if least == most:
+        return "" if most is None else f" of {most}"
+    return f" of at least {least}" if most is None else f" of {least or 0} to {most}"
 
 
 def _bounds(info: inspect.IntType | inspect.FloatType) -> Iterator[str]:

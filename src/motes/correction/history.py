@@ -11,8 +11,8 @@ from msgspec.structs import replace
 
 from motes import __version__
 from motes.core.config import Config, from_dict, to_dict
-from motes.core.errors import ConfigError, FormatError, InputError
-from motes.core.files import write_whole
+from motes.core.errors import ConfigError, InputError
+from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.seed import checked_seed
 from motes.correction.join import Stretch
@@ -169,13 +169,9 @@ class History(msgspec.Struct, frozen=True):
         FormatError
             If the file cannot be written.
         """
-        try:
+        with writing(path):
             data = msgspec.json.encode(replace(self, lines=lines))
             write_whole(path, msgspec.json.format(data, indent=1) + b"\n")
-        except OSError as error:
-            raise FormatError(
-                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-            ) from None
 
     def check_frames(self) -> None:
         """Raise a ConfigError if the frames that are used are none."""

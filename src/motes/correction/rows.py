@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError, FormatError, InputError
-from motes.core.files import write_whole
+from motes.core.errors import ConfigError, InputError
+from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundMotion, RealUnits
@@ -26,7 +26,7 @@ TIME_TOLERANCE = 1e-3
 """Seconds by which the time of a row may differ from that of its frame; rows have six digits."""
 
 
-class Rows:
+class KnownRows:
     """The rows of a file that `motes track`, `smooth` or `refine` has written.
 
     Parameters
@@ -166,12 +166,8 @@ class Rows:
             If the file cannot be written; an old one stays.
         """
         lines = [*self._head, *(self._lines[frame] for frame in sorted(self._lines))]
-        try:
+        with writing(path):
             write_whole(path, "".join(lines).encode())
-        except OSError as error:
-            raise FormatError(
-                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-            ) from None
 
 
 def as_read(track: Track) -> Track:

@@ -92,7 +92,7 @@ def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:
     return seen
 
 
-CUES = Registry[Cue](
+CUES = Registry[type[Cue]](
     "cue",
     "motes.cues",
     Cue,

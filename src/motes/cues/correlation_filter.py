@@ -27,7 +27,7 @@ from motes.cues.fourier_ridge import (
     half_frequencies,
     updated,
 )
-from motes.cues.search_window import CELL_SIZE, Grid, WindowModel, features, grid
+from motes.cues.search_window import CELL_SIZE, SampleGrid, WindowModel, features, grid
 
 UPSAMPLING = 2
 """Number of a response's values per side of a cell."""
@@ -109,7 +109,7 @@ class Correlation(Cue, Config, frozen=True):
         spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
         return self.updated(model, spectra, 0.5)
 
-    def spectra(self, samples: Grid, window: Singles) -> Spectra:
+    def spectra(self, samples: SampleGrid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
         from scipy import fft  # takes a third of a second to import
 

@@ -11,7 +11,7 @@ from msgspec import Meta
 from motes import kernels
 from motes.core.config import Config
 from motes.core.types import Singles
-from motes.kernels.structures import Grid
+from motes.kernels.structures import PixelGrid
 
 Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
@@ -49,9 +49,9 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> PixelGrid:
         """Steps of rows and columns of the pixels that are read: every one."""
-        return Grid(1, 1)
+        return PixelGrid(1, 1)
 
 
 class Checkerboard(Config, frozen=True, tag="checkerboard"):
@@ -80,9 +80,9 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> PixelGrid:
         """The sum of row and column is even; for a quarter, the row is even too."""
-        return Grid(2, 1 if self.share == "half" else 2)
+        return PixelGrid(2, 1 if self.share == "half" else 2)
 
 
 class Lattice(Config, frozen=True, tag="lattice"):
@@ -112,9 +112,9 @@ class Lattice(Config, frozen=True, tag="lattice"):
         return sunflower(self.points)
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> PixelGrid:
         """It has no effect: the lattice is read."""
-        return Grid(1, 1)
+        return PixelGrid(1, 1)
 
 
 Sampling = EveryPixel | Checkerboard | Lattice

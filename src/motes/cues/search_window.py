@@ -44,7 +44,7 @@ TURN = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class SampleGrid:
     """The samples around a target; their number follows from the size of its first region.
 
     The window is the target with a margin of half of its mean side, and of `LEAST_MARGIN` at least.
@@ -150,7 +150,7 @@ class WindowModel(msgspec.Struct, frozen=True, eq=False):
     place: Ellipse
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> SampleGrid:
         """The samples of the window around the target."""
         return grid(self.a, self.b)
 
@@ -193,14 +193,16 @@ def features(samples: Singles) -> Singles:
 
 
 @cache
-def grid(a: float, b: float) -> Grid:
+def grid(a: float, b: float) -> SampleGrid:
     """Return the grid for a target whose half-axes were first a and b pixels."""
     width, height = 2 * a, 2 * b
     around = max((width + height) / 2, 2 * LEAST_MARGIN)
     wide, high = width + around, height + around
     pixels = max(math.sqrt(wide * high) / SAMPLES, 1 / FINEST)
     columns, rows = (_fast(side / pixels / CELL_SIZE) for side in (wide, high))
-    return Grid(rows, columns, width * columns * CELL_SIZE / wide, height * rows * CELL_SIZE / high)
+    return SampleGrid(
+        rows, columns, width * columns * CELL_SIZE / wide, height * rows * CELL_SIZE / high
+    )
 
 
 def _fast(cells: float) -> int:

@@ -160,14 +160,14 @@ class _Result(msgspec.Struct):
     result: list[VideoRegion] = []
 
 
-class _Task(msgspec.Struct):
+class _VideoTask(msgspec.Struct):
     annotations: list[_Result] = []
     predictions: list[_Result] = []
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of the one task: of its last annotation, or else of its prediction."""
-    tasks: list[_Task] = read_json(path, list[_Task])
+    tasks: list[_VideoTask] = read_json(path, list[_VideoTask])
     if len(tasks) != 1:
         raise FormatError(f"it has {len(tasks)} tasks; keep the one of this film.")
     (task,) = tasks

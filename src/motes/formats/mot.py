@@ -10,7 +10,7 @@ from pathlib import Path
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.mot_files import UNKNOWN, Kind, Rows, read_rows
+from motes.formats.mot_files import UNKNOWN, Kind, MotRows, read_rows
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
@@ -100,7 +100,7 @@ def _read(path: Path, facts: FilmFacts, kind: Kind) -> Recording:
     return recording_of(facts, _objects(rows, facts.label))
 
 
-def _objects(rows: Rows, usual: str) -> Iterator[tuple[int, ObjectRow]]:
+def _objects(rows: MotRows, usual: str) -> Iterator[tuple[int, ObjectRow]]:
     for i, (frame, identity, label) in enumerate(
         zip(rows.frames.tolist(), rows.ids.tolist(), rows.classes.tolist(), strict=True)
     ):

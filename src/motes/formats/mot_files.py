@@ -45,7 +45,7 @@ _SEPARATOR = re.compile(r"[ \t]*[,;][ \t]*|[ \t]+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class MotRows:
     """Boxes in the order of their frames.
 
     Attributes
@@ -81,9 +81,9 @@ class Rows:
         columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
         return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
 
-    def where(self, chosen: NDArray[np.bool_]) -> Rows:
+    def where(self, chosen: NDArray[np.bool_]) -> MotRows:
         """Return the rows for which a mask (n,) is True."""
-        return Rows(
+        return MotRows(
             self.frames[chosen],
             self.ids[chosen],
             self.boxes[chosen],
@@ -93,7 +93,7 @@ class Rows:
         )
 
 
-def rows_of(lines: list[list[float]]) -> Rows:
+def rows_of(lines: list[list[float]]) -> MotRows:
     """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order.
 
     Each list may end with the visibility.
@@ -102,10 +102,10 @@ def rows_of(lines: list[list[float]]) -> Rows:
     table = table[np.argsort(table[:, 0], kind="stable")]
     frames, ids, classes = table[:, [0, 1, _NEEDED]].astype(np.int64).T
     visible = table[:, _NEEDED + 1] if table.shape[1] > _NEEDED + 1 else np.ones(len(table))
-    return Rows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
+    return MotRows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
 
 
-def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> Rows:
+def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> MotRows:
     """Read the rows of a video, all of which have the same number of fields.
 
     Parameters
@@ -183,7 +183,7 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     return [*values, label, further[1] if len(further) > 1 else 1]
 
 
-def write_rows(path: Path, rows: Rows) -> None:
+def write_rows(path: Path, rows: MotRows) -> None:
     """Write results, complete or not at all; raise an OSError if that fails."""
     lines = []
     for frame, identity, box, score in zip(

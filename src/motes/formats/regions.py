@@ -29,7 +29,7 @@ MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
 
 
-class Region(NamedTuple):
+class TruthRegion(NamedTuple):
     """A target in one frame.
 
     Attributes
@@ -50,11 +50,11 @@ class Region(NamedTuple):
 
 
 _NAN = math.nan
-ABSENT = Region(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
+ABSENT = TruthRegion(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
 """The frame has no target, or its position is unknown."""
 
 
-def read_regions(text: str, *, strict: bool = False) -> list[Region]:
+def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     """Return the regions of a text, one for each frame.
 
     Each row is a frame, in order. Its numbers are separated by commas, semicolons, tabs or spaces.
@@ -86,7 +86,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[Region]:
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     lines = [(number, line) for number, line in lines if line]
     head = lines[0][1] if lines else ""
-    tracks: dict[int, Region] = {}
+    tracks: dict[int, TruthRegion] = {}
     regions = []
     columns = head.split(",") if head.startswith("frame,") else None
     for number, line in lines[columns is not None :]:
@@ -105,7 +105,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[Region]:
     return regions
 
 
-def read_mask(path: Path) -> Region:
+def read_mask(path: Path) -> TruthRegion:
     """Return the region of the pixels of an image that are not zero (black).
 
     Raises
@@ -124,7 +124,7 @@ def read_mask(path: Path) -> Region:
     return _region_of_pixels(x, y)
 
 
-def _parse_row(row: str, strict: bool) -> Region:
+def _parse_row(row: str, strict: bool) -> TruthRegion:
     mask = row.startswith("m")
     values = [
         _parse_number(field) for field in re.split(r"[,;\s]+", row.lstrip("m").strip(" \t,;"))
@@ -140,7 +140,7 @@ def _parse_row(row: str, strict: bool) -> Region:
         if strict and min(box.width, box.height) < 0:
             raise ValueError(f"a box of {box.width:g}x{box.height:g} pixels has a negative side")
         present = box.width > 0 and box.height > 0
-        return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
+        return TruthRegion(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:
         return region_of_corners(np.reshape(values, (-1, 2)))
     if len(values) == 1 and values[0] in (0, 1, 2):
@@ -161,7 +161,7 @@ def _parse_number(field: str) -> float:
     return value
 
 
-def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, Region]:
+def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, TruthRegion]:
     """Return frame and region of a row of CSV, or of JSON Lines if `columns` is None."""
     row: dict[str, Any]
     if columns is None:
@@ -182,10 +182,10 @@ def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, Region]
         return int(frame), ABSENT
     ellipse = Ellipse(*(_parse_number(str(value)) for value in values))
     present = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
-    return int(frame), Region(ellipse.box, ellipse) if present else ABSENT
+    return int(frame), TruthRegion(ellipse.box, ellipse) if present else ABSENT
 
 
-def _region_of_runs(values: list[float]) -> Region:
+def _region_of_runs(values: list[float]) -> TruthRegion:
     if len(values) < 4 or any(value != int(value) for value in values):
         raise ValueError("a mask is x, y, width, height and runs, all whole numbers")
     x, y, width, height, *runs = map(int, values)
@@ -197,7 +197,7 @@ def _region_of_runs(values: list[float]) -> Region:
     return _region_of_pixels(x + inside % width, y + inside // width)
 
 
-def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
+def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> TruthRegion:
     if not x.size:
         return ABSENT
     low = float(x.min()), float(y.min())
@@ -205,10 +205,10 @@ def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
     (xx, xy), (_, yy) = np.cov(x, y, bias=True)
     # Each pixel is a square, which adds its own second moment, 1/12.
     center, moments = (float(x.mean()), float(y.mean())), (xx + 1 / 12, xy, yy + 1 / 12)
-    return Region(box, _ellipse_of_moments(center, moments, scale=2))
+    return TruthRegion(box, _ellipse_of_moments(center, moments, scale=2))
 
 
-def region_of_corners(corners: NDArray[np.float64]) -> Region:
+def region_of_corners(corners: NDArray[np.float64]) -> TruthRegion:
     """Return the region of a polygon of corners (n, 2) on its outline, in order.
 
     Raises
@@ -239,7 +239,7 @@ def region_of_corners(corners: NDArray[np.float64]) -> Region:
     # Coordinates of the outline are half a pixel larger than those of pixel centers.
     center = float(middle[0] + mx - 0.5), float(middle[1] + my - 0.5)
     box = Box(*low.tolist(), *(high - low).tolist())
-    return Region(box, _ellipse_of_moments(center, (float(xx), float(xy), float(yy)), scale))
+    return TruthRegion(box, _ellipse_of_moments(center, (float(xx), float(xy), float(yy)), scale))
 
 
 def _ellipse_of_moments(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
+from motes.core.registry import Registry
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -37,8 +38,12 @@ class Format:
     endings
         Ends of the names of its files, for writing, or whole names where there is no dot before.
         The longest one that fits counts.
-    read, write
-        Its functions in `motes.formats`, as `module:function`; None if there is none.
+    read
+        Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
+        `motes.formats`. None if it cannot be read.
+    write
+        Returns the bytes of a `Recorded`, piece by piece; of a folder, pairs of a name and bytes.
+        None if it cannot be written.
     holds
         Those of `ASPECTS` that it holds.
     sized
@@ -53,8 +58,8 @@ class Format:
 
     title: str
     endings: tuple[str, ...] = ()
-    read: str | None = None
-    write: str | None = None
+    read: str | Callable[..., Recorded] | None = None
+    write: str | Callable[..., Iterator[Any]] | None = None
     holds: tuple[str, ...] = ()
     sized: bool = False
     thinned: bool = False
@@ -64,7 +69,7 @@ class Format:
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
 
-FORMATS: dict[str, Format] = {
+OWN: dict[str, Format] = {
     "csv": Format(
         title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write_csv",
         holds=ROWS,
@@ -131,7 +136,9 @@ FORMATS: dict[str, Format] = {
         holds=ASPECTS,
     ),
 }  # fmt: skip
-"""All formats, by name."""
+"""The formats of motes, by name."""
+FORMATS = Registry[Format]("format", "motes.formats", Format, OWN, values=True)
+"""All formats, those of other packages included."""
 
 NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 """Formats of numbers alone, which the ending of a name tells apart."""
@@ -142,11 +149,24 @@ SNIFFED = 1 << 16
 ADVICE = "correct it there, or make the file anew."
 
 
-def named(name: str) -> Format:
-    """Return the format of a name; raise a ConfigError for another name."""
-    if name not in FORMATS:
-        raise ConfigError(f"There is no format {name!r}; known are {', '.join(FORMATS)}.")
-    return FORMATS[name]
+def _by_ending(path: str | Path) -> list[str]:
+    """Return the names of the formats whose ending a file's name has, the longest ending first.
+
+    Other packages are asked only where a name has no ending of ours, or several endings.
+    """
+    name = Path(path).name.lower()
+
+    def fitting(formats: Mapping[str, Format]) -> list[str]:
+        lengths = {
+            known: len(ending)
+            for known, form in formats.items()
+            for ending in form.endings
+            if name == ending or (ending[0] == "." and name.endswith(ending))
+        }
+        return sorted(lengths, key=lambda known: -lengths[known])
+
+    own = fitting(OWN)
+    return own if own and name.count(".") == 1 else fitting(FORMATS.usable())
 
 
 def format_for(output: str) -> str:
@@ -157,32 +177,30 @@ def format_for(output: str) -> str:
     ConfigError
         If no format has this ending.
     """
-    name = Path(output).name.lower()
-    fitting = [
-        (len(ending), known)
-        for known, each in FORMATS.items()
-        if each.write is not None
-        for ending in each.endings
-        if name == ending or (ending[0] == "." and name.endswith(ending))
-    ]
-    if not fitting:
-        endings = (end for each in FORMATS.values() if each.write for end in each.endings)
-        usual = [end for end in endings if end.startswith(".") and end.count(".") == 1]
-        raise ConfigError(
-            f"{output} ends in none of {', '.join(usual)}; rename it, or name its format (--to in "
-            f"motes convert, else --format), as yolo for a folder of labels."
-        )
-    return max(fitting)[1]
+    for name in _by_ending(output):
+        if FORMATS.resolve(name).write is not None:
+            return name
+    endings = (end for form in FORMATS.usable().values() if form.write for end in form.endings)
+    usual = [end for end in endings if end.startswith(".") and end.count(".") == 1]
+    raise ConfigError(
+        f"{output} ends in none of {', '.join(usual)}; rename it, or name its format (--to in "
+        f"motes convert, else --format), as yolo for a folder of labels."
+    )
 
 
 def recognized(path: Path) -> str:
     """Return the name of the format of a file or folder, by its content.
+
+    Only a format of another package is recognized by its ending.
 
     Raises
     ------
     SourceError
         If it cannot be read, or its format is not clear from its content and its name.
     """
+    named = next(iter(_by_ending(path)), "")
+    if named and named not in OWN:
+        return named
     if path.is_dir():
         return "yolo"
     try:
@@ -198,7 +216,7 @@ def recognized(path: Path) -> str:
 
 
 def _readable() -> Iterable[str]:
-    return (name for name, each in FORMATS.items() if each.read is not None)
+    return (name for name, form in FORMATS.usable().items() if form.read is not None)
 
 
 def _of_text(head: bytes, name: str) -> str | None:
@@ -224,7 +242,7 @@ def _of_numbers(line: str, name: str) -> str | None:
         return "vot"
     fields = [field for field in re.split(r"[,;\s]+", line) if field]
     count = len(fields)
-    own = next((found for found in NAMED if name.lower().endswith(FORMATS[found].endings)), None)
+    own = next((found for found in NAMED if name.lower().endswith(OWN[found].endings)), None)
     if count == 4:  # the first pixel is 1 in OTB and 0 in VOT: only the name makes it clear
         known = {"groundtruth_rect": "otb", "groundtruth": "vot"}
         others = (found for stem, found in known.items() if name.startswith(stem))
@@ -241,7 +259,10 @@ def _of_numbers(line: str, name: str) -> str | None:
     return None
 
 
-def _function(name: str) -> Callable[..., Any]:
+def _function(name: str | Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of a format; a text names one of motes."""
+    if not isinstance(name, str):
+        return name
     module, _, function = name.partition(":")
     found: Callable[..., Any] = getattr(
         importlib.import_module(f"motes.formats.{module}"), function
@@ -259,7 +280,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
     SourceError
         If the file cannot be read, or is none of this format.
     """
-    form = named(name)
+    form = FORMATS.resolve(name)
     if form.read is None:
         raise ConfigError(f"Files of the format {name} cannot be read here.")
     if path.exists() and path.is_dir() != form.folder:
@@ -315,7 +336,7 @@ def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | Non
     OSError
         If the file cannot be written; what was at `path` stays.
     """
-    form = named(name)
+    form = FORMATS.resolve(name)
     if form.write is None:
         raise ConfigError(f"Files of the format {name} cannot be written.")
     if form.sized and not recorded.head.width:
@@ -362,5 +383,5 @@ def check_replaced(path: Path, suffixes: Sequence[str], kind: str) -> None:
 
 def lost(present: set[str], source: str, target: str) -> list[str]:
     """Return those of `present` that the format `source` holds and `target` does not."""
-    held, kept = FORMATS[source].holds, FORMATS[target].holds
+    held, kept = (FORMATS.resolve(name).holds for name in (source, target))
     return [each for each in ASPECTS if each in present and each in held and each not in kept]

@@ -4,7 +4,7 @@ from motes.kernels.structures import (
     ColorTarget,
     Counts,
     Floats,
-    Grid,
+    PixelGrid,
     Reading,
     Singles,
 )
@@ -21,7 +21,7 @@ def mean_shift(
     picture: Bytes,
     ellipse: Floats,
     lattice: Singles,
-    grid: Grid,
+    grid: PixelGrid,
     slots: Counts,
     ratios: Floats,
     bins: ColorBins,

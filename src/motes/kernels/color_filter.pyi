@@ -1,4 +1,4 @@
-from motes.kernels.structures import Bytes, ColorTarget, Floats, Noise, Pair
+from motes.kernels.structures import Bytes, ColorTarget, Floats, NoiseScales, Pair
 
 Observation = tuple[
     Floats,
@@ -18,7 +18,7 @@ def step(
     before_weights: Floats,
     positions: Floats,
     normal: Floats,
-    noise: Noise,
+    noise: NoiseScales,
     steps: float,
     first: Pair,
     target: ColorTarget,

@@ -1,10 +1,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.kernels.structures import Floats, Noise, Pair
+from motes.kernels.structures import Floats, NoiseScales, Pair
 
 def walk(
-    states: Floats, normal: Floats, noise: Noise, steps: float, first: Pair, out: Floats
+    states: Floats, normal: Floats, noise: NoiseScales, steps: float, first: Pair, out: Floats
 ) -> None: ...
 def ancestors(weights: Floats, positions: Floats, chosen: NDArray[np.intp]) -> None: ...
 def gaussian(distances: Floats, sigmas: Floats, epsilon: float, logs: Floats) -> None: ...

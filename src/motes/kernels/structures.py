@@ -24,7 +24,7 @@ Place = tuple[float, float, float, float, float]
 """An ellipse: x, y, a, b and theta."""
 
 
-class Grid(NamedTuple):
+class PixelGrid(NamedTuple):
     """Which pixels are read where there is no lattice; 1, 1 is every pixel.
 
     Attributes
@@ -53,11 +53,11 @@ class Reading(NamedTuple):
     """
 
     lattice: Singles
-    grid: Grid
+    grid: PixelGrid
     profile: int
 
 
-class Noise(NamedTuple):
+class NoiseScales(NamedTuple):
     """Random motion in one reference interval; see `Noise` and `Walking` of `sot.filtering.motion`.
 
     Attributes

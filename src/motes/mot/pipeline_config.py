@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, get_args
 
-from msgspec.structs import replace
+from msgspec.structs import fields, replace
 
 from motes.core.config import from_dict
 from motes.core.detection import Detector, DetectorConfig
@@ -19,7 +19,7 @@ from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 
-DETECTORS = Registry[DetectorConfig](
+DETECTORS = Registry[type[DetectorConfig]](
     "detector",
     "motes.detectors",
     DetectorConfig,
@@ -77,8 +77,6 @@ def detector_values(name: str | None) -> dict[str, Any]:
     """
     if name is None:
         return {"type": "background"}
-    if name in ("people", "faces"):
-        return {"type": name}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
     if name.endswith(".onnx"):
@@ -87,20 +85,18 @@ def detector_values(name: str | None) -> dict[str, Any]:
         return {"type": "background", "method": name}
     if all(name.partition(":")):
         return {"type": "callable", "name": name}
-    own = {
-        "background",
-        "recorded",
-        "like",
-        "callable",
-        "onnx",
-    }  # which have other names, or need more than one
-    named = [each for each in DETECTORS.known() if each not in own]
-    if name not in named:
-        known = ", ".join([*get_args(Method), *named])
-        raise ConfigError(
-            f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
-        )
-    return {"type": name}
+    if name in DETECTORS and _chosen_by_name(DETECTORS.resolve(name)):
+        return {"type": name}
+    named = [other for other, kind in DETECTORS.usable().items() if _chosen_by_name(kind)]
+    known = ", ".join([*get_args(Method), *named])
+    raise ConfigError(
+        f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
+    )
+
+
+def _chosen_by_name(kind: Any) -> bool:
+    """Return whether a detector is chosen by its name alone; a background is, by its method's."""
+    return kind is not BackgroundConfig and not any(field.required for field in fields(kind))
 
 
 def check_code(detector: str | None, allowed: bool) -> None:

@@ -42,7 +42,7 @@ from motes.mot.tracked_object import SceneTrack, TrackedObject
 from motes.video.prefetch import prefetch
 
 LAG = 3
-"""Frames after which a detector learns of a frame's objects: it may run two frames ahead."""
+"""Frames after which a detector learns where objects will be: it may run two frames ahead."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -258,7 +258,8 @@ class Scene:
             found.motion,
         )  # fmt: skip
         if isinstance(self.detector, ObservingDetector):
-            moved = [each.track.box for each in self._state.objects if each.moved]
+            ahead = dt * (LAG + self.config.detections.every - 1)
+            moved = [each.box_after(ahead) for each in self._state.objects if each.moved]
             self._moved[self._stepped] = moved
         self._stepped += 1
         self._expected = ()

@@ -223,6 +223,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             self.identity, self.track, self.occluded_by, self.detected, (dx, dy), label
         )
 
+    def box_after(self, seconds: float) -> Box:
+        """Return the box where it should be some seconds later."""
+        box, (dx, dy) = self.track.box, (self.velocity * seconds).tolist()
+        return box._replace(x=box.x + dx, y=box.y + dy)
+
     def carried(self, place: tuple[float, float], origin: tuple[float, float]) -> Self:
         """Put it, and its origin, where the camera's motion takes them."""
         old = self.track.ellipse

@@ -96,7 +96,7 @@ class Algorithm(Generic[S, I_co]):
         """
 
 
-TRACKERS = Registry[Algorithm[Any, Any]](
+TRACKERS = Registry[type[Algorithm[Any, Any]]](
     "tracker",
     "motes.trackers",
     Algorithm,

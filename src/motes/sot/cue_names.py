@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from motes.core.errors import ConfigError
-from motes.sot.filtering.fusion import FusionRule, WeightedProduct
+from motes.sot.filtering.fusion import Fusion, WeightedProduct
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import Adaptation, PerCue
 
@@ -14,7 +14,7 @@ def check_cue_names(
     cues: Collection[str],
     updated: Collection[str],
     likelihood: Likelihood,
-    fusion: FusionRule,
+    fusion: Fusion,
     adaptation: Adaptation,
 ) -> None:
     """Raise a ConfigError if a part names a cue that is not in use.

@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from motes.core.config import Config, Positive, from_dict, from_json
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import write_whole
+from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ROUNDING, check
@@ -43,7 +43,7 @@ class _File(Config, frozen=True, tag="motes_histogram", omit_defaults=True):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Target:
+class KnownTarget:
     """A target whose histograms are known before it is seen (Nummiaro et al., section V).
 
     Attributes
@@ -123,12 +123,8 @@ class Target:
             if not isinstance(cue, Color)
         }
         file = _File(a, b, theta, color if isinstance(color, Color) else None, bins, others)
-        try:
+        with writing(path):
             write_whole(path, msgspec.json.format(msgspec.json.encode(file)) + b"\n")
-        except OSError as error:
-            raise FormatError(
-                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-            ) from None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

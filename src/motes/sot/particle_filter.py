@@ -29,7 +29,7 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.cue_names import check_cue_names
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
-from motes.sot.filtering.fusion import Adaptive, FusionRule
+from motes.sot.filtering.fusion import Adaptive, Fusion
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -42,7 +42,7 @@ from motes.sot.filtering.model_update import (
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
 from motes.sot.filtering.observation import Observation, Observer
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
@@ -108,9 +108,9 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: FusionRule = Adaptive()
+    fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
-    resampling: Resampling = Resampling()
+    resampling: Resampling = Multinomial()
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
     adaptation: Adaptation = ExponentialForgetting()

@@ -26,7 +26,7 @@ from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Multinomial
 from motes.sot.mean_shift import Kalman, MeanShift
 from motes.sot.particle_filter import ParticleFilter
 
@@ -45,7 +45,7 @@ NUMMIARO = ParticleFilter(
     ),
     color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
     likelihood=Gaussian(sigma=0.1),  # equation 10
-    resampling=Resampling(scheme="multinomial", threshold=1.0),  # figure 2
+    resampling=Multinomial(threshold=1.0),  # figure 2
     presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
     calibration=Calibration(middle=0.34, width=0.08),
 )
@@ -78,7 +78,7 @@ MAGGIO = ParticleFilter(
     orientation=ROH,
     fusion=Adaptive(floor=0.3, weights=SHARES),  # after equations 8 to 10
     likelihood=Gaussian(sigma=0.15),  # equation 6
-    resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
+    resampling=Multinomial(threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
     calibration=Calibration(middle=0.42, width=0.1),
 )
@@ -105,7 +105,7 @@ NG_DELP = ParticleFilter(
     ),
     fusion=Product(),
     likelihood=BestParticle(epsilon=0.001),  # equations 23 and 24
-    resampling=Resampling(scheme="multinomial", threshold=1.0),
+    resampling=Multinomial(threshold=1.0),
     presence=AppearanceRule(margin=0.7),
     calibration=Calibration(middle=0.55, width=0.17),  # particles that appear have little weight
 )
@@ -134,7 +134,7 @@ ZHAO_PEI = ParticleFilter(
     hog=Hog(cells=1, bins=8, kernel="gaussian"),  # equations 1 and 2, section 4
     fusion=Product(),
     likelihood=Exponential(rate=20.0),  # section 2.3
-    resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
+    resampling=Multinomial(threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
     calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15

@@ -28,7 +28,7 @@ from motes.core.types import Floats
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.sample_size import SpeedBudget
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.network.network import Network
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place, boxes_of
@@ -162,7 +162,7 @@ class Tracker:
     def search(
         self,
         frame: Picture,
-        target: Target,
+        target: KnownTarget,
         places: Sequence[Place] = (),
         background: Picture | None = None,
     ) -> Track:

@@ -102,7 +102,7 @@ class Join(_Command, frozen=True, tag="join"):
     other: Number
 
 
-class Track(_Command, frozen=True, tag="track"):
+class TrackCommand(_Command, frozen=True, tag="track"):
     """Track objects between their keyframes; without objects, all. The reply has the job."""
 
     objects: Few = []
@@ -161,7 +161,7 @@ class Watch(_Command, frozen=True, tag="watch"):
     seed: Number = 0
 
 
-class Line(msgspec.Struct, frozen=True):
+class DrawnLine(msgspec.Struct, frozen=True):
     """A line whose crossings count: its ends, and its name."""
 
     points: tuple[float, float, float, float]
@@ -169,7 +169,7 @@ class Line(msgspec.Struct, frozen=True):
     label: tuple[Name, Name] = ("in", "out")
 
 
-class Zone(msgspec.Struct, frozen=True):
+class DrawnZone(msgspec.Struct, frozen=True):
     """A polygon whose entries and exits count: x and y of its corners, and its name."""
 
     points: Annotated[tuple[float, ...], Meta(min_length=6, max_length=400)]
@@ -186,8 +186,8 @@ GroundPoints = Annotated[
 class Places(msgspec.Struct, frozen=True):
     """What is drawn on the picture for counting."""
 
-    lines: Annotated[tuple[Line, ...], Meta(max_length=50)] = ()
-    zones: Annotated[tuple[Zone, ...], Meta(max_length=50)] = ()
+    lines: Annotated[tuple[DrawnLine, ...], Meta(max_length=50)] = ()
+    zones: Annotated[tuple[DrawnZone, ...], Meta(max_length=50)] = ()
     ground: GroundPoints | None = None
 
 
@@ -228,7 +228,7 @@ Command = (
     | SetAbsent
     | Split
     | Join
-    | Track
+    | TrackCommand
     | Pause
     | Resume
     | Stop

@@ -16,12 +16,12 @@ from motes.mot.analytics.regions import Regions
 from motes.sot.presets import TrackerConfig, configure, preset
 from motes.studio import commands, messages
 from motes.studio.commands import Places, Region
-from motes.studio.messages import FilmFacts
+from motes.studio.messages import OpenFilm
 
 MAX_OBJECTS = 50
 
 
-class Target(messages.Subject, frozen=True):
+class DrawnTarget(messages.Subject, frozen=True):
     """An object.
 
     Attributes
@@ -77,11 +77,11 @@ class Document(msgspec.Struct, frozen=True):
         The number of the next object.
     """
 
-    targets: tuple[Target, ...] = ()
+    targets: tuple[DrawnTarget, ...] = ()
     places: Places = Places()
     following: int = 1
 
-    def target(self, number: int) -> Target:
+    def target(self, number: int) -> DrawnTarget:
         """Return an object; one that is compared has the frames and keyframes of the other one.
 
         Raises
@@ -100,7 +100,7 @@ class Document(msgspec.Struct, frozen=True):
                 )  # fmt: skip
         raise ConfigError(f"There is no object {number}; it may have been removed.")
 
-    def all(self) -> Iterator[Target]:
+    def all(self) -> Iterator[DrawnTarget]:
         """Yield all objects."""
         return (self.target(each.object) for each in self.targets)
 
@@ -152,13 +152,13 @@ def places_toml(places: Places) -> str:
     return to_toml(regions_of(places))
 
 
-def _plain(each: commands.Line | commands.Zone) -> dict[str, object]:
+def _plain(each: commands.DrawnLine | commands.DrawnZone) -> dict[str, object]:
     values: dict[str, object] = msgspec.to_builtins(each)
     return {name: value for name, value in values.items() if value is not None}
 
 
 def changed(
-    document: Document, command: commands.Command, film: FilmFacts, row_at: RowAt
+    document: Document, command: commands.Command, film: OpenFilm, row_at: RowAt
 ) -> tuple[Document, int | None]:
     """Return the document after a command, and the number of an object that is new or changed.
 
@@ -207,7 +207,7 @@ def changed(
             raise ConfigError("This command changes nothing.")
 
 
-def _own(document: Document, number: int, *, compared: bool = False) -> Target:
+def _own(document: Document, number: int, *, compared: bool = False) -> DrawnTarget:
     """Return an object that may be changed; one that is compared follows another one."""
     found = document.target(number)
     if found.compared is not None:
@@ -217,25 +217,23 @@ def _own(document: Document, number: int, *, compared: bool = False) -> Target:
     return found
 
 
-def _with(document: Document, target: Target) -> Document:
+def _with(document: Document, target: DrawnTarget) -> Document:
     targets = (target if each.object == target.object else each for each in document.targets)
     return replace(document, targets=tuple(targets))
 
 
-def appended(document: Document, target: Target) -> Document:
+def appended(document: Document, target: DrawnTarget) -> Document:
     """Return the document with a further object; raise a ConfigError if there are too many."""
     if len(document.targets) >= MAX_OBJECTS:
         raise ConfigError(f"A session has {MAX_OBJECTS} objects at most; open another one.")
     return replace(document, targets=(*document.targets, target), following=document.following + 1)
 
 
-def _added(
-    document: Document, command: commands.AddObject, film: FilmFacts
-) -> tuple[Document, int]:
+def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> tuple[Document, int]:
     _check_frame(command.frame, range(film.frames))
     region_within(command.region, film.width, film.height)
     number = document.following
-    target = Target(
+    target = DrawnTarget(
         number, command.name or f"object {number}", command.color, command.preset,
         command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
         network=command.network,
@@ -252,7 +250,7 @@ def _check_frame(frame: int, frames: range) -> None:
 
 
 def _marked(
-    document: Document, command: commands.SetKeyframe, film: FilmFacts
+    document: Document, command: commands.SetKeyframe, film: OpenFilm
 ) -> tuple[Document, int]:
     target = _own(document, command.object)
     assert command.region is not None
@@ -311,7 +309,7 @@ def _without(
     return tuple(part for part in dict.fromkeys(parts) if part[0] <= part[1])
 
 
-def _part(target: Target, first: int, last: int) -> Target:
+def _part(target: DrawnTarget, first: int, last: int) -> DrawnTarget:
     """Return an object with a part of its frames, and the marks in them."""
     outside = _without(target.absent, 0, first - 1) if first else target.absent
     return replace(

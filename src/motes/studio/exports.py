@@ -22,8 +22,8 @@ from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.output.journal import FrameRow, Header, ObjectRow
 from motes.output.track_rows import CORRECTED, Form, fields_of, line_of
 from motes.studio.commands import Places, Watch
-from motes.studio.document import Target, places_toml
-from motes.studio.messages import FilmFacts
+from motes.studio.document import DrawnTarget, places_toml
+from motes.studio.messages import OpenFilm
 from motes.studio.scenes import watch_config
 
 LABEL = "object"
@@ -45,7 +45,7 @@ class Reproduction(msgspec.Struct, frozen=True):
     files: dict[str, str]
 
 
-def target_file(form: str, tracks: Sequence[Track], film: FilmFacts) -> bytes:
+def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
     """Return the rows of one object, as `motes track --at ... -o` writes them.
 
     Raises
@@ -73,7 +73,7 @@ def target_file(form: str, tracks: Sequence[Track], film: FilmFacts) -> bytes:
 
 
 def objects_file(
-    form: str, found: Mapping[int, tuple[str, Sequence[Track]]], film: FilmFacts
+    form: str, found: Mapping[int, tuple[str, Sequence[Track]]], film: OpenFilm
 ) -> bytes:
     """Return several objects in one file, each with its number as identity and its name as class.
 
@@ -93,7 +93,7 @@ def objects_file(
     return scene_file(form, rows, film)
 
 
-def scene_file(form: str, frames: Sequence[FrameRow], film: FilmFacts) -> bytes:
+def scene_file(form: str, frames: Sequence[FrameRow], film: OpenFilm) -> bytes:
     """Return the objects of the many-object mode, as `motes watch -o` writes them."""
     if form not in ROW_FORMS:
         return recorded_file(form, film, frames)
@@ -104,9 +104,9 @@ def scene_file(form: str, frames: Sequence[FrameRow], film: FilmFacts) -> bytes:
     return "".join(f"{line}\n" for line in lines).encode()
 
 
-def recorded_file(form: str, film: FilmFacts, frames: Sequence[FrameRow]) -> bytes:
+def recorded_file(form: str, film: OpenFilm, frames: Sequence[FrameRow]) -> bytes:
     """Return objects in a format of `motes convert`; a format of many files as ZIP."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     recording = Recording(Header(film.name, film.width, film.height, LABEL), frames)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
@@ -128,16 +128,16 @@ def zipped(folder: Path) -> bytes:
     return out.getvalue()
 
 
-def file_name(film: FilmFacts, what: str, form: str) -> str:
+def file_name(film: OpenFilm, what: str, form: str) -> str:
     """Return the name of a file of a format."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     ending = known.endings[0] if known.endings else f".{form}"
     stem = os.path.splitext(os.path.basename(film.name))[0]
     plain = "".join(each if each.isalnum() or each in "-_" else "_" for each in what)
     return f"{stem}-{plain}{'.zip' if known.folder else ending}"
 
 
-def history_file(target: Target, film: FilmFacts) -> bytes:
+def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:
     """Return the history beside rows, from which `motes refine` goes on."""
     end = target.last + 1
     history = History(
@@ -155,7 +155,7 @@ def history_file(target: Target, film: FilmFacts) -> bytes:
     return msgspec.json.format(msgspec.json.encode(history), indent=1) + b"\n"
 
 
-def command_of(target: Target, film: FilmFacts) -> Reproduction:
+def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
     """Return the command line that tracks an object again, to the byte."""
     words = ["motes", "track", film.name]
     if target.first:
@@ -177,7 +177,7 @@ def command_of(target: Target, film: FilmFacts) -> Reproduction:
     return Reproduction(shlex.join(words), files)
 
 
-def watch_command(film: FilmFacts, watch: Watch, places: Places) -> Reproduction:
+def watch_command(film: OpenFilm, watch: Watch, places: Places) -> Reproduction:
     """Return the command line that tracks all that moves again."""
     words = ["motes", "watch", film.name, "--detector", watch.detector, "--preset", watch.preset]
     files = {"watch.toml": to_toml(watch_config(watch))}
@@ -198,7 +198,7 @@ def exact(value: float) -> str:
 
 def check_formats(form: str, *, several: bool) -> None:
     """Raise a ConfigError unless a format can be written, for several objects if need be."""
-    known = registry.named(form)
+    known = registry.FORMATS.resolve(form)
     if known.write is None:
         raise ConfigError(f"Files of the format {form} cannot be written; choose another one.")
     if several and known.single:

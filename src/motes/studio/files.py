@@ -13,8 +13,8 @@ import numpy as np
 from motes.core.config import to_dict
 from motes.core.errors import ConfigError
 from motes.studio import exports, imports
-from motes.studio.document import Target, regions_of
-from motes.studio.sessions import Session
+from motes.studio.document import DrawnTarget, regions_of
+from motes.studio.sessions import LiveSession
 from motes.studio.tables import CUES, FRAME, Table, pack, tracks
 from motes.studio.tasks import Annotate, DrawFigures, DrawForeground, DrawSlit
 
@@ -36,7 +36,7 @@ class Imported(msgspec.Struct, frozen=True):
     left_out: list[str]
 
 
-async def export(session: Session, form: str, number: int | None) -> File:
+async def export(session: LiveSession, form: str, number: int | None) -> File:
     """Return the rows of one object, or of all, in a format.
 
     Raises
@@ -63,7 +63,7 @@ async def export(session: Session, form: str, number: int | None) -> File:
     return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
 
 
-async def export_scene(session: Session, form: str) -> File:
+async def export_scene(session: LiveSession, form: str) -> File:
     """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
     film = session.facts
     if form == "events":
@@ -75,7 +75,7 @@ async def export_scene(session: Session, form: str) -> File:
     return File(exports.file_name(film, "watched", form), data)
 
 
-def command(session: Session, number: int | None) -> exports.Reproduction:
+def command(session: LiveSession, number: int | None) -> exports.Reproduction:
     """Return how an object is tracked again; without a number, how all that moves is."""
     if number is not None:
         return exports.command_of(session.document.target(number), session.facts)
@@ -85,7 +85,7 @@ def command(session: Session, number: int | None) -> exports.Reproduction:
     return exports.watch_command(session.facts, asked.watch, asked.places)
 
 
-async def film(session: Session, number: int | None) -> File:
+async def film(session: LiveSession, number: int | None) -> File:
     """Return a film in which one object, or all are drawn."""
     objects = [
         (target.object, pack(table), table.shape[1] - CUES)
@@ -99,7 +99,7 @@ async def film(session: Session, number: int | None) -> File:
         return File(f"{stem}-annotated.mp4", path.read_bytes())
 
 
-async def figures(session: Session, number: int) -> File:
+async def figures(session: LiveSession, number: int) -> File:
     """Return the papers' figures of a pass from an object's first keyframe on, as ZIP."""
     target = session.document.target(number)
     start = min(target.keys)
@@ -113,7 +113,7 @@ async def figures(session: Session, number: int) -> File:
         return File(f"{Path(session.facts.name).stem}-figures.zip", exports.zipped(Path(folder)))
 
 
-async def slit(session: Session, name: str) -> File:
+async def slit(session: LiveSession, name: str) -> File:
     """Return the slit scan of a line, with the crossings that were counted."""
     asked = session.watching.asked
     lines = regions_of(session.document.places if asked is None else asked.places).lines
@@ -133,7 +133,7 @@ def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
     return event.get("direction") == label[1]
 
 
-async def foreground(session: Session, index: int) -> bytes:
+async def foreground(session: LiveSession, index: int) -> bytes:
     """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
     session.check_frame(index)
     asked = session.watching.asked
@@ -143,7 +143,7 @@ async def foreground(session: Session, index: int) -> bytes:
     return (await session.ask(DrawForeground(method, index), frames=index)).data
 
 
-def take(session: Session, name: str, data: bytes, form: str | None) -> Imported:
+def take(session: LiveSession, name: str, data: bytes, form: str | None) -> Imported:
     """Add the objects of a file."""
     recorded = imports.recording(name, data, form, session.facts)
     document, tables = imports.taken(
@@ -153,7 +153,7 @@ def take(session: Session, name: str, data: bytes, form: str | None) -> Imported
     return Imported([*tables], [*recorded.left_out])
 
 
-def _targets(session: Session, number: int | None) -> list[Target]:
+def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:
     document = session.document
     if number is not None:
         return [document.target(number)]
@@ -163,7 +163,7 @@ def _targets(session: Session, number: int | None) -> list[Target]:
     return targets
 
 
-def _table(session: Session, target: Target) -> Table:
+def _table(session: LiveSession, target: DrawnTarget) -> Table:
     """Return the rows of an object: the result, or what there is of it so far."""
     final = session.jobs.results.of_object(target)
     if final is not None:

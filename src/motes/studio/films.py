@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
-from motes.studio.messages import Film
+from motes.studio.messages import FilmCard
 from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
 from motes.studio.sample import sample
 from motes.video.image_files import IMAGE_ENDINGS
@@ -44,9 +44,9 @@ class Films:
             raise SourceError("The studio has no folder of films; upload one.")
         return inside(folder, name)
 
-    def listed(self) -> list[Film]:
+    def listed(self) -> list[FilmCard]:
         """Return the films, those of the folder first."""
-        found: list[Film] = []
+        found: list[FilmCard] = []
         for folder, uploaded in ((self._folder, False), (self._uploads, True)):
             if folder is None:
                 continue
@@ -55,14 +55,14 @@ class Films:
                     return found
                 name = path.relative_to(folder.resolve()).as_posix()
                 size = path.stat().st_size if path.is_file() else 0
-                found.append(Film(name, size, uploaded))
+                found.append(FilmCard(name, size, uploaded))
         return found
 
-    def sample(self) -> Film:
+    def sample(self) -> FilmCard:
         """Return the film of a first visit."""
         return sample(self._uploads)
 
-    async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> Film:
+    async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> FilmCard:
         """Write a film that arrives in parts, and return it; an interrupted one leaves nothing.
 
         Raises
@@ -99,7 +99,7 @@ class Films:
             raise SourceError(str(error).replace(partial.name, plain)) from None
         finally:
             partial.unlink(missing_ok=True)
-        return Film(path.name, written, uploaded=True)
+        return FilmCard(path.name, written, uploaded=True)
 
 
 def _too_large(name: str, room: int) -> FormatError:

@@ -18,7 +18,7 @@ from motes.formats.visibility import VISIBLE
 from motes.output.journal import ObjectRow
 from motes.output.track_rows import DEVIATIONS
 from motes.studio import messages
-from motes.studio.document import Document, Target
+from motes.studio.document import Document, DrawnTarget
 from motes.studio.document import appended as appended_to
 from motes.studio.safety import plain_name
 from motes.studio.tables import Table, line, table_of
@@ -27,7 +27,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 """The palette of Okabe and Ito, whose colors color-blind readers can distinguish."""
 
 
-def recording(name: str, data: bytes, form: str | None, film: messages.FilmFacts) -> Recording:
+def recording(name: str, data: bytes, form: str | None, film: messages.OpenFilm) -> Recording:
     """Return the objects in an uploaded file, whose format is recognized unless it is given.
 
     Raises
@@ -83,7 +83,7 @@ def taken(
         keys = [frame for frame in drawn if rows[frame].keyframe] if some else drawn[:1]
         number = document.following
         first, last = min(rows), max(rows)
-        target = Target(
+        target = DrawnTarget(
             number,
             (rows[drawn[0]].label or stem if len(found) == 1 else f"{stem} {identity}")[:100],
             COLORS[(number - 1) % len(COLORS)], "default", None, 0, first, last,

@@ -6,8 +6,8 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple, Protocol
 
-from motes.studio.messages import FilmFacts, JobStatus, Overlay, Progress
-from motes.studio.pool import Pool
+from motes.studio.messages import JobStatus, OpenFilm, Overlay, Progress
+from motes.studio.pool import WorkerPool
 from motes.studio.store import Store
 
 
@@ -49,13 +49,13 @@ class Desk(NamedTuple):
 
     session: str
     store: Store
-    film: FilmFacts
-    pool: Pool
+    film: OpenFilm
+    pool: WorkerPool
     numbers: Iterator[int]
     audience: Audience
 
 
-class Job:
+class StudioJob:
     """Objects that are tracked together, or a run of the many-object mode."""
 
     def __init__(

@@ -9,8 +9,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import MotesError
-from motes.studio.document import Document, Target
-from motes.studio.job import Desk, Job
+from motes.studio.document import Document, DrawnTarget
+from motes.studio.job import Desk, StudioJob
 from motes.studio.messages import JobStatus, Overlay
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
 from motes.studio.pool import LONG
@@ -51,17 +51,17 @@ class Jobs:
         self.results = Results(desk.session, desk.store)
         self._pool, self._film = desk.pool, desk.film
         self._numbers, self._audience = desk.numbers, desk.audience
-        self._plans: dict[int, tuple[Target, list[StretchNeed]]] = {}
+        self._plans: dict[int, tuple[DrawnTarget, list[StretchNeed]]] = {}
         self._shown: dict[int, Table] = {}
         self._displayed: dict[int, set[str]] = {}
-        self._users: dict[str, list[tuple[Target, StretchNeed, int]]] = {}
+        self._users: dict[str, list[tuple[DrawnTarget, StretchNeed, int]]] = {}
         self._runs: dict[str, _Run] = {}
         self._joins: dict[str, asyncio.Task[None]] = {}
-        self.jobs: dict[int, Job] = {}
+        self.jobs: dict[int, StudioJob] = {}
 
     # What others ask for.
 
-    def track(self, objects: Iterable[int]) -> Job:
+    def track(self, objects: Iterable[int]) -> StudioJob:
         """Track objects, or go on; return their job."""
         wanted = [*dict.fromkeys(objects)]
         for job in self.jobs.values():
@@ -73,25 +73,25 @@ class Jobs:
         for job in self.jobs.values():
             if job.active:
                 job.objects = [each for each in job.objects if each not in wanted]
-        job = Job(next(self._numbers), wanted)
+        job = StudioJob(next(self._numbers), wanted)
         self.jobs[job.number] = job
         self._forget_old()
         self._reconcile()
         return job
 
-    def pause(self, job: Job) -> None:
+    def pause(self, job: StudioJob) -> None:
         """Let a job wait."""
         if job.status in ("waiting", "running"):
             job.status = "paused"
             self._reconcile()
 
-    def resume(self, job: Job) -> None:
+    def resume(self, job: StudioJob) -> None:
         """Let a job go on."""
         if job.status == "paused":
             job.status = "running"
             self._reconcile()
 
-    def stop(self, job: Job, status: JobStatus = "stopped", error: str | None = None) -> None:
+    def stop(self, job: StudioJob, status: JobStatus = "stopped", error: str | None = None) -> None:
         """End a job; the rows so far stay."""
         if job.active:
             job.status, job.error = status, error
@@ -181,7 +181,7 @@ class Jobs:
         frames = need.stretch.last - need.stretch.first + 1
         return frames < LONG and fits(frames, self._film.width, self._film.height)
 
-    def _job_of(self, number: int) -> Job | None:
+    def _job_of(self, number: int) -> StudioJob | None:
         for job in self.jobs.values():
             if job.active and number in job.objects:
                 return job
@@ -272,7 +272,7 @@ class Jobs:
                 if part.overlay is not None:
                     self._audience.overlay(_named(part.overlay, target.object))
 
-    async def _join(self, target: Target, need: StretchNeed) -> None:
+    async def _join(self, target: DrawnTarget, need: StretchNeed) -> None:
         """Make the rows of a stretch from its passes."""
         begin, end = (
             None if each is None else tuple(each) for each in (need.stretch.begin, need.stretch.end)
@@ -294,7 +294,7 @@ class Jobs:
         del self._joins[need.key]
         self._reconcile()
 
-    def _show_finals(self, target: Target, plan: list[StretchNeed]) -> None:
+    def _show_finals(self, target: DrawnTarget, plan: list[StretchNeed]) -> None:
         """Show the stretches that are known and not shown."""
         before = self._displayed.get(target.object, set())
         now = set()
@@ -323,7 +323,7 @@ class Jobs:
             shown[old, FINAL] = 0
             self._audience.rows(number, old.tolist())
 
-    def _show(self, target: Target, table: Table) -> None:
+    def _show(self, target: DrawnTarget, table: Table) -> None:
         shown = self._shown.get(target.object)
         if shown is None:
             shown = np.full((self._film.frames, CUES + cues_of(target)), np.nan)

@@ -10,7 +10,7 @@ from msgspec import Meta
 from motes.studio.commands import Places, Region
 
 
-class Film(msgspec.Struct, frozen=True):
+class FilmCard(msgspec.Struct, frozen=True):
     """A film that can be opened: its name for `POST /api/sessions`, and its size in bytes."""
 
     name: str
@@ -18,7 +18,7 @@ class Film(msgspec.Struct, frozen=True):
     uploaded: bool = False
 
 
-class FilmFacts(msgspec.Struct, frozen=True):
+class OpenFilm(msgspec.Struct, frozen=True):
     """A film that is open: its name, its size in pixels, its number of frames and its rate.
 
     `problems` is one line about what could not be read; None if nothing is known to be wrong.
@@ -161,7 +161,7 @@ class Progress(msgspec.Struct, frozen=True, tag="progress"):
     error: str | None = None
 
 
-class Session(msgspec.Struct, frozen=True):
+class WholeSession(msgspec.Struct, frozen=True):
     """A whole session, without rows.
 
     Attributes
@@ -181,7 +181,7 @@ class Session(msgspec.Struct, frozen=True):
     """
 
     id: str
-    film: FilmFacts
+    film: OpenFilm
     revision: int
     objects: list[Item]
     places: Places
@@ -194,7 +194,7 @@ class Session(msgspec.Struct, frozen=True):
 class State(msgspec.Struct, frozen=True, tag="state"):
     """The session, first of all and after every change."""
 
-    session: Session
+    session: WholeSession
 
 
 class Row(msgspec.Struct, frozen=True, array_like=True):
@@ -270,7 +270,7 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
     cue_weights: dict[str, float]
 
 
-class Doubt(msgspec.Struct, frozen=True):
+class DoubtfulFrame(msgspec.Struct, frozen=True):
     """A doubtful frame: see `motes.correction.suspects.Doubt`."""
 
     frame: int
@@ -282,7 +282,7 @@ class DoubtList(msgspec.Struct, frozen=True, tag="doubts"):
     """The doubtful frames of an object, the first to correct first."""
 
     object: int
-    items: list[Doubt]
+    items: list[DoubtfulFrame]
 
 
 class Surface(msgspec.Struct, frozen=True):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from motes.core.frame import FRAME_INTERVAL
-from motes.studio.messages import FilmFacts
+from motes.studio.messages import OpenFilm
 from motes.video.film import DamagedError, Film
 
 
@@ -28,8 +28,8 @@ def opened(path: str, check: Callable[[], None], *, whole: bool) -> Film:
     return Film(path, check=check)
 
 
-def facts_of(film: Film) -> FilmFacts:
+def facts_of(film: Film) -> OpenFilm:
     """Return the size and length of a film."""
     fps = film.fps or 1 / FRAME_INTERVAL
     problems = None if film.quick else film.report.problems
-    return FilmFacts(film.name, film.width, film.height, len(film.times), fps, problems)
+    return OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)

@@ -12,7 +12,7 @@ from PIL import Image
 
 from motes.core.errors import ConfigError
 from motes.studio.containers import check_container
-from motes.studio.messages import FilmFacts
+from motes.studio.messages import OpenFilm
 from motes.studio.opening import facts_of, opened
 from motes.studio.safety import Limits
 from motes.video.seeker import Seeker
@@ -66,7 +66,7 @@ class Pictures:
         self._size, self._seeker = 0, Seeker(film)
 
     @property
-    def facts(self) -> FilmFacts:
+    def facts(self) -> OpenFilm:
         """Size and length of the film."""
         return facts_of(self._film)
 

@@ -17,7 +17,7 @@ from motes.core.config import to_dict
 from motes.core.geometry import Ellipse
 from motes.correction.correct import stretches
 from motes.correction.join import Stretch
-from motes.studio.document import Target
+from motes.studio.document import DrawnTarget
 from motes.studio.tasks import RunPass
 
 
@@ -43,7 +43,7 @@ class StretchNeed(NamedTuple):
         return tuple(each for each in (self.forward, self.backward) if each is not None)
 
 
-def needs(target: Target) -> list[StretchNeed]:
+def needs(target: DrawnTarget) -> list[StretchNeed]:
     """Return the stretches of an object, in order."""
     config, seed = to_dict(target.tracker), target.seed
     found = []
@@ -60,7 +60,7 @@ def needs(target: Target) -> list[StretchNeed]:
     return found
 
 
-def pass_to(target: Target, frame: int) -> RunPass:
+def pass_to(target: DrawnTarget, frame: int) -> RunPass:
     """Return the pass of an object that ends in a frame: forward where that is possible."""
     each = next(each for each in reversed(needs(target)) if each.stretch.first <= frame)
     need = each.forward or each.backward

@@ -17,7 +17,7 @@ LONG = 400
 """Frames from which a task is long; one worker is always left for short ones."""
 
 
-class Pool:
+class WorkerPool:
     """Workers that open one film.
 
     Parameters

@@ -12,7 +12,7 @@ import numpy as np
 from motes.core.errors import ConfigError
 from motes.studio import commands, messages
 from motes.studio.clients import Client
-from motes.studio.document import Target
+from motes.studio.document import DrawnTarget
 from motes.studio.plan import pass_to
 from motes.studio.processes import WorkerError
 from motes.studio.tables import STATUS, Table, pack
@@ -55,11 +55,11 @@ class Questions:
         for task in self._tasks:
             task.cancel()
 
-    def doubts(self, client: Client, target: Target, rows: Table | None, count: int) -> None:
+    def doubts(self, client: Client, target: DrawnTarget, rows: Table | None, count: int) -> None:
         """Find the doubtful frames among the rows of an object's frames."""
         self._begin(self._find_doubts(client, target, rows, count))
 
-    def look(self, client: Client, target: Target, command: commands.Look) -> None:
+    def look(self, client: Client, target: DrawnTarget, command: commands.Look) -> None:
         """Make layers of a frame; of a page's questions the newest one counts."""
         self.leave(client)
         self._looks[client] = self._begin(self._look(client, target, command))
@@ -74,9 +74,9 @@ class Questions:
         return task
 
     async def _find_doubts(
-        self, client: Client, target: Target, rows: Table | None, count: int
+        self, client: Client, target: DrawnTarget, rows: Table | None, count: int
     ) -> None:
-        items: list[messages.Doubt] = []
+        items: list[messages.DoubtfulFrame] = []
         if rows is not None:
             rows = rows[~np.isnan(rows[:, STATUS])]
             marks = [
@@ -89,10 +89,10 @@ class Questions:
             except WorkerError as error:
                 client.send(messages.Failure(str(error)))
                 return
-            items = msgspec.json.decode(done.data, type=list[messages.Doubt])
+            items = msgspec.json.decode(done.data, type=list[messages.DoubtfulFrame])
         client.send(messages.DoubtList(target.object, items))
 
-    async def _look(self, client: Client, target: Target, command: commands.Look) -> None:
+    async def _look(self, client: Client, target: DrawnTarget, command: commands.Look) -> None:
         run = pass_to(target, command.frame)
         task = LookAt(target.object, run, command.layers)
         try:

@@ -6,13 +6,13 @@ from collections.abc import Container
 
 import numpy as np
 
-from motes.studio.document import Target
+from motes.studio.document import DrawnTarget
 from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.store import Store
 from motes.studio.tables import CUES, Table, pack, unpack
 
 
-def cues_of(target: Target) -> int:
+def cues_of(target: DrawnTarget) -> int:
     """Return the number of cues of an object's tracker."""
     return len(target.tracker.cues)
 
@@ -41,13 +41,13 @@ class Results:
         self._parts[key].append(table)
         self._store.add_part(self._session, key, data)
 
-    def set_stretch(self, key: str, data: bytes, target: Target) -> None:
+    def set_stretch(self, key: str, data: bytes, target: DrawnTarget) -> None:
         """Take the rows of a stretch."""
         self._store.forget(self._session, key)
         self._store.add_part(self._session, key, data)
         self._finals[key] = unpack(data, cues_of(target))
 
-    def of_object(self, target: Target) -> Table | None:
+    def of_object(self, target: DrawnTarget) -> Table | None:
         """Return the rows of all frames of an object; None unless it is tracked completely."""
         tables = []
         for need, first in own_frames(needs(target)):
@@ -57,14 +57,14 @@ class Results:
             tables.append(table[first - need.stretch.first :])
         return np.concatenate(tables)
 
-    def know(self, target: Target, table: Table) -> None:
+    def know(self, target: DrawnTarget, table: Table) -> None:
         """Take the rows of all frames of an object, which need not be tracked then."""
         for need in needs(target):
             first, last = (frame - target.first for frame in need.stretch[:2])
             self._store.forget(self._session, need.key)
             self._store.add_part(self._session, need.key, pack(table[first : last + 1]))
 
-    def of_stretch(self, key: str, target: Target) -> Table | None:
+    def of_stretch(self, key: str, target: DrawnTarget) -> Table | None:
         """Return the rows of a stretch; None if it has not been tracked."""
         if key not in self._finals:
             data = self._store.parts(self._session, key)
@@ -73,7 +73,7 @@ class Results:
             self._finals[key] = unpack(data, cues_of(target))
         return self._finals[key]
 
-    def of_pass(self, need: PassNeed, target: Target) -> Table:
+    def of_pass(self, need: PassNeed, target: DrawnTarget) -> Table:
         """Return the rows of a pass so far, in order of the pass."""
         cues = cues_of(target)
         if need.key not in self._parts:
@@ -84,13 +84,13 @@ class Results:
             parts[:] = [np.concatenate(parts) if parts else np.empty((0, CUES + cues))]
         return parts[0]
 
-    def have(self, need: PassNeed, target: Target) -> int:
+    def have(self, need: PassNeed, target: DrawnTarget) -> int:
         """Return how many frames of a pass there are."""
         if need.key not in self._parts:
             self.of_pass(need, target)
         return sum(map(len, self._parts[need.key]))
 
-    def over(self, target: Target, need: StretchNeed, each: PassNeed | None) -> Table | None:
+    def over(self, target: DrawnTarget, need: StretchNeed, each: PassNeed | None) -> Table | None:
         """Return the rows of a pass over a stretch, in order of the frames."""
         if each is None:
             return None

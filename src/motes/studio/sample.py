@@ -5,13 +5,13 @@ from __future__ import annotations
 import secrets
 from pathlib import Path
 
-from motes.studio.messages import Film
+from motes.studio.messages import FilmCard
 
 NAME = "sample.mp4"
 FRAMES, RATE = 150, 25.0
 
 
-def sample(uploads: Path) -> Film:
+def sample(uploads: Path) -> FilmCard:
     """Return the sample film among the uploads; it is rendered if it is not there."""
     from motes.synthetic import demo
     from motes.video.writer import VideoWriter
@@ -26,4 +26,4 @@ def sample(uploads: Path) -> Film:
             partial.replace(path)
         finally:
             partial.unlink(missing_ok=True)
-    return Film(NAME, path.stat().st_size, uploaded=True)
+    return FilmCard(NAME, path.stat().st_size, uploaded=True)

@@ -26,7 +26,7 @@ from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.processes import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
-from motes.studio.sessions import Session
+from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets
 
 PAGE = Path(__file__).with_name("page")
@@ -209,7 +209,7 @@ class _Api:
         data = await session.strip(count, height)
         return Response(data, media_type="image/jpeg")
 
-    async def _session(self, request: Request) -> Session:
+    async def _session(self, request: Request) -> LiveSession:
         return await self._studio.session(request.path_params["id"])
 
     async def export(self, request: Request) -> Response:
@@ -243,8 +243,8 @@ class _Api:
         return _download(await files.slit(await self._session(request), line))
 
     async def formats(self, _: Request) -> Response:
-        found = {name: each.title for name, each in FORMATS.items() if each.write is not None}
-        return _json(found)
+        known = FORMATS.usable().items()
+        return _json({name: form.title for name, form in known if form.write is not None})
 
     async def talk(self, socket: WebSocket) -> None:
         """Talk with a page, until it leaves."""

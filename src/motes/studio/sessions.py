@@ -15,11 +15,11 @@ from motes.core.errors import ConfigError, MotesError
 from motes.studio import commands, messages
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
-from motes.studio.document import Document, Target, changed
-from motes.studio.job import Desk, Job
+from motes.studio.document import Document, DrawnTarget, changed
+from motes.studio.job import Desk, StudioJob
 from motes.studio.jobs import Jobs
-from motes.studio.messages import FilmFacts, Keyframe, Message, Reply, Row
-from motes.studio.pool import Pool
+from motes.studio.messages import Keyframe, Message, OpenFilm, Reply, Row
+from motes.studio.pool import WorkerPool
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.questions import Questions
 from motes.studio.renumber import renumbered
@@ -34,7 +34,7 @@ WHOLE = "film read whole"
 until the documents have the frames of now."""
 
 
-class Session:
+class LiveSession:
     """An open session.
 
     Parameters
@@ -68,9 +68,9 @@ class Session:
         self._closed = False
         self._pictures: Worker | None = None
         self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
-        self._pool = Pool(path, limits, whole=self.whole, damaged=self._find_damage)
+        self._pool = WorkerPool(path, limits, whole=self.whole, damaged=self._find_damage)
         self._questions = Questions(self.ask, limits.jobs)
-        self.facts: FilmFacts
+        self.facts: OpenFilm
         self.times: list[float]
         self.jobs: Jobs
         self.watching: Watching
@@ -122,7 +122,7 @@ class Session:
         )
 
     @property
-    def _jobs(self) -> dict[int, Job]:
+    def _jobs(self) -> dict[int, StudioJob]:
         """All jobs, by their numbers."""
         watch = self.watching.job
         return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
@@ -236,9 +236,9 @@ class Session:
         self.clients.discard(client)
         self._questions.leave(client)
 
-    def state(self) -> messages.Session:
+    def state(self) -> messages.WholeSession:
         """Return the session without rows."""
-        return messages.Session(
+        return messages.WholeSession(
             id=self.name,
             film=self.facts,
             revision=self._revision,
@@ -250,7 +250,7 @@ class Session:
             redo=self._place < self._last,
         )
 
-    def _item(self, target: Target) -> messages.Item:
+    def _item(self, target: DrawnTarget) -> messages.Item:
         return messages.Item(
             target.object, target.name, target.color, target.preset, target.config, target.seed,
             target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
@@ -272,7 +272,7 @@ class Session:
     def _obey(self, command: Command, client: Client) -> Reply:
         reply = Reply(command.id)
         match command:
-            case commands.Track():
+            case commands.TrackCommand():
                 job = self._track(command.objects)
                 return Reply(command.id, job=job.number)
             case commands.Watch():
@@ -354,7 +354,7 @@ class Session:
             return None
         return tuple(shown[frame, ELLIPSE].tolist())
 
-    def _track(self, objects: list[int]) -> Job:
+    def _track(self, objects: list[int]) -> StudioJob:
         numbers = objects or [each.object for each in self.document.targets]
         if not numbers:
             raise ConfigError("There is nothing to track; draw an object first.")
@@ -367,12 +367,12 @@ class Session:
         self.send(messages.State(self.state()))
         return job
 
-    def _watch(self, command: commands.Watch) -> Job:
+    def _watch(self, command: commands.Watch) -> StudioJob:
         job = self.watching.begin(command, self.document.places)
         self.send(messages.State(self.state()))
         return job
 
-    def _pause(self, job: Job, *, on: bool) -> None:
+    def _pause(self, job: StudioJob, *, on: bool) -> None:
         if job is self.watching.job:
             self.watching.pause(on=on)
         elif on:
@@ -380,7 +380,7 @@ class Session:
         else:
             self.jobs.resume(job)
 
-    def _stop(self, job: Job) -> None:
+    def _stop(self, job: StudioJob) -> None:
         if job is self.watching.job:
             self.watching.stop()
             return
@@ -393,7 +393,7 @@ class Session:
         self._tracked = tracked
         self._store.set_tracked(self.name, sorted(tracked))
 
-    def _job(self, number: int) -> Job:
+    def _job(self, number: int) -> StudioJob:
         if number not in self._jobs:
             raise ConfigError(f"There is no job {number}.")
         return self._jobs[number]

@@ -11,7 +11,7 @@ from motes.studio.films import Films
 from motes.studio.messages import Preset, Presets, SessionCard
 from motes.studio.networks import Networks
 from motes.studio.safety import Limits
-from motes.studio.sessions import Session
+from motes.studio.sessions import LiveSession
 from motes.studio.store import Store
 
 IDLE = 60.0
@@ -38,7 +38,7 @@ class Studio:
         self.store = Store(data / "studio.sqlite")
         self.films = Films(folder, data / "uploads", limits)
         self.networks = Networks(data / "networks", limits)
-        self._open: dict[str, Session] = {}
+        self._open: dict[str, LiveSession] = {}
         self._used: dict[str, float] = {}
         self._locks: dict[str, asyncio.Lock] = {}
 
@@ -46,7 +46,7 @@ class Studio:
         """Return all sessions, open or not."""
         return self.store.sessions()
 
-    async def begin(self, film: str, *, uploaded: bool) -> Session:
+    async def begin(self, film: str, *, uploaded: bool) -> LiveSession:
         """Make a session of a film, and open it; one that cannot be opened is removed.
 
         A session of this film in which nothing was done, and at which nobody looks, is taken again.
@@ -62,7 +62,7 @@ class Studio:
             self.store.remove(name)
             raise
 
-    async def session(self, name: str) -> Session:
+    async def session(self, name: str) -> LiveSession:
         """Return a session, which is opened if it is not.
 
         Raises
@@ -78,7 +78,9 @@ class Studio:
                 known = self.store.known(name)
                 path = self.films.path(known.film, uploaded=known.uploaded)
                 self._make_room()
-                session = Session(name, path, self.store, self.limits, lambda: self._reopen(name))
+                session = LiveSession(
+                    name, path, self.store, self.limits, lambda: self._reopen(name)
+                )
                 self._open[name] = session
                 try:
                     await session.open()

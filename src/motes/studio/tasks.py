@@ -7,7 +7,7 @@ from typing import Any, Literal
 import msgspec
 
 from motes.studio.commands import Layer, Places
-from motes.studio.messages import FilmFacts, Overlay
+from motes.studio.messages import OpenFilm, Overlay
 
 
 class _Task(msgspec.Struct, frozen=True, tag=True):
@@ -147,7 +147,7 @@ Task = (
 class Ready(msgspec.Struct, frozen=True, tag=True):
     """The film is open."""
 
-    facts: FilmFacts
+    facts: OpenFilm
     times: list[float]
 
 

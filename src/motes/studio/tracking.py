@@ -75,7 +75,7 @@ class Work:
         }
 
     @property
-    def facts(self) -> messages.FilmFacts:
+    def facts(self) -> messages.OpenFilm:
         """Size and length of the film."""
         return facts_of(self._film)
 
@@ -145,7 +145,7 @@ class Work:
             frame: None if region is None else Ellipse(*region) for frame, region in task.keyframes
         }
         found = doubts(tracks(unpack(task.table, task.cues)), keys, task.count)
-        items = [messages.Doubt(each.frame, each.gain, [*each.reasons]) for each in found]
+        items = [messages.DoubtfulFrame(each.frame, each.gain, [*each.reasons]) for each in found]
         return Done(msgspec.json.encode(items))
 
     def _look(self, task: LookAt) -> Done:

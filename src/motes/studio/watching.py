@@ -13,7 +13,7 @@ from motes.core.errors import MotesError
 from motes.output.journal import FrameRow
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
-from motes.studio.job import Desk, Job
+from motes.studio.job import Desk, StudioJob
 from motes.studio.messages import Counts, Message, SceneEvents, SceneRows
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
@@ -38,13 +38,13 @@ class Watching:
         self._desk = desk
         self._session, self._store = desk.session, desk.store
         self._audience = desk.audience
-        self.job: Job | None = None
+        self.job: StudioJob | None = None
         self._wish = Wish()
         self._task: asyncio.Task[None] | None = None
         data = self._store.parts(self._session, RUN_OF)
         self.asked = msgspec.json.decode(data, type=Asked) if data else None
 
-    def begin(self, watch: Watch, places: Places) -> Job:
+    def begin(self, watch: Watch, places: Places) -> StudioJob:
         """Begin a run; an earlier one ends, and its objects go."""
         config = to_dict(watch_config(watch))
         regions_of(places)
@@ -54,7 +54,7 @@ class Watching:
             self._store.forget(self._session, key)
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
         self._audience.scene(reset=True)
-        job = Job(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
+        job = StudioJob(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
         self.job, self._wish = job, Wish()
         task = WatchFilm(config, places, watch.seed)
         self._task = asyncio.create_task(self._run(job, task, self._wish))
@@ -86,7 +86,7 @@ class Watching:
         if self._task is not None:
             self._task.cancel()
 
-    async def _run(self, job: Job, task: WatchFilm, wish: Wish) -> None:
+    async def _run(self, job: StudioJob, task: WatchFilm, wish: Wish) -> None:
         def part(part: Part) -> None:
             if self.job is not job or not job.active:
                 return

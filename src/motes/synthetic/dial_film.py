@@ -24,7 +24,7 @@ from motes.synthetic.choreography import MARGIN, Choreography
 from motes.synthetic.cutout import Cutout, Pose
 from motes.synthetic.dials import Dials
 from motes.synthetic.scenery import SHIFTS
-from motes.synthetic.scenes import Material, Scene
+from motes.synthetic.scenes import Material, SceneMaterials
 
 SIZE = (400, 300)
 """Width and height of a film."""
@@ -86,7 +86,7 @@ class DialFilm:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: SceneMaterials,
         dials: Dials,
         seed: int,
         size: tuple[int, int] = SIZE,
@@ -216,7 +216,7 @@ class DialFilm:
         return Shown(box, min(float(matte.sum(dtype=np.float64)) / area, 1.0))
 
 
-def scene_of(material: Material, seed: int, size: tuple[int, int] = SIZE) -> Scene:
+def scene_of(material: Material, seed: int, size: tuple[int, int] = SIZE) -> SceneMaterials:
     """Return a scene for films of a width and height."""
     large = size[0] + 2 * MARGIN, size[1] + 2 * MARGIN
     return material.scene(np.random.default_rng((seed, 1)), large)

@@ -47,7 +47,7 @@ class OcclusionClip(NamedTuple):
     since: int
 
 
-class Occlusion(NamedTuple):
+class HiddenTarget(NamedTuple):
     """A target that is fully hidden from a first to a last frame."""
 
     target: int
@@ -125,7 +125,7 @@ def _walk(
 
 def full_occlusions(
     visible: NDArray[np.float64], within: NDArray[np.bool_], unseen: float
-) -> list[Occlusion]:
+) -> list[HiddenTarget]:
     """Return all full occlusions.
 
     Parameters
@@ -141,5 +141,5 @@ def full_occlusions(
     for target, gone in enumerate(((visible < unseen) & within).T):
         edges = np.flatnonzero(np.diff(gone.astype(int), prepend=0, append=0))
         pairs = edges.reshape(-1, 2).tolist()
-        found += [Occlusion(target, first, end - 1) for first, end in pairs]
+        found += [HiddenTarget(target, first, end - 1) for first, end in pairs]
     return found

@@ -1,7 +1,7 @@
 """What films with dials are made of: objects and pictures behind them, rendered or from real films.
 
-A scene is drawn by a random generator from a material. `Garden` renders it; `Films` cuts objects
-out of the first frames of sequences with truth, and puts them into the frames of others.
+A scene is drawn by a random generator from a material. `Garden` renders it; `FilmMaterials` cuts
+objects out of the first frames of sequences with truth, and puts them into the frames of others.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CUTOUT_SIDE = 128
 """Width and height of the pictures of rendered objects and occluders, in pixels."""
 
 
-class Scene(NamedTuple):
+class SceneMaterials(NamedTuple):
     """What a film shows.
 
     Attributes
@@ -46,7 +46,7 @@ class Scene(NamedTuple):
 class Material(Protocol):
     """What scenes are made of."""
 
-    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> Scene:
+    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> SceneMaterials:
         """Return a scene with a background of a width and height."""
         ...
 
@@ -55,15 +55,15 @@ class Material(Protocol):
 class Garden:
     """Rendered beetles of any color on a garden floor of any color; it needs no data."""
 
-    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> Scene:
+    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> SceneMaterials:
         """Return a scene with a background of a width and height."""
         ground, other = (_ground(rng, size) for _ in range(2))
         target, back = (_beetle(rng) for _ in range(2))
-        return Scene(ground, target, back, _occluder(rng, other))
+        return SceneMaterials(ground, target, back, _occluder(rng, other))
 
 
 @dataclass(frozen=True)
-class Films:
+class FilmMaterials:
     """Objects that were cut out of real films, and frames of films.
 
     Attributes
@@ -76,13 +76,15 @@ class Films:
     objects: Mapping[str, Cutout]
     frames: Mapping[str, Bytes]
 
-    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> Scene:
+    def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> SceneMaterials:
         """Return a scene with a background of a width and height."""
         target, back = rng.choice(sorted(self.objects), 2, replace=False).tolist()
         others = sorted(self.frames.keys() - {target})
         behind, front = rng.choice(others, 2, replace=False).tolist()
         background, other = (_fitted(rng, self.frames[name], size) for name in (behind, front))
-        return Scene(background, self.objects[target], self.objects[back], _occluder(rng, other))
+        return SceneMaterials(
+            background, self.objects[target], self.objects[back], _occluder(rng, other)
+        )
 
 
 def _ground(rng: np.random.Generator, size: tuple[int, int]) -> Bytes:

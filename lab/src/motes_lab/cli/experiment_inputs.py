@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
-from motes.cli.options import RUN
+from motes.cli.options import RUN, FirstPixel, Seeds, Workers
 from motes.core.errors import ConfigError, SourceError
 from motes_lab.cli.experiment_output import Output, show
 
@@ -31,31 +32,43 @@ def region_of(source: str | None, region: str | None) -> Sequence[float] | None:
     return None if region is None else numbers_of("--init", region, "x,y,width,height")
 
 
-def on_clips(
-    run: Callable[[Sequence[str], Sequence[Clip], int], Experiment],
-    presets: Sequence[str],
-    clip: Callable[..., Clip],
-    seeds: int,
-    clips: int,
-    output: Output,
-) -> int:
-    """Run an experiment on rendered clips, each with its own scenery; return the exit code."""
-    check_counts(seeds=seeds, clips=clips)
-    return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ClipRuns:
+    """Runs over rendered clips."""
+
+    seeds: Seeds = 5
+    clips: Clips = 3
+
+    def show(
+        self,
+        run: Callable[[Sequence[str], Sequence[Clip], int], Experiment],
+        presets: Sequence[str],
+        clip: Callable[..., Clip],
+        output: Output,
+    ) -> int:
+        """Run an experiment on clips, each with its own scenery; return the exit code."""
+        check_counts(seeds=self.seeds, clips=self.clips)
+        films = [clip(seed=seed) for seed in range(self.clips)]
+        return show(run(presets, films, self.seeds), output)
 
 
-def on_films(
-    run: Callable[[Sequence[Film], int, int], Experiment],
-    dataset: Path,
-    first_pixel: Sequence[str] | None,
-    seeds: int,
-    workers: int | None,
-    output: Output,
-) -> int:
-    """Run an experiment on the sequences of a dataset, in processes; return the exit code."""
-    check_counts(seeds=seeds)
-    films, problems = films_of(dataset, first_pixel)
-    return show(run(films, seeds, worker_count(workers)), output, problems)
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class FilmRuns:
+    """Runs over the sequences of a dataset."""
+
+    first_pixel: FirstPixel = None
+    seeds: Seeds = 5
+    workers: Workers = None
+
+    def show(
+        self, run: Callable[[Sequence[Film], int, int], Experiment], dataset: Path, output: Output
+    ) -> int:
+        """Run an experiment on the sequences, in processes; return the exit code."""
+        check_counts(seeds=self.seeds)
+        films, problems = films_of(dataset, self.first_pixel)
+        return show(run(films, self.seeds, worker_count(self.workers)), output, problems)
 
 
 def films_of(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import FirstPixel, Seeds, Workers
-from motes_lab.cli.experiment_inputs import Clips, on_clips, on_films
+from motes.cli.options import Seeds
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips, FilmRuns
 from motes_lab.cli.experiment_output import ResultOptions, show
 
 
@@ -14,9 +14,7 @@ def maggio_table1(
     dataset: Path,
     /,
     *,
-    first_pixel: FirstPixel = None,
-    seeds: Seeds = 5,
-    workers: Workers = None,
+    runs: FilmRuns = FilmRuns(),
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Maggio et al., table 1: color, orientation and both.
@@ -29,16 +27,14 @@ def maggio_table1(
     from motes_lab.papers.maggio_table1_figure5 import table1
 
     output = results.output("maggio-table1", "sequences", "means")
-    return on_films(table1, dataset, first_pixel, seeds, workers, output)
+    return runs.show(table1, dataset, output)
 
 
 def maggio_figure5(
     dataset: Path,
     /,
     *,
-    first_pixel: FirstPixel = None,
-    seeds: Seeds = 5,
-    workers: Workers = None,
+    runs: FilmRuns = FilmRuns(),
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
@@ -51,7 +47,7 @@ def maggio_figure5(
     from motes_lab.papers.maggio_table1_figure5 import figure5
 
     output = results.output("maggio-figure5", plot=True)
-    return on_films(figure5, dataset, first_pixel, seeds, workers, output)
+    return runs.show(figure5, dataset, output)
 
 
 def maggio_figure3(
@@ -79,10 +75,7 @@ def maggio_figure3(
 
 
 def maggio_rotation(
-    *presets: str,
-    seeds: Seeds = 5,
-    clips: Clips = 3,
-    results: ResultOptions = ResultOptions(),
+    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
 ) -> int:
     """Maggio et al., section 3.2.1: a target that turns.
 
@@ -97,14 +90,11 @@ def maggio_rotation(
 
     names = presets or tuple(name for name in PRESETS if name.startswith("maggio"))
     output = results.output("maggio-rotation")
-    return on_clips(rendered_claims.rotation, names, synthetic.turning, seeds, clips, output)
+    return runs.show(rendered_claims.rotation, names, synthetic.turning, output)
 
 
 def maggio_growth(
-    *presets: str,
-    seeds: Seeds = 5,
-    clips: Clips = 3,
-    results: ResultOptions = ResultOptions(),
+    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
 ) -> int:
     """Maggio et al., section 3.2.2: a target that grows.
 
@@ -119,4 +109,4 @@ def maggio_growth(
     adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A-SS-FOH", "maggio:C+O-A-FOH")
     names = presets or ("maggio:C", "maggio", *adaptive)
     output = results.output("maggio-growth", "tracks", "histograms")
-    return on_clips(rendered_claims.growth, names, synthetic.growing, seeds, clips, output)
+    return runs.show(rendered_claims.growth, names, synthetic.growing, output)

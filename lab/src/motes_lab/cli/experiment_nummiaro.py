@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
-from motes_lab.cli.experiment_inputs import Clips, on_clips, refuse_none, region_of
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips, refuse_none, region_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 
@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 
 
 def nummiaro_leaps(
-    *presets: str,
-    seeds: Seeds = 5,
-    clips: Clips = 3,
-    results: ResultOptions = ResultOptions(),
+    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
 ) -> int:
     """Nummiaro et al., section VI: regions that do not overlap.
 
@@ -36,7 +33,7 @@ def nummiaro_leaps(
 
     names = presets or ("nummiaro", "nummiaro:adaptive", "mean_shift", "mean_shift:kalman")
     output = results.output("nummiaro-leaps")
-    return on_clips(rendered_claims.leaps, names, synthetic.jumping, seeds, clips, output)
+    return runs.show(rendered_claims.leaps, names, synthetic.jumping, output)
 
 
 def two_rooms(

@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import numbers_of, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed, Seeds
+from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed
 from motes.core.errors import SourceError
-from motes_lab.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
+from motes_lab.cli.experiment_inputs import ClipRuns, films_of, refuse_none
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, scene_factory
 
@@ -25,10 +25,7 @@ if TYPE_CHECKING:
 
 
 def zhao_figure2(
-    *presets: str,
-    seeds: Seeds = 5,
-    clips: Clips = 3,
-    results: ResultOptions = ResultOptions(),
+    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
 ) -> int:
     """Zhao and Pei, figure 2: a target that turns around.
 
@@ -42,7 +39,7 @@ def zhao_figure2(
 
     names = presets or ("zhao_pei:fixed", "zhao_pei")
     output = results.output("zhao-figure2", plot=True)
-    return on_clips(zhao_pei_figure2.figure2, names, synthetic.rolling, seeds, clips, output)
+    return runs.show(zhao_pei_figure2.figure2, names, synthetic.rolling, output)
 
 
 def zhao_figure9(

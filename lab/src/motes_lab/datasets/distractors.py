@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import UNKNOWN, Rows
+from motes.formats.mot_files import UNKNOWN, MotRows
 
 Integers = NDArray[np.int64]
 
@@ -34,7 +34,9 @@ DISTRACTORS = (2, 7, 8, 12)
 """Classes that may be mistaken for a pedestrian: on a vehicle, static, distractor, reflection."""
 
 
-def evaluated_rows(truth: Rows, results: Rows, distractors: tuple[int, ...]) -> tuple[Rows, Rows]:
+def evaluated_rows(
+    truth: MotRows, results: MotRows, distractors: tuple[int, ...]
+) -> tuple[MotRows, MotRows]:
     """Return the rows of truth and results that are compared, by the rules of the MOTChallenge.
 
     Rows of the truth are compared if their flag is not 0 and they are pedestrians, or the truth has

@@ -17,7 +17,7 @@ from scipy import ndimage
 from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.types import Bytes
 from motes.synthetic.cutout import Cutout
-from motes.synthetic.scenes import Films
+from motes.synthetic.scenes import FilmMaterials
 from motes.video.sources import open_source
 from motes_lab.datasets.sot import Sequence
 
@@ -36,7 +36,7 @@ SMALLEST_FRAME = (360, 240)
 """Smaller films are not used as backgrounds, since they would have to be enlarged much."""
 
 
-def cut_out(films: Iterable[Sequence]) -> Films:
+def cut_out(films: Iterable[Sequence]) -> FilmMaterials:
     """Return objects and frames of films.
 
     An object is cut out of the first frame in which it is large enough. Films whose object is never
@@ -67,7 +67,7 @@ def cut_out(films: Iterable[Sequence]) -> Films:
             f"{len(objects)} objects can be cut out, and {len(frames)} films are large enough; "
             f"give a dataset with 2 and 3 or more, or none for rendered scenes."
         )
-    return Films(objects, frames)
+    return FilmMaterials(objects, frames)
 
 
 def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:

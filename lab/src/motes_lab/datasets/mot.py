@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
-from motes.formats.mot_files import Rows, read_rows
+from motes.formats.mot_files import MotRows, read_rows
 from motes.formats.text import read_text
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.sot import Problem, load_each, printable, series_source
@@ -59,8 +59,8 @@ class MotSequence:
     source: str | Path
     frames: int
     rate: float
-    truth: Rows
-    detections: Rows | None
+    truth: MotRows
+    detections: MotRows | None
 
     @property
     def distractors(self) -> tuple[int, ...]:

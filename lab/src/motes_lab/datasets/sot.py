@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
-from motes.formats.regions import Region, read_mask, read_regions
+from motes.formats.regions import TruthRegion, read_mask, read_regions
 from motes.formats.text import read_text
 from motes.video.image_files import IMAGE_ENDINGS
 
@@ -66,7 +66,7 @@ class Sequence:
         images, their number equals that of the boxes; the number of frames of a video is known only
         after decoding.
     ellipses
-        (frames, 5): x, y, a, b, theta, see `Region`; NaN where the target is absent.
+        (frames, 5): x, y, a, b, theta, see `TruthRegion`; NaN where the target is absent.
     """
 
     name: str
@@ -298,7 +298,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     return Sequence(name, source, boxes, ellipses)
 
 
-def _is_vot(folder: Path, truth: Path, regions: list[Region]) -> bool:
+def _is_vot(folder: Path, truth: Path, regions: list[TruthRegion]) -> bool:
     marks = ("color", "sequence", "camera_motion.tag", "camera_motion.label")
     return truth.name == "groundtruth.txt" and (
         any((folder / mark).exists() for mark in marks)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import Rows
+from motes.formats.mot_files import MotRows
 from motes_lab.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 
 Integers = NDArray[np.int64]
@@ -156,7 +156,7 @@ class _Frame(NamedTuple):
     overlaps: Floats
 
 
-def tally(truth: Rows, results: Rows, frames: int) -> Tally:
+def tally(truth: MotRows, results: MotRows, frames: int) -> Tally:
     """Compare results with truth; in both, a frame has each identity at most once."""
     objects, object_of = np.unique(truth.ids, return_inverse=True)
     tracks, track_of = np.unique(results.ids, return_inverse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -322,15 +323,7 @@ def paired_difference(
     Pairs are drawn with replacement, n at a time and `RESAMPLES` times. Efron and Tibshirani, An
     introduction to the bootstrap, 1993, chapter 13. One pair gives no interval: NaN.
     """
-    differences = values - others
-    n = differences.size
-    mean = float(differences.mean()) if n else np.nan
-    if n < 2:
-        return Difference(mean, np.nan, np.nan)
-    chunks = np.full(10, RESAMPLES // 10)  # limits the memory for large n
-    means = [differences[rng.integers(n, size=(chunk, n))].mean(axis=1) for chunk in chunks]
-    low, high = np.quantile(np.concatenate(means), [(1 - level) / 2, (1 + level) / 2])
-    return Difference(mean, float(low), float(high))
+    return _difference(rng, [values - others], level)
 
 
 def unpaired_difference(
@@ -341,17 +334,27 @@ def unpaired_difference(
     Both groups are drawn with replacement, each from itself, `RESAMPLES` times. Efron and
     Tibshirani, chapter 8. A group of one gives no interval: NaN.
     """
-    if not (values.size and others.size):
-        return Difference(np.nan, np.nan, np.nan)
-    mean = float(values.mean() - others.mean())
-    if min(values.size, others.size) < 2:
+    return _difference(rng, [values, others], level)
+
+
+def _difference(rng: np.random.Generator, groups: Sequence[Floats], level: float) -> Difference:
+    """Return the mean of a group, or the difference of two means, and its interval."""
+    from scipy.stats import bootstrap  # takes a second to import
+
+    def difference(first: Floats, second: Floats | None = None, *, axis: int = -1) -> Floats:
+        means: Floats = first.mean(axis)
+        return means if second is None else means - second.mean(axis)
+
+    least = min(group.size for group in groups)
+    mean = float(difference(*groups)) if least else np.nan
+    if least < 2:
         return Difference(mean, np.nan, np.nan)
-    first, second = (
-        group[rng.integers(group.size, size=(RESAMPLES, group.size))].mean(axis=1)
-        for group in (values, others)
-    )
-    low, high = np.quantile(first - second, [(1 - level) / 2, (1 + level) / 2])
-    return Difference(mean, float(low), float(high))
+    batch = RESAMPLES // 10 if len(groups) == 1 else None  # limits the memory for large n
+    found = bootstrap(
+        groups, difference, n_resamples=RESAMPLES, batch=batch, confidence_level=level,
+        method="percentile", rng=rng,
+    )  # fmt: skip
+    return Difference(mean, *map(float, found.confidence_interval))
 
 
 def time_quantiles(seconds: Floats) -> tuple[float, float]:

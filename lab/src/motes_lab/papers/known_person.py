@@ -18,7 +18,7 @@ from motes.cues.color import Color
 from motes.mot.cameras.known_target import KnownTargetReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, Rig
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.places import Place
 from motes_lab.papers.handover import (
     KNOWN,
@@ -84,7 +84,7 @@ def wait(
     assert region is not None
     pixels = start.frame.pixels[:, other.start : other.stop]
     learned = Frame(start.frame.index, start.frame.time, pixels)
-    target = Target.learn(Color(), learned, Ellipse.from_box(region))
+    target = KnownTarget.learn(Color(), learned, Ellipse.from_box(region))
     reporters = [KnownTargetReporter(camera, target, seed) for camera in rig.camera]
     # The first camera has found the person already.
     reporters[1 - view].start(learned, Ellipse.from_box(region))

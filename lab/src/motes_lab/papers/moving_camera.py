@@ -18,7 +18,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.formats.mot_files import UNKNOWN, Rows, rows_of
+from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.morphology import opencv
@@ -98,7 +98,7 @@ def seen(view: View, sequence: MotSequence, frames: Iterable[Frame]) -> Iterator
         yield Frame(frame.index, frame.index / sequence.rate, pixels)
 
 
-def rows_in(view: View, rows: Rows) -> Rows:
+def rows_in(view: View, rows: MotRows) -> MotRows:
     """Return the rows whose box's middle is in a view, in its pixels."""
     matrices = view.places[rows.frames - 1]
     middle = rows.boxes[:, :2] - 1 + (rows.boxes[:, 2:] - 1) / 2  # pixels count from 1 there
@@ -129,7 +129,7 @@ def motion_errors(view: View, found: Sequence[Floats]) -> Floats:
 
 def followed(
     sequence: MotSequence,
-    truth: Rows,
+    truth: MotRows,
     frames: Iterable[Frame],
     detector: Detector,
     config: SceneConfig,

@@ -10,7 +10,7 @@ import numpy as np
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import Rows
+from motes.formats.mot_files import MotRows
 from motes.mot.assignment import assign
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
@@ -63,7 +63,7 @@ class Counts(NamedTuple):
     both: int
 
 
-def occlusions_of(truth: Rows, frames: int) -> list[Occlusion]:
+def occlusions_of(truth: MotRows, frames: int) -> list[Occlusion]:
     """Return the occlusions of two people, from their boxes.
 
     The person with the higher lower edge is the farther one, as for a camera that looks down on
@@ -109,7 +109,7 @@ def _apart(covered: Floats) -> int:
     return int(np.append(covered[:CONTEXT_FRAMES] == 0, False).argmin())
 
 
-def identities(truth: Rows, results: Rows) -> dict[tuple[int, int], int]:
+def identities(truth: MotRows, results: MotRows) -> dict[tuple[int, int], int]:
     """Return the identity in the results, by frame and identity in the truth.
 
     In each frame, boxes are matched one to one with an overlap of `MATCH_IOU` or more.

@@ -15,7 +15,7 @@ from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
-from motes.formats.mot_files import UNKNOWN, Rows, rows_of
+from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.output import charts
@@ -137,7 +137,7 @@ def default_detector(sequence: MotSequence) -> Detector:
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
 
 
-def count_accurate(truth: Rows, results: Rows) -> tuple[int, int, int]:
+def count_accurate(truth: MotRows, results: MotRows) -> tuple[int, int, int]:
     """Return the numbers of objects present, followed, and detected accurately in a frame."""
     overlaps = iou(truth.boxes[:, None], results.boxes)
     accurate = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from motes.core.detection import Detection
 from motes.core.errors import FormatError
-from motes.core.files import write_whole
+from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
-from motes.formats.mot_files import UNKNOWN, Rows, read_rows, rows_of, write_rows
+from motes.formats.mot_files import UNKNOWN, MotRows, read_rows, rows_of, write_rows
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.protocols.trace import duration
@@ -36,7 +36,7 @@ class Tracks:
         (frames,), time inside the tracker; NaN where unknown.
     """
 
-    rows: Rows
+    rows: MotRows
     seconds: NDArray[np.float64]
 
 
@@ -114,14 +114,10 @@ def save_tracks(path: Path, tracks: Tracks) -> None:
         zip(counts.tolist(), tracks.seconds.tolist(), strict=True)
     ):
         writer.writerow([index, count, repr(seconds) if seconds == seconds else ""])
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_rows(path.with_suffix(".txt"), tracks.rows)
         write_whole(path, text.getvalue().encode())
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None
 
 
 def load_tracks(path: Path) -> Tracks:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.files import write_whole
+from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes_lab.adapters.sot import LARGEST, UNKNOWN, Position
@@ -117,13 +117,9 @@ def save_trace(path: str | Path, trace: TrackerOutput) -> None:
         numbers, (time,), variances = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
         writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *variances])
     path = Path(path)
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text.getvalue().encode())
-    except OSError as error:
-        raise FormatError(
-            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from None
 
 
 def _fields(values: Iterable[float]) -> list[str]:

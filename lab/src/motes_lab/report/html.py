@@ -5,90 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from html import escape
+from importlib.resources import files
 
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table
 
-STYLE = """
-:root { color-scheme: light dark; --ink: #1d2125; --soft: #5b646d; --paper: #ffffff;
-  --panel: #f5f6f8; --grid: #d9dde1; --best: #0b6e4f; --alarm: #b3261e; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e8ea; --soft: #a3abb3; --paper: #16191c;
-  --panel: #1f2327; --grid: #3a4147; --best: #5fd3a8; --alarm: #ff8a80; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1180px; padding: 1.5rem 1rem 4rem; background: var(--paper);
-  color: var(--ink); font: 15px/1.5 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
-h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .4rem; }
-h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; padding-top: .9rem;
-  border-top: 1px solid var(--grid); }
-h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; }
-p { max-width: 75ch; margin: .4rem 0; }
-a { color: inherit; }
-.note, figcaption { color: var(--soft); font-size: .88rem; }
-.alarm { color: var(--alarm); }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .9rem; }
-th, td { padding: .28rem .6rem; text-align: left; vertical-align: baseline; white-space: nowrap;
-  border-bottom: 1px solid var(--grid); }
-td.wide { white-space: normal; overflow-wrap: anywhere; min-width: 14rem; }
-thead th { vertical-align: bottom; border-bottom: 2px solid var(--grid); }
-tfoot th, tfoot td { font-weight: 600; border-top: 2px solid var(--grid); }
-tbody th { font-weight: 500; }
-th:first-child { position: sticky; left: 0; background: var(--paper); z-index: 1; }
-td.number, th.number { text-align: right; }
-td.bar { min-width: 5.6rem; background: linear-gradient(to right, var(--tint) var(--length),
-  transparent var(--length)) no-repeat center / 100% 76%; text-align: left; }
-td.best { color: var(--best); font-weight: 700; }
-th button { background: none; border: 0; padding: 0; margin: 0; width: auto; cursor: pointer;
-  font: inherit; font-weight: 600; color: inherit; text-align: inherit; white-space: normal; }
-th button:focus-visible { outline: 2px solid var(--ink); outline-offset: 2px; }
-th button::after { content: "\\2195"; opacity: .35; padding-left: .3em; }
-th[aria-sort=ascending] button::after { content: "\\2191"; opacity: 1; }
-th[aria-sort=descending] button::after { content: "\\2193"; opacity: 1; }
-.plots { display: flex; flex-wrap: wrap; gap: 1.2rem; }
-.plots figure { flex: 1 1 420px; max-width: 560px; }
-.diagrams figure { flex: 0 1 250px; }
-figure { margin: 0; }
-figure svg:not(.swatch) { width: 100%; height: auto; display: block; }
-.swatch { width: 32px; height: 6px; vertical-align: middle; margin-right: .5em; }
-ul.legend { list-style: none; margin: .2rem 0 0; padding: 0; columns: 2 14rem; font-size: .9rem; }
-.legend li { overflow-wrap: anywhere; break-inside: avoid; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(270px, 1fr));
-  gap: 1rem; align-items: start; }
-.pictures img { width: 100%; height: auto; display: block; background: var(--panel); }
-.pictures figcaption { overflow-wrap: anywhere; }
-.truth, .estimate { display: inline-block; width: .9em; height: .9em; vertical-align: -.1em;
-  border: 2px solid #3ce65a; background: #000; }
-.estimate { border-color: #ff3c28; }
-dl { max-width: 80ch; }
-dt { font-weight: 600; }
-dd { margin: 0 0 .5rem 1.2rem; }
-summary { cursor: pointer; font-weight: 600; }
-@media print { body { max-width: none; } details > * { display: block; } }
-"""
-
-SCRIPT = """
-for (const button of document.querySelectorAll("th button")) {
-  button.addEventListener("click", () => {
-    const head = button.closest("th"), body = head.closest("table").tBodies[0];
-    const value = row => {
-      const cell = row.cells[head.cellIndex], number = cell.dataset.value;
-      return number === undefined ? cell.textContent.trim() : Number(number);
-    };
-    const rows = Array.from(body.rows);
-    const numeric = rows.some(row => typeof value(row) === "number");
-    const order = head.getAttribute("aria-sort");
-    const up = order ? order === "descending" : !numeric;
-    rows.sort((one, other) => {
-      const a = value(one), b = value(other);
-      if (typeof a !== typeof b) return typeof a === "number" ? -1 : 1;  // missing numbers last
-      const less = typeof a === "number" ? a - b : a.localeCompare(b, undefined, {numeric: true});
-      return up ? less : -less;
-    });
-    for (const other of head.parentNode.cells) other.removeAttribute("aria-sort");
-    head.setAttribute("aria-sort", up ? "ascending" : "descending");
-    body.append(...rows);
-  });
-}
-"""
+STYLE, SCRIPT = (
+    files(__package__).joinpath(f"page.{form}").read_text("utf-8") for form in ("css", "js")
+)
 
 GLOSSARY = {
     "AUC": "Area under the success curve: the mean, over 21 thresholds from 0 to 1, of the share "
@@ -128,8 +51,8 @@ def page(title: str, body: str) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>{escape(title)}</h1>\n{body}\n<script>{SCRIPT}</script>\n</body>\n</html>\n"
+        f"<title>{escape(title)}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>{escape(title)}</h1>\n{body}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
     )
 
 

@@ -34,6 +34,8 @@ LEAST_AGE = 0.5
 walked as far as it is high."""
 JUMP = 0.5
 """A foot that is farther from its path than this share of its object's mean side has not walked."""
+JOINED = 1.0
+"""Longest gap in seconds between two parts of one path."""
 PAST = 0.5
 """Seconds before its first place over which the path of an object is continued backwards."""
 
@@ -122,6 +124,8 @@ class _Trajectory:
         Whether it has walked as far as it is high, without a jump.
     jumped
         Whether it has ever jumped.
+    continued
+        Whether another object has gone on with its path.
     """
 
     since: float
@@ -136,6 +140,15 @@ class _Trajectory:
     sure: list[Event] = field(default_factory=list)
     walked: bool = False
     jumped: bool = False
+    continued: bool = False
+
+    def off(self, foot: Point, now: float, longest: float) -> float:
+        """Return how far a foot is from where the last half second leads; NaN if that is old."""
+        (began, first), (last, place) = self.feet[0], self.feet[-1]
+        if last == began or not 0 < now - last <= longest:
+            return math.nan
+        share = (now - last) / (last - began)
+        return math.dist([place[i] + share * (place[i] - first[i]) for i in range(2)], foot)
 
     def counts(self, now: float) -> bool:
         """Return whether it is known well enough for its events to count."""
@@ -193,15 +206,17 @@ class EventCounter:
         if len({*self._lines, *self._zones}) < len(places.line) + len(places.zone):
             raise ConfigError("Two lines or zones have the same name; give each its own.")
         self._walks: dict[int, _Trajectory] = {}
+        self._ended: list[_Trajectory] = []
         self.counts = Counter()
         self.left_out = Counter[tuple[str, str]]()
 
     def update(self, tracks: Sequence[SceneTrack]) -> list[Event]:
         """Return the events of a frame, from the scene's tracks in it."""
         events: list[Event] = []
+        seen = {each.identity for each in tracks if each.track.status is Status.TRACKING}
         for each in tracks:
-            if each.track.status is Status.TRACKING:
-                events += self._walk(each)
+            if each.identity in seen:
+                events += self._walk(each, seen)
             elif each.track.status is Status.LOST and each.identity in self._walks:
                 events += self._end(each)
         return self._counted(events)
@@ -241,18 +256,32 @@ class EventCounter:
             self.counts[(int(event.time // MINUTE), *key)] += 1
         return events
 
-    def _walk(self, each: SceneTrack) -> list[Event]:
+    def _begin(self, foot: Point, time: float, limit: float, seen: set[int]) -> _Trajectory:
+        """Return a new path, or one that goes on with that of an object that is not seen."""
+        walk = _Trajectory(time, deque([(time, foot)]), {}, {}, set(), foot, {}, {})
+        self._ended = [old for old in self._ended if time - old.feet[-1][0] <= JOINED]
+        unseen = [old for identity, old in self._walks.items() if identity not in seen]
+        before = [old for old in (*self._ended, *unseen) if old.off(foot, time, JOINED) <= limit]
+        before = [old for old in before if not old.continued]
+        if len(before) == 1:  # of two it could be either
+            before[0].continued = True
+            walk.clear, walk.walked = dict(before[0].clear), before[0].walked
+        return walk
+
+    def _walk(self, each: SceneTrack, seen: set[int]) -> list[Event]:
         """Return the events of a visible object."""
         foot, time = foot_of(each), each.track.time
         walk = self._walks.get(each.identity)
+        height, limit = each.track.box.height, JUMP * math.sqrt(np.prod(each.track.box[2:]))
         events = []
         if walk is None:
-            walk = self._walks[each.identity] = _Trajectory(
-                time, deque([(time, foot)]), {}, {}, set(), foot, {}, {}
-            )
+            walk = self._walks[each.identity] = self._begin(foot, time, limit, seen)
             events.append(self._event(each, walk, foot, "appears"))
-        height = each.track.box.height
-        jumped = _jumps(walk, foot, time, JUMP * math.sqrt(np.prod(each.track.box[2:])))
+        # It then holds something else than before, such as two objects that touch. What was hidden
+        # for longer than it had been seen may be anywhere.
+        seen_for = walk.feet[-1][0] - walk.feet[0][0]
+        jumped = walk.continued or walk.off(foot, time, seen_for) > limit
+        walk.continued = False
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
@@ -315,6 +344,7 @@ class EventCounter:
     def _end(self, each: SceneTrack) -> list[Event]:
         """Return the events of an object that is lost, at its last visible place."""
         walk = self._walks.pop(each.identity)
+        self._ended.append(walk)
         last, foot = walk.feet[-1]
         events = self._last(walk)
         if walk.counts(last):
@@ -351,20 +381,6 @@ class EventCounter:
         if start is None or end is None:
             return None
         return math.dist(start, end) / (now - began) if now > began else 0.0
-
-
-def _jumps(walk: _Trajectory, foot: Point, now: float, limit: float) -> bool:
-    """Return whether a foot is farther than a limit from where the last half second leads.
-
-    Its box then holds something else than before, such as two objects that touch. What was hidden
-    meanwhile may be anywhere.
-    """
-    (began, first), (last, place) = walk.feet[0], walk.feet[-1]
-    if not 0 < now - last <= last - began:
-        return False
-    share = (now - last) / (last - began)
-    expected = (place[i] + share * (place[i] - first[i]) for i in range(2))
-    return math.dist(tuple(expected), foot) > limit
 
 
 def _past(walk: _Trajectory, foot: Point, now: float) -> Point:

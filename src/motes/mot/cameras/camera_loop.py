@@ -10,11 +10,18 @@ from motes.core.frame import Frame
 from motes.mot.cameras.camera_report import Arrival
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.known_target import KnownTargetReporter
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message, NextFrame, Ready
+from motes.mot.cameras.messages import (
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    Go,
+    Message,
+    NextFrame,
+)
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.video.live import Live, open_watched
 from motes.video.sources import Source
 
@@ -36,7 +43,7 @@ class ReportLine(Protocol):
 
 
 def reporter_of(
-    camera: Camera, seed: int, target: Target | None = None
+    camera: Camera, seed: int, target: KnownTarget | None = None
 ) -> CameraReporter | KnownTargetReporter:
     """Return what makes a camera's reports: of a known target, or of all objects."""
     if target is not None:
@@ -46,7 +53,7 @@ def reporter_of(
 
 
 def watch_camera(
-    camera: Camera, seed: int, origin: float, target: Target | None, line: ReportLine
+    camera: Camera, seed: int, origin: float, target: KnownTarget | None, line: ReportLine
 ) -> None:
     """Watch a camera until it ends, and send a report of each frame.
 
@@ -77,7 +84,7 @@ def watch_camera(
     try:
         reporter = reporter_of(camera, seed, target)
         with open_watched(camera.source, origin, camera.fps) as film:
-            line.send(Ready(camera.name, isinstance(film, Live)))
+            line.send(CameraReady(camera.name, isinstance(film, Live)))
             if isinstance(film, Source) and film.report.assumption is not None:
                 line.send(CameraMessage(camera.name, film.report.assumption))
             if isinstance(film, Live):

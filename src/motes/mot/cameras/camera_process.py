@@ -19,14 +19,14 @@ from motes.mot.cameras.camera_report import Arrival
 from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 
 class CameraProcess(RigCamera):
     """A camera in a process of its own, seen from the main process."""
 
     def __init__(
-        self, camera: Camera, seed: int, origin: float, target: Target | None = None
+        self, camera: Camera, seed: int, origin: float, target: KnownTarget | None = None
     ) -> None:
         self._args = camera, seed, origin, target
         super().__init__(camera.name)
@@ -83,7 +83,7 @@ class _PipeLine:
 
 
 def _serve(
-    pipe: Connection, camera: Camera, seed: int, origin: float, target: Target | None
+    pipe: Connection, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> None:
     """Watch a camera until it ends."""
     os.dup2(2, 1)  # standard output is for rows

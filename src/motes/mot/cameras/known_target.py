@@ -18,7 +18,7 @@ from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes.mot.cameras.camera_reporter import Doors
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
 
@@ -44,7 +44,7 @@ class KnownTargetReporter:
         Seed of the random numbers.
     """
 
-    def __init__(self, camera: Camera, target: Target, seed: int = 0) -> None:
+    def __init__(self, camera: Camera, target: KnownTarget, seed: int = 0) -> None:
         self._camera, self._target, self._seed = camera, target, seed
         self._tracker = Tracker(preset(camera.preset or PRESET), seed)
         self._doors: Doors | None = None

@@ -23,7 +23,7 @@ class CameraEnded(msgspec.Struct, frozen=True, tag=True):
     failure: str | None = None
 
 
-class Ready(msgspec.Struct, frozen=True, tag=True):
+class CameraReady(msgspec.Struct, frozen=True, tag=True):
     """A camera is open. Live cameras share a clock; recordings are read in the order of time."""
 
     camera: str
@@ -42,4 +42,4 @@ class Go(msgspec.Struct, frozen=True):
     arrivals: tuple[Arrival, ...] = ()
 
 
-Message = CameraReport | CameraMessage | CameraEnded | Ready | NextFrame
+Message = CameraReport | CameraMessage | CameraEnded | CameraReady | NextFrame

@@ -19,7 +19,7 @@ from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Rig
-from motes.sot.known_target import Target
+from motes.sot.known_target import KnownTarget
 
 
 class RigRunner:
@@ -45,7 +45,7 @@ class RigRunner:
         Process identifiers by the cameras' names.
     """
 
-    def __init__(self, rig: Rig, seed: int = 0, target: Target | None = None) -> None:
+    def __init__(self, rig: Rig, seed: int = 0, target: KnownTarget | None = None) -> None:
         self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()
         with blocked_signals():

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, Message, NextFrame, Ready
+from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady, Message, NextFrame
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.video.reconnect import LONGEST_PAUSE
 
@@ -128,7 +128,7 @@ class RigCamera(ABC):
         """Take a message; yield it unless it is a report, which waits for its time."""
         if isinstance(message, CameraReport):
             yield from self._take(message)
-        elif isinstance(message, Ready):
+        elif isinstance(message, CameraReady):
             self.live = message.live
         elif isinstance(message, NextFrame):
             self._asked += 1

@@ -19,6 +19,7 @@ from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
@@ -27,7 +28,7 @@ from motes.mot.detection.background_models import (
     Mixture,
     RunningGaussian,
 )
-from motes.mot.detection.blobs import blobs
+from motes.mot.detection.blobs import Blob, blobs, cut
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -36,12 +37,16 @@ from motes.mot.detection.illumination import (
     without_tremble,
 )
 from motes.mot.detection.morphology import Mask
+from motes.mot.detection.object_size import ObjectSizes
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
+from motes.mot.detection.single_objects import holds
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
+BRIGHTEST = 250
+"""A camera shows what is brighter than it can show with this value or more."""
 LEARNED = 3
 """The background learns from every third frame, at three times the rate.
 
@@ -141,7 +146,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     preview: NonNegative = 30.0
     trial: NonNegative = 10.0
     patience: NonNegative = 60.0
-    exposure: Share = 0.2
+    exposure: Share = 0.5
     recent: Count = 50
     speck: Literal[1, 3, 5, 7, 9] = 3
     gap: tuple[Share, Share] = (0.03, 0.002)
@@ -203,12 +208,14 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
+        self._sizes = ObjectSizes()
         self.mask: Mask | None = None
         self.warnings: dict[str, str] = {}
 
     def prepare(self, frames: Iterable[Frame]) -> None:
         """Take the usual colors of a film's first `preview` seconds as the background.
 
+        What differs from it in these seconds teaches how large objects are.
         A frame that cannot be read ends it; the run itself reports that, at that frame.
 
         Parameters
@@ -228,10 +235,18 @@ class BackgroundDetector:
                 if len(pictures) > PREVIEWED:  # every other one stays
                     pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
+            usual = _sparse(sorted(pictures, key=np.mean)[len(pictures) // 2])
+            for picture in pictures:  # the film's exposure may change meanwhile
+                tables = _tables(_gains(usual, _sparse(picture)))
+                picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
+            self._begin(self._first, 0.0)
+            for planes in map(planes_of, pictures):
+                mask = without_tremble(self._foreground(planes), planes, self._background)
+                self._learn_sizes(self._blobs(mask))
 
     def observe(self, moved: Sequence[Box]) -> None:
-        """Take the boxes of the objects that have moved, as known before the next frame."""
+        """Take the boxes where the objects that have moved should be in the next frame."""
         self._moved = moved
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -241,18 +256,18 @@ class BackgroundDetector:
             self._shape = pixels.shape
             first, self._first = self._first, None
             if first is None or first.shape != pixels.shape:
-                self._begin(pixels, frame)
+                self._begin(pixels, frame.time)
                 return []
-            self._begin(first, frame)
+            self._begin(first, frame.time)
         if self._reference.has_moved(pixels):
-            self._begin(pixels, frame)
+            self._begin(pixels, frame.time)
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
         mask = self._foreground(planes)
         if np.count_nonzero(mask) > self.config.most * mask.size:
-            self._begin(pixels, frame)
+            self._begin(pixels, frame.time)
             self._flooded += 1
             if self._flooded == self.config.still:
                 self._warn(frame, "camera", MOVES)
@@ -270,12 +285,13 @@ class BackgroundDetector:
             return []
         return [Detection(box) for box in self._objects(frame, mask)]
 
-    def _begin(self, pixels: Mask, frame: Frame) -> None:
+    def _begin(self, pixels: Mask, time: float) -> None:
         config, planes = self.config, planes_of(pixels)
-        self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+        self._usual = _sparse(pixels)
         self._reference = ReferenceImage(pixels)
-        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
+        self._update = SelectiveUpdate(planes, time, config.trial, config.patience)
         self._model.begin(planes)
+        self._background = Background(planes, self.config.noise)
         self._frames = 0
 
     @property
@@ -298,10 +314,9 @@ class BackgroundDetector:
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         config = self.config
-        boxes = blobs(
-            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=self._moved,
-        )  # fmt: skip
+        found = self._blobs(mask)
+        boxes, moved = [each.box for each in found], self._moved
+        self._learn_sizes([each for each in found if any(holds(each.patch, b) for b in moved)])
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
             boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
@@ -312,23 +327,58 @@ class BackgroundDetector:
             self._warn(frame, "flood", text)
         return boxes[: config.limit]
 
+    def _blobs(self, mask: Mask) -> list[Blob]:
+        """Return the objects in the foreground and their patches."""
+        config = self.config
+        return blobs(
+            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
+            narrow=config.narrow, known=self._moved, sizes=self._sizes,
+        )  # fmt: skip
+
+    def _learn_sizes(self, found: Sequence[Blob]) -> None:
+        """Learn from whole patches: if parts taught, a first mistake would prove itself right."""
+        patches, shape = {each.patch: each.pixels for each in found}, self._background.planes.shape
+        whole = [each for each in patches if not cut(each, shape[1:])]
+        self._sizes.learn(whole, [patches[box] / (box.width * box.height) for box in whole])
+
     def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.
 
         A channel's gain is the median over pixels, so that moving objects do not change it. If the
         gain is far from 1, the light has changed, not the exposure.
         """
-        sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        shares = np.ascontiguousarray((self._usual / sparse).reshape(-1, 3).T)  # for the median
-        gains = np.median(shares, axis=1)
-        if (np.abs(gains - 1) > self.config.exposure).any():
+        sparse = _sparse(pixels)
+        gains = _gains(self._usual, sparse)
+        if (np.maximum(gains, 1 / gains) > 1 + self.config.exposure).any():
             return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / self.config.recent
-        tables = np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
-        return planes_of(pixels, tables)
+        tables = _tables(gains)
+        planes = planes_of(pixels, tables)
+        for plane, usual, table in zip(planes, self._background.planes, tables, strict=True):
+            if table[BRIGHTEST] < BRIGHTEST:  # what is too bright may be any brighter color
+                clipped = plane >= table[BRIGHTEST]
+                np.maximum(plane, usual, out=plane, where=clipped)
+        return planes
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
+
+
+def _sparse(pixels: Mask) -> Singles:
+    """Return the colors of some pixels, all above 0."""
+    return 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+
+
+def _gains(usual: Singles, sparse: Singles) -> Floats:
+    """Return the gains (3,) that most pixels need for their usual colors."""
+    shares = np.ascontiguousarray((usual / sparse).reshape(-1, 3).T)  # for the median
+    gains: Floats = np.median(shares, axis=1)
+    return gains
+
+
+def _tables(gains: Floats) -> Mask:
+    """Return each color's value of each value, (3, 256), by its gain."""
+    return np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
 
 
 def densest(pictures: Sequence[Mask]) -> Mask:

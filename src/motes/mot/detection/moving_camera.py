@@ -78,7 +78,7 @@ class PannedDetector:
         self.motion: Floats | None = None
 
     def observe(self, moved: Sequence[Box]) -> None:
-        """Take the boxes of the objects that have moved, as known before the next frame."""
+        """Take the boxes where the objects that have moved should be in the next frame."""
         self._moved = moved
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -91,11 +91,11 @@ class PannedDetector:
         self.motion = None if motion is None else unreduced(motion, scale)
         if motion is None or mask.mean() > config.most:
             return []
-        boxes = blobs(
+        found = blobs(
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
             narrow=config.narrow, known=[_scaled(box, scale) for box in self._moved],
         )  # fmt: skip
-        return [Detection(_scaled(box, 1 / scale)) for box in boxes[: config.limit]]
+        return [Detection(_scaled(box, 1 / scale)) for box, *_ in found[: config.limit]]
 
 
 def _scaled(box: Box, scale: float) -> Box:

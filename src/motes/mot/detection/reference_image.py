@@ -17,6 +17,10 @@ In films of still cameras the best shift left 0.83 of it or more, in rendered pa
 """
 NOTICED = 2.0
 """Least decrease of the misfit by that shift, in gray levels; noise causes less."""
+SPARSE = 3
+"""Every third pixel in x and y is compared."""
+SHADES = np.linspace(0.05, 0.95, 10)
+"""Shares of the pixels below the gray values from which a change of light is read."""
 LASTS = 50
 """Frames for which a reference is used. A background can follow a slower motion."""
 
@@ -24,8 +28,9 @@ LASTS = 50
 class ReferenceImage:
     """Keeps the picture that a camera at rest should see.
 
-    The misfit of two pictures is the median of their differences. So neither moving objects nor a
-    change of light makes a shift fit better.
+    The misfit of two pictures is the median of their differences, so that moving objects do not
+    make a shift fit better. Nor does a camera's gain or a cloud: before they are compared, the
+    picture is given the shades of the reference, which a shift leaves as they are.
     """
 
     def __init__(self, pixels: Bytes) -> None:
@@ -33,17 +38,18 @@ class ReferenceImage:
 
     def has_moved(self, pixels: Bytes) -> bool:
         """Return whether a picture of the same size is shifted against the reference."""
-        picture, margin = _reduced(pixels), max(SHIFTS)
+        reduced, margin = _reduced(pixels), max(SHIFTS)
+        picture = _relit(reduced, self._kept)
         self._age += 1
         height, width = picture.shape
         if min(height, width) <= 2 * margin:
             return False
-        inner = self._kept[margin : height - margin : 3, margin : width - margin : 3]
+        inner = self._kept[margin : height - margin : SPARSE, margin : width - margin : SPARSE]
 
         def differences(dy: int, dx: int) -> Singles:
             y, x = margin + dy, margin + dx
-            other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
-            apart: Singles = np.abs(inner - other)
+            other = picture[y : y + height - 2 * margin, x : x + width - 2 * margin]
+            apart: Singles = np.abs(inner - other[::SPARSE, ::SPARSE])
             return apart
 
         def fits(dy: int, dx: int) -> bool:  # the median is below the limit if most values are
@@ -54,8 +60,25 @@ class ReferenceImage:
         limit = min(BETTER * stay, stay - NOTICED)
         moved = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
         if moved or self._age == LASTS:
-            self._kept, self._age = picture, 0
+            self._kept, self._age = reduced, 0
         return moved
+
+
+def _relit(picture: Singles, like: Singles) -> Singles:
+    """Return a picture with the shades of another: as many pixels below each gray value."""
+    own, other = _shades(picture), _shades(like)
+    if np.abs(own - other).max() < 1:
+        return picture
+    change = np.interp(np.arange(256), own, other - own).astype(np.float32)
+    relit: Singles = picture + change[picture.astype(np.uint8)]
+    return relit
+
+
+def _shades(picture: Singles) -> Singles:
+    """Return the gray values below which shares of the pixels lie."""
+    ordered = np.sort(picture[::SPARSE, ::SPARSE], axis=None)
+    shades: Singles = ordered[np.rint(SHADES * (len(ordered) - 1)).astype(int)]
+    return shades
 
 
 def _reduced(pixels: Bytes) -> Singles:

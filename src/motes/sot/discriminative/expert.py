@@ -91,7 +91,7 @@ class Expert:
         return model
 
 
-EXPERTS = Registry[Expert](
+EXPERTS = Registry[type[Expert]](
     "expert",
     "motes.experts",
     Expert,

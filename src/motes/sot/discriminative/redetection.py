@@ -21,7 +21,7 @@ from motes.cues.color import Color, ColorModel
 from motes.cues.edge_histogram import Edges, EdgesModel
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.hog import Hog, HogModel
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Systematic, Weights
 
 MIN_HALF_AXIS = 2.0
 """Smallest half-axis that the search tries, in pixels."""
@@ -119,7 +119,7 @@ class Redetection(Config, frozen=True):
         distances = self.color.distances(model.color, frame, moved)
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
-        chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
+        chosen = moved[Systematic().ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]
         drawn[-1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[-1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])

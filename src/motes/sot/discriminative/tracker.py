@@ -50,7 +50,7 @@ from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
-from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.resampling import Resampling, Systematic
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.network.network import Network
 
@@ -116,7 +116,7 @@ class Discriminative(
     posterior: Posterior = Posterior()
     color_gain: NonNegative = 1.0
     sigma: Positive = 0.02
-    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
+    resampling: Resampling = Systematic()
     scale: ScaleFilter = ScaleFilter()
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2

@@ -18,9 +18,9 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.motion import ConstantVelocity, Motion, RandomWalk, SecondOrder, Walking
 from motes.sot.filtering.observation import Observation
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
 
-EVERY_FRAME = Resampling(scheme="multinomial", threshold=1.0)
+EVERY_FRAME = Multinomial(threshold=1.0)
 WALKS = (RandomWalk, ConstantVelocity, SecondOrder)
 SHARES = np.ones(1)
 """One cue has all the weight, by every rule of fusion."""

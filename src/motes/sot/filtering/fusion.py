@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from motes import kernels
 from motes.core.config import Config
+from motes.core.registry import Registry
 from motes.core.types import Floats
 from motes.sot.filtering.resampling import Weights
 
@@ -28,8 +29,10 @@ SINGULAR = 1e-9
 """Variance, as a share of the predicted one, that is added so that no determinant is 0."""
 
 
-class Fusion(Config, frozen=True):
-    """The base of a rule that fuses cues."""
+class Fusion:
+    """The interface of a rule that fuses cues. A rule is also a `Config` with a tag."""
+
+    __slots__ = ()
 
     @abstractmethod
     def fuse(
@@ -57,7 +60,7 @@ class Fusion(Config, frozen=True):
         return np.full(len(names), 1 / len(names))
 
 
-class WeightedProduct(Fusion, frozen=True):
+class WeightedProduct(Fusion, Config, frozen=True):
     """The product of the cues' likelihoods, each to the power of its share.
 
     log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
@@ -134,7 +137,7 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
         return _inverse(variances - np.log(self.reliability(names)))
 
 
-class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
+class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
     """The sum of the cues' likelihoods, weighted by their certainty: Maggio et al., section 4.2.
 
     Equations 7 to 10 as printed: p is the sum of w_j l_j, and w_j is proportional to 1 / U_j, where
@@ -158,7 +161,7 @@ class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
         return Weights.from_log(prior + mixed), shares
 
 
-class Product(Fusion, frozen=True, tag="product"):
+class Product(Fusion, Config, frozen=True, tag="product"):
     """The product of the cues' likelihoods, as if each were independent of the others.
 
     Ng and Delp do not give the rule by which they fuse color and edges. A product has no weights:
@@ -172,7 +175,17 @@ class Product(Fusion, frozen=True, tag="product"):
         return Weights.from_log(prior + logs.sum(axis=0)), np.full(len(names), 1 / len(names))
 
 
-FusionRule = Adaptive | Fixed | PrintedMixture | Product
+FUSIONS = Registry[type[Fusion]](
+    "fusion rule",
+    "motes.fusions",
+    Fusion,
+    {
+        "adaptive": Adaptive,
+        "fixed": Fixed,
+        "printed_mixture": PrintedMixture,
+        "product": Product,
+    },
+)
 
 
 def log_determinants(

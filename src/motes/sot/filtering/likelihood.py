@@ -115,7 +115,7 @@ class Exponential(Likelihood, Config, frozen=True, tag="exponential"):
         return -self.rate * distances
 
 
-LIKELIHOODS = Registry[Likelihood](
+LIKELIHOODS = Registry[type[Likelihood]](
     "likelihood",
     "motes.likelihoods",
     Likelihood,

@@ -139,7 +139,7 @@ class PerCue(Adaptation, Config, frozen=True, tag="per_cue"):
         return self.cues.get(cue, ExponentialForgetting())
 
 
-MODEL_UPDATES = Registry[Adaptation](
+MODEL_UPDATES = Registry[type[Adaptation]](
     "model update",
     "motes.model_updates",
     Adaptation,

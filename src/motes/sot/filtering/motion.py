@@ -142,10 +142,10 @@ class Walking(Motion, Config, frozen=True, dict=True):
         return rng.standard_normal((n, 6 + 4 * len(self.changes)))
 
     @cached_property
-    def kernel_noise(self) -> structures.Noise:
+    def kernel_noise(self) -> structures.NoiseScales:
         """The noise in the form that kernels take."""
         noise = self.noise
-        return structures.Noise(
+        return structures.NoiseScales(
             noise.position, noise.size, noise.size_return, noise.aspect, noise.angle,
             np.array(self.changes, float), self.kept,
         )  # fmt: skip
@@ -362,7 +362,7 @@ class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
         return out
 
 
-MOTIONS = Registry[Motion](
+MOTIONS = Registry[type[Motion]](
     "motion model",
     "motes.motions",
     Motion,

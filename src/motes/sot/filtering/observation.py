@@ -14,7 +14,7 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
-from motes.sot.filtering.fusion import FusionRule, fuse_distances
+from motes.sot.filtering.fusion import Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Likelihood
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import Motion
@@ -63,7 +63,7 @@ class Observer:
     motion: Motion
     cues: Mapping[str, Cue]
     likelihood: Likelihood
-    fusion: FusionRule
+    fusion: Fusion
     presence: AppearanceRule
 
     def observe(

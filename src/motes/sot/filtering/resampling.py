@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Literal
+from abc import abstractmethod
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Share
+from motes.core.registry import Registry
 from motes.core.saved_state import Array
 from motes.core.types import Floats
 
@@ -55,64 +56,33 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
         return kernels.particles.effective_sample_size(self.values)
 
 
-def multinomial(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
-    """Draw n independent ancestors: Nummiaro et al., figure 2, step 1.
+class Resampling:
+    """The interface of a method of resampling. A method is also a `Config` with a tag."""
 
-    Each ancestor has a uniform number r in [0, 1). A binary search in the cumulated weights c finds
-    the smallest j with c_j > r. With the paper's >=, r = 0 could choose a particle of weight 0.
-    """
-    return _search(weights, rng.random(n))
+    __slots__ = ()
 
+    @abstractmethod
+    def due(self, weights: Weights) -> bool:
+        """Return whether particles with these weights are to be resampled."""
 
-def systematic(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
-    """Draw n ancestors at evenly spaced positions with one common random offset."""
-    return _search(weights, (np.arange(n) + rng.random()) / n)
+    @abstractmethod
+    def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
+        """Return the indices (n,) of the selected particles.
 
-
-def stratified(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
-    """Draw one ancestor in each of n equal intervals of the cumulated weights."""
-    return _search(weights, (np.arange(n) + rng.random(n)) / n)
+        A particle is expected n times as often as it weighs.
+        """
 
 
-def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
-    """Take floor(n w) copies of each particle, and draw the rest by the remaining fractions."""
-    expected = n * weights / weights.sum()
-    copies = np.floor(expected).astype(np.intp)
-    sure = np.repeat(np.arange(weights.size), copies)
-    left = n - sure.size
-    if left == 0:
-        return sure
-    return np.concatenate([sure, multinomial(rng, expected - copies, left)])
-
-
-def _search(weights: Floats, positions: Floats) -> Indices:
-    chosen = np.empty(positions.size, np.intp)
-    kernels.particles.ancestors(np.ascontiguousarray(weights, float), positions, chosen)
-    return chosen
-
-
-SCHEMES: dict[str, Callable[[np.random.Generator, Floats, int], Indices]] = {
-    "multinomial": multinomial,
-    "systematic": systematic,
-    "stratified": stratified,
-    "residual": residual,
-}
-
-
-class Resampling(Config, frozen=True):
-    """When particles are resampled, and by which method.
+class BelowThreshold(Resampling, Config, frozen=True):
+    """The base of methods that wait until few particles have most of the weight.
 
     Attributes
     ----------
-    scheme
-        Method of resampling: `multinomial` is the paper's. `systematic`, `stratified` and
-        `residual` add less random variation.
     threshold
         Particles are resampled when the effective sample size falls below this share of their
-        number: 1 resamples in every frame, as the paper does; 0 never does.
+        number: 1 resamples in every frame, as the papers do; 0 never does.
     """
 
-    scheme: Literal["multinomial", "systematic", "stratified", "residual"] = "multinomial"
     threshold: Share = 1.0
 
     def due(self, weights: Weights) -> bool:
@@ -124,4 +94,70 @@ class Resampling(Config, frozen=True):
 
     def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
         """Return the indices (n,) of the selected particles."""
-        return SCHEMES[self.scheme](rng, weights.values, n)
+        return _search(weights.values, self._positions(rng, n))
+
+    @abstractmethod
+    def _positions(self, rng: np.random.Generator, n: int) -> Floats:
+        """Return where in the cumulated weights, 0 to 1, a particle is taken."""
+
+
+class Multinomial(BelowThreshold, frozen=True, tag="multinomial"):
+    """Independent draws, as in the papers: Nummiaro et al., figure 2, step 1.
+
+    Each ancestor has a uniform number r in [0, 1). A binary search in the cumulated weights c finds
+    the smallest j with c_j > r. With the paper's >=, r = 0 could choose a particle of weight 0.
+    """
+
+    def _positions(self, rng: np.random.Generator, n: int) -> Floats:
+        return rng.random(n)
+
+
+class Systematic(BelowThreshold, frozen=True, tag="systematic"):
+    """Evenly spaced positions in the cumulated weights, with one common random offset.
+
+    It adds less random variation than `Multinomial`, as the next two do.
+    """
+
+    def _positions(self, rng: np.random.Generator, n: int) -> Floats:
+        return (np.arange(n) + rng.random()) / n
+
+
+class Stratified(BelowThreshold, frozen=True, tag="stratified"):
+    """One draw in each of equal intervals of the cumulated weights."""
+
+    def _positions(self, rng: np.random.Generator, n: int) -> Floats:
+        return (np.arange(n) + rng.random(n)) / n
+
+
+class Residual(Multinomial, frozen=True, tag="residual"):
+    """As many copies of each particle as its weight ensures; the rest are independent draws."""
+
+    def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
+        """Return the indices (n,) of the selected particles."""
+        expected = n * weights.values / weights.values.sum()
+        copies = np.floor(expected).astype(np.intp)
+        sure = np.repeat(np.arange(expected.size), copies)
+        left = n - sure.size
+        if left == 0:
+            return sure
+        return np.concatenate([sure, _search(expected - copies, self._positions(rng, left))])
+
+
+def _search(weights: Floats, positions: Floats) -> Indices:
+    """Return the particles at positions (n,), 0 to 1, in the cumulated weights."""
+    chosen = np.empty(positions.size, np.intp)
+    kernels.particles.ancestors(np.ascontiguousarray(weights, float), positions, chosen)
+    return chosen
+
+
+RESAMPLINGS = Registry[type[Resampling]](
+    "method of resampling",
+    "motes.resamplings",
+    Resampling,
+    {
+        "multinomial": Multinomial,
+        "systematic": Systematic,
+        "stratified": Stratified,
+        "residual": Residual,
+    },
+)

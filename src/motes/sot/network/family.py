@@ -51,7 +51,7 @@ class NetworkFamily:
         """
 
 
-FAMILIES = Registry[NetworkFamily](
+FAMILIES = Registry[type[NetworkFamily]](
     "family of networks",
     "motes.networks",
     NetworkFamily,

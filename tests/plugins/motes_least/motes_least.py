@@ -1,0 +1,53 @@
+"""A fusion rule and a format of another package."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from motes import Config, Ellipse
+from motes.core.config import NonNegative
+from motes.core.track import Status
+from motes.core.types import Floats
+from motes.filtering import Fusion, Weights
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
+from motes.formats.registry import Format
+from motes.formats.visibility import only_object
+from motes.output.journal import ObjectRow
+
+
+class Least(Fusion, Config, frozen=True, tag="least"):
+    """A particle is as good as the cue says that likes it least.
+
+    Attributes
+    ----------
+    power
+        Power of that cue's likelihood. With a larger value, fewer particles share the weight.
+    """
+
+    power: NonNegative = 1.0
+
+    def fuse(
+        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
+    ) -> tuple[Weights, Floats]:
+        """Return the particles' weights and the cues' shares (J,)."""
+        weights = Weights.from_log(prior + self.power * logs.min(axis=0))
+        return weights, self.reliability(names)
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the object in a file of lines: frame left top width height."""
+    objects = []
+    for line in path.read_text().splitlines():
+        frame, *box = map(float, line.split())
+        objects.append((int(frame), ObjectRow(1, Ellipse.from_box(box), 1.0, Status.TRACKING)))
+    return recording_of(facts, objects)
+
+
+def write(recorded: Recorded) -> Iterator[bytes]:
+    """Yield a line for each frame with the object."""
+    for frame, row in only_object(recorded, "boxes").items():
+        yield " ".join(f"{number:.2f}" for number in (frame, *row.box)).encode() + b"\n"
+
+
+BOXES = Format(title="boxes", endings=(".boxes",), read=read, write=write, single=True)
