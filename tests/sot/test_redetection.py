@@ -83,6 +83,18 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     assert off.std() > 0.05  # anywhere within a bin
 
 
+def test_five_places_are_proposed_and_the_last_alone_is_turned() -> None:
+    cue = Redetection()
+    frame = picture(220, 140)
+    model = cue.learn(picture(60, 60), LAST)
+    places = [
+        cue.step(np.random.default_rng(n), model, start(), frame, LAST, 9)[1] for n in range(9)
+    ]
+    assert {len(proposed) for proposed in places} == {5}
+    assert all(place.theta == 0 for proposed in places for place in proposed[:-1])
+    assert any(proposed[-1].theta for proposed in places)
+
+
 def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
     frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
     last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Redetection(), np.random.default_rng(8)

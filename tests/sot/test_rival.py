@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motes.core.geometry import Ellipse
-from motes.sot.discriminative.rival import APART, DECIDED, LARGEST_STEP, Rival
+from motes.sot.discriminative.rival import APART, DECIDED, Rival
 
 HERE = Ellipse(50.0, 50.0, 10.0, 10.0, 0.0)
 THERE = HERE._replace(x=90.0)
@@ -33,10 +33,10 @@ def test_small_differences_add_up(sign: int) -> None:
     assert (rival.wins, rival.loses) == (sign > 0, sign < 0)
 
 
-def test_a_clear_frame_decides_alone_and_no_frame_counts_for_more() -> None:
-    assert followed([9.0]).wins
-    assert followed([9.0]).lead == LARGEST_STEP > DECIDED
-    assert not followed([9.0, -9.0]).wins
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_clear_frame_decides_alone(sign: int) -> None:
+    rival = followed([sign * 1.01 * DECIDED])
+    assert (rival.wins, rival.loses) == (sign > 0, sign < 0)
 
 
 def test_single_frames_that_contradict_each_other_decide_nothing() -> None:

@@ -16,8 +16,6 @@ APART = 0.3
 """Two places are different targets from this distance on, in mean sides of the target."""
 DECIDED = 2.0
 """Log odds between two places that decide for one of them: seven to one."""
-LARGEST_STEP = 2.5
-"""Largest share of a single frame in these log odds: a clear frame decides alone."""
 
 
 class Rival(NamedTuple):
@@ -54,5 +52,4 @@ class Rival(NamedTuple):
 
     def after(self, place: Ellipse, difference: float) -> Self:
         """Return the rival after a frame: its place, and the log odds that it adds there."""
-        step = min(max(difference, -LARGEST_STEP), LARGEST_STEP)
-        return type(self)(place, self.lead + step, alive=True)
+        return type(self)(place, self.lead + difference, alive=True)
