@@ -102,7 +102,7 @@ def test_a_flood_of_objects_is_limited() -> None:
 def found(mask: NDArray[np.uint8], least: int = 20, **changes: Any) -> list[Box]:
     """Return the blobs of a mask, of so many pixels at least."""
     usual = {"speck": 3, "gap": (0.03, 0.002), "valley": 0.1, "narrow": 0.1}
-    return [each.box for each in blobs(mask, least=least / mask.size, **{**usual, **changes})]
+    return blobs(mask, least=least / mask.size, **{**usual, **changes})
 
 
 @pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=NEEDS_CV2)])

@@ -28,7 +28,7 @@ from motes.mot.detection.background_models import (
     Mixture,
     RunningGaussian,
 )
-from motes.mot.detection.blobs import Blob, blobs, cut
+from motes.mot.detection.blobs import blobs
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -37,11 +37,9 @@ from motes.mot.detection.illumination import (
     without_tremble,
 )
 from motes.mot.detection.morphology import Mask
-from motes.mot.detection.object_size import ObjectSizes
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
-from motes.mot.detection.single_objects import holds
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
@@ -208,7 +206,6 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
-        self._sizes = ObjectSizes()
         self.mask: Mask | None = None
         self.warnings: dict[str, str] = {}
 
@@ -240,10 +237,6 @@ class BackgroundDetector:
                 tables = _tables(_gains(usual, _sparse(picture)))
                 picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
             self._first = densest(pictures)
-            self._begin(self._first, 0.0)
-            for planes in map(planes_of, pictures):
-                mask = without_tremble(self._foreground(planes), planes, self._background)
-                self._learn_sizes(self._blobs(mask))
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes where the objects that have moved should be in the next frame."""
@@ -256,18 +249,18 @@ class BackgroundDetector:
             self._shape = pixels.shape
             first, self._first = self._first, None
             if first is None or first.shape != pixels.shape:
-                self._begin(pixels, frame.time)
+                self._begin(pixels, frame)
                 return []
-            self._begin(first, frame.time)
+            self._begin(first, frame)
         if self._reference.has_moved(pixels):
-            self._begin(pixels, frame.time)
+            self._begin(pixels, frame)
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
         mask = self._foreground(planes)
         if np.count_nonzero(mask) > self.config.most * mask.size:
-            self._begin(pixels, frame.time)
+            self._begin(pixels, frame)
             self._flooded += 1
             if self._flooded == self.config.still:
                 self._warn(frame, "camera", MOVES)
@@ -285,11 +278,11 @@ class BackgroundDetector:
             return []
         return [Detection(box) for box in self._objects(frame, mask)]
 
-    def _begin(self, pixels: Mask, time: float) -> None:
+    def _begin(self, pixels: Mask, frame: Frame) -> None:
         config, planes = self.config, planes_of(pixels)
         self._usual = _sparse(pixels)
         self._reference = ReferenceImage(pixels)
-        self._update = SelectiveUpdate(planes, time, config.trial, config.patience)
+        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
         self._background = Background(planes, self.config.noise)
         self._frames = 0
@@ -314,9 +307,10 @@ class BackgroundDetector:
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         config = self.config
-        found = self._blobs(mask)
-        boxes, moved = [each.box for each in found], self._moved
-        self._learn_sizes([each for each in found if any(holds(each.patch, b) for b in moved)])
+        boxes = blobs(
+            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
+            narrow=config.narrow, known=self._moved,
+        )  # fmt: skip
         if boxes and config.ghost:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
             boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
@@ -326,20 +320,6 @@ class BackgroundDetector:
             )
             self._warn(frame, "flood", text)
         return boxes[: config.limit]
-
-    def _blobs(self, mask: Mask) -> list[Blob]:
-        """Return the objects in the foreground and their patches."""
-        config = self.config
-        return blobs(
-            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=self._moved, sizes=self._sizes,
-        )  # fmt: skip
-
-    def _learn_sizes(self, found: Sequence[Blob]) -> None:
-        """Learn from whole patches: if parts taught, a first mistake would prove itself right."""
-        patches, shape = {each.patch: each.pixels for each in found}, self._background.planes.shape
-        whole = [each for each in patches if not cut(each, shape[1:])]
-        self._sizes.learn(whole, [patches[box] / (box.width * box.height) for box in whole])
 
     def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.

@@ -91,11 +91,11 @@ class PannedDetector:
         self.motion = None if motion is None else unreduced(motion, scale)
         if motion is None or mask.mean() > config.most:
             return []
-        found = blobs(
+        boxes = blobs(
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
             narrow=config.narrow, known=[_scaled(box, scale) for box in self._moved],
         )  # fmt: skip
-        return [Detection(_scaled(box, 1 / scale)) for box, *_ in found[: config.limit]]
+        return [Detection(_scaled(box, 1 / scale)) for box in boxes[: config.limit]]
 
 
 def _scaled(box: Box, scale: float) -> Box:
