@@ -40,7 +40,7 @@ A package may import from the groups before its own; core and kernels do not kno
 LINES = {
     "core": 2550, "kernels": 300, "video": 2450, "cues": 2150, "sot": 7150, "mot": 8350,
     "testing": 310, "synthetic": 1850, "output": 3150, "correction": 2150, "formats": 3050,
-    "cluster": 3350, "services": 500, "studio": 6150, "cli": 8200, "filtering": 80, "lab": 14200,
+    "cluster": 3350, "services": 500, "studio": 6150, "cli": 8200, "filtering": 80, "lab": 14450,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 
