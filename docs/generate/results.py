@@ -42,8 +42,6 @@ FOLDERS = {"SEQUENCES": "sot", "OTHERS": "sot-more", "MOT": "mot", "VIDEOS": "vi
 """Names of folders in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
-EARLIER = "Of an earlier version, not measured since."
-"""The last line of a table that `make results` has not made."""
 BLOCK = re.compile(
     r"^<!-- results (?P<name>[\w-]+) \| (?P<minutes>[\d.]+) min \| (?P<title>[^|]+?) -->\n"
     r"(?P<commands>(?:\n|    [^\n]+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",

@@ -24,7 +24,6 @@ from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 
-
 ADAPTIVE = "maggio:C+O-A-SS-ROH"
 
 

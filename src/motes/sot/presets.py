@@ -64,9 +64,9 @@ MEAN_SHIFT = MeanShift(  # section VI
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
-# paper's: the lattice, the appearance rule with its margin, and the fusion, a product with the fixed
-# weights that the paper compares its own with. No adaptive rule was better (lab/docs/papers.md);
-# variants with an A have the paper's, a sum, and maggio:printed none of these three.
+# paper's: the lattice, the appearance rule with its margin, and the fusion, a product with the
+# fixed weights that the paper compares its own with. No adaptive rule was better on film
+# (lab/docs/papers.md); variants with an A have the paper's, a sum; maggio:printed has none of them.
 ROH = Orientation(
     bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
 )  # sections 3.2 and 5
