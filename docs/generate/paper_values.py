@@ -142,7 +142,8 @@ def table() -> str:
                 found = value_of(column, each.key)
                 same = each.paper == OPEN or found == each.meant
                 cells.append(as_text(found) if same else f"**{as_text(found)}**")
-            key = f"`{each.key}`"
+            known, within, part = each.key.partition(".cues.")
+            key = f"`{known}.cues.NAME`: {part}" if within else f"`{known}`"
             lines.append(f"| {' | '.join([each.what, each.place, each.paper, key, *cells])} |")
     return "\n".join(lines) + "\n"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -13,7 +13,6 @@ from motes.cli.options import DATASET, REPEATED, RUN, FirstPixel, Seeds, Workers
 from motes.core.errors import ConfigError
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
-from motes_lab.papers.pairs import Measure
 
 
 def pairs(
@@ -26,7 +25,9 @@ def pairs(
         Parameter(group=DATASET, help="Only these films, such as 'seg-*'; may be repeated."),
     ] = None,
     first_pixel: FirstPixel = None,
-    measure: Annotated[Measure, Parameter(group=RUN, help="What is compared.")] = "iou",
+    measure: Annotated[
+        Literal["iou", "auc", "od"], Parameter(group=RUN, help="What is compared.")
+    ] = "iou",
     frames: Annotated[
         int, Parameter(group=RUN, help="Most frames of each film, from the target's first one.")
     ] = 150,
