@@ -38,7 +38,7 @@ def pairs(
     workers: Workers = None,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Claims of the papers on film: trackers compared with one other.
+    """Claims of the papers on film: trackers beside one other.
 
     Parameters
     ----------
