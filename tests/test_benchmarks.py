@@ -100,3 +100,17 @@ def test_the_jitter_of_a_target_at_rest(
     assert noise == "8"
     assert all(re.fullmatch(r"[\d.]+%? to [\d.]+%?", each) for each in spreads)
     assert float(spreads[0].split()[-1]) > 0
+
+
+def test_an_update_with_fewer_pixels(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(SCRIPTS)
+    script: Any = importlib.import_module("fewer_pixels")
+    for name, value in (("TARGETS", ((20, 30),)), ("FRAMES", 6), ("STARTING", 2)):
+        monkeypatch.setattr(script, name, value)
+    assert script.main() == 0
+    ((target, *numbers),) = cells(capsys.readouterr().out)
+    assert target == "20x30"
+    assert len(numbers) == 5
+    assert all(float(number.rstrip("%")) > 0 for number in numbers)

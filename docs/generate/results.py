@@ -50,8 +50,6 @@ FOLDERS = {
 """Names of folders and files in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
-EARLIER = "Of an earlier version, not measured since."
-"""The last line of a table that `make results` has not made."""
 BLOCK = re.compile(
     r"^<!-- results (?P<name>[\w-]+) \| (?P<minutes>[\d.]+) min \| (?P<title>[^|]+?) -->\n"
     r"(?P<commands>(?:\n|    [^\n]+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",

@@ -599,7 +599,7 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 22
+    assert len(COMMANDS) == 23
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
@@ -610,6 +610,7 @@ def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
         "Hard films",
         "Effort of",
         "Masks of",
+        "Claims of",
     )
     assert all(any(paper in line for paper in papers) for line in out.splitlines())
     assert max(map(len, out.splitlines())) <= 80

@@ -62,7 +62,7 @@ def test_frosted_glass_moves_pixels_by_the_reach_at_most() -> None:
 
 
 def test_the_weights_follow_within_10_frames(film: list[Shot]) -> None:
-    *_, result = maggio_figure3.figure3(["maggio"], [film], 2)
+    *_, result = maggio_figure3.figure3(["maggio:C+O-A-SS-ROH"], [film], 2)
     assert result.share == 1
     (row,) = result.tables[""].rows
     name, runs, before, during, frames, clear, failed, until, error = (cell.value for cell in row)
@@ -105,7 +105,16 @@ def test_the_command_writes_table_and_plot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, film: list[Shot]
 ) -> None:
     monkeypatch.setattr("motes.synthetic.failing_cues.failing_cues", lambda seed: iter(film))
-    line = ["maggio-figure3", "maggio", "--seeds", "1", "--clips", "1", "--out", str(tmp_path)]
+    line = [
+        "maggio-figure3",
+        "maggio:printed",
+        "--seeds",
+        "1",
+        "--clips",
+        "1",
+        "--out",
+        str(tmp_path),
+    ]
     assert main(["experiment", *line]) == 0
     assert {path.name for path in tmp_path.iterdir()} == {
         f"maggio-figure3.{ending}" for ending in ("md", "csv", "png")

@@ -20,7 +20,7 @@ from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
@@ -125,8 +125,7 @@ def test_presets_survive_toml(name: str) -> None:
         orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
         edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
         hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
-        fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
-        | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
+        fusion=st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
         | st.builds(PrintedMixture, floor=st.floats(1e-3, 1))
         | st.just(Product()),
         likelihood=st.builds(

@@ -14,6 +14,7 @@ from motes.core.detection import Detection, Detector, best
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou, region_within
+from motes.core.track import Status
 from motes.mot.detection.pretrained import FaceDetector
 from motes.sot.tracker import Tracker
 from oracles import region, scene, sequence
@@ -90,3 +91,18 @@ def test_a_face(data: Path) -> None:
     np.testing.assert_array_equal(boxes[0], [128, 79, 64, 78])
     assert iou(found.box, boxes[0]) > 0.4
     assert FaceDetector()(Frame(0, 0.0, np.zeros((80, 80, 3), np.uint8))) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
+def test_a_found_face_is_followed(data: Path) -> None:
+    """As `motes track --detect face` does; with color alone David was lost in frame 13."""
+    frames, boxes = sequence(data / "sot" / "David", 30)
+    found = best(FaceDetector()(frames[0]), frames[0])
+    assert found is not None
+    tracker = Tracker()
+    tracker.init(frames[0], found.box)
+    for frame, truth in zip(frames[1:], boxes[1:], strict=True):
+        track = tracker.update(frame)
+        assert track.status is Status.TRACKING
+        assert iou(track.box, truth) > 0.6

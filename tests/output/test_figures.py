@@ -24,6 +24,8 @@ from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 
+ADAPTIVE = "maggio:C+O-A-SS-ROH"
+
 
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
     """Return the recorder of a run on a small clip, and what it should hold."""
@@ -79,7 +81,7 @@ def ink(path: Path) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", "maggio", "maggio:O-FOH"])
+@pytest.mark.parametrize("name", ["nummiaro", "maggio", ADAPTIVE, "maggio:O-FOH"])
 def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     name: str, tmp_path: Path
 ) -> None:
@@ -87,7 +89,7 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     for kept, right in zip(recorder.series, expected, strict=True):
         np.testing.assert_array_equal(kept, right)
     folder = tmp_path / "new" / "folder"
-    more = {"maggio": [CUE_WEIGHTS, ORIENTATION], "maggio:O-FOH": [ORIENTATION]}.get(name, [])
+    more = [CUE_WEIGHTS] * (name == ADAPTIVE) + [ORIENTATION] * name.startswith("maggio")
     files = [*FIGURES, *more]
     assert recorder.save(folder) == [folder / file for file in files]
     for file in files:

@@ -22,7 +22,7 @@ from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture, Product
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
@@ -64,9 +64,8 @@ def determinants(prior: Floats, likelihoods: Floats, ellipses: Floats, floor: fl
 
 
 def by_hand(prior: Floats, logs: Floats, ellipses: Floats, floor: float) -> Floats:
-    """Return the shares: each likelihood is at least exp(-1) at its best, and U is a fifth root."""
-    comparable = [np.exp(log / max(1.0, -log.max())) for log in logs]
-    inverse = determinants(prior, np.array(comparable), ellipses, floor) ** (-1 / 5)
+    """Return the shares, inversely proportional to U: equation 10."""
+    inverse = 1 / determinants(prior, np.exp(logs), ellipses, floor)
     shares: Floats = inverse / inverse.sum()
     return shares
 
@@ -117,11 +116,11 @@ def test_weights_that_are_none(weight: Any) -> None:
 @given(clouds)
 def test_a_share_is_the_power_of_a_likelihood(made: tuple[Floats, Floats, Floats]) -> None:
     ellipses, prior, logs = made
-    for fusion in (Fixed(weights={"color": 3.0}), Adaptive()):
-        weights, powers = fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)
-        likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
-        expected = np.exp(prior) * np.prod(likelihoods, axis=0)
-        np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
+    fusion = Fixed(weights={"color": 3.0})
+    weights, powers = fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)
+    likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
+    expected = np.exp(prior) * np.prod(likelihoods, axis=0)
+    np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
 
 
 def test_equal_shares_are_the_product() -> None:
@@ -136,33 +135,15 @@ def test_equal_shares_are_the_product() -> None:
 
 
 @given(clouds, floors)
-def test_equations_8_and_9(made: tuple[Floats, Floats, Floats], floor: float) -> None:
+def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor: float) -> None:
     ellipses, prior, logs = made
-    found = shares(Adaptive(floor=floor), made)
+    names = NAMES[: len(logs)]
+    weights, found = PrintedMixture(floor=floor).fuse(names, prior, logs, ellipses)
     expected = by_hand(np.exp(prior), logs, ellipses, floor)
     np.testing.assert_allclose(found, expected, rtol=1e-5)
     assert found.sum() == pytest.approx(1)
     assert (found > 0).all()
-
-
-@given(clouds, st.floats(0.1, 9))
-def test_a_weight_multiplies_the_certainty(
-    made: tuple[Floats, Floats, Floats], weight: float
-) -> None:
-    equal = shares(Adaptive(), made)
-    found = shares(Adaptive(weights={"orientation": weight}), made)
-    expected = np.where(np.arange(len(equal)) == 1, weight, 1) * equal
-    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
-
-
-@given(clouds, floors)
-def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor: float) -> None:
-    ellipses, prior, logs = made
-    names, likelihoods = NAMES[: len(logs)], np.exp(logs)
-    weights, found = PrintedMixture(floor=floor).fuse(names, prior, logs, ellipses)
-    inverse = 1 / determinants(np.exp(prior), likelihoods, ellipses, floor)
-    np.testing.assert_allclose(found, inverse / inverse.sum(), rtol=1e-5)
-    expected = np.exp(prior) * (found @ likelihoods)  # likelihoods as they are
+    expected = np.exp(prior) * (found @ np.exp(logs))
     np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
 
 
@@ -174,7 +155,8 @@ def test_no_order_matters(made: tuple[Floats, Floats, Floats], random: Any) -> N
     random.shuffle(cues)
     random.shuffle(particles)
     other = ellipses[particles], prior[particles], logs[cues][:, particles]
-    np.testing.assert_allclose(shares(Adaptive(), other), shares(Adaptive(), made)[cues], rtol=1e-5)
+    found, expected = (shares(PrintedMixture(), each) for each in (other, made))
+    np.testing.assert_allclose(found, expected[cues], rtol=1e-5)
 
 
 @given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
@@ -184,9 +166,8 @@ def test_an_angle_counts_modulo_half_a_turn(
     ellipses, prior, logs = made
     turned = ellipses.copy()
     turned[:, 4] += np.pi * np.array(turns[: len(turned)])
-    np.testing.assert_allclose(
-        shares(Adaptive(), (turned, prior, logs)), shares(Adaptive(), made), rtol=1e-5
-    )
+    found = shares(PrintedMixture(), (turned, prior, logs))
+    np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-5)
 
 
 @given(clouds, st.lists(st.floats(0.1, 30), min_size=4, max_size=4), st.floats(-500, 500))
@@ -198,9 +179,8 @@ def test_units_do_not_matter(
     other = ellipses.copy()
     other[:, :4] *= units
     other[:, :2] += moved
-    for fusion in (Adaptive(), PrintedMixture()):
-        found = shares(fusion, (other, prior, logs))
-        np.testing.assert_allclose(found, shares(fusion, made), rtol=1e-4)
+    found = shares(PrintedMixture(), (other, prior, logs))
+    np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-4)
 
 
 @pytest.mark.parametrize("dimension", range(5))
@@ -210,29 +190,16 @@ def test_the_broader_posterior_counts_less(dimension: int) -> None:
     ellipses = np.array(FIRST) + rng.normal(size=(500, 5)) * [4, 4, 1, 0.5, 0.1]
     off = (ellipses - np.array(FIRST))[:, dimension] / [4, 4, 1, 0.5, 0.1][dimension]
     logs = np.array([-(off**2) / (2 * width**2) for width in (0.1, 0.3, 1.0, 1e9)])
-    found = shares(Adaptive(floor=0.1), (ellipses, np.zeros(500), logs))
+    found = shares(PrintedMixture(floor=0.1), (ellipses, np.zeros(500), logs))
     assert (np.diff(found) < 0).all()
     assert found[0] > 2 * found[3]
-
-
-def test_a_cue_that_matches_nowhere_is_not_certain() -> None:
-    """Its likelihood falls steeply at large distances; what counts is its form at the best."""
-    rng = np.random.default_rng(0)
-    ellipses = np.array(FIRST) + rng.normal(size=(150, 5)) * [5, 9, 2, 1, 0.3]
-    near = 0.2 * np.abs(ellipses[:, 0] - FIRST.x) / 5
-    far = 0.7 + 0.05 * np.abs(ellipses[:, 1] - FIRST.y) / 9
-    logs = Gaussian(sigma=0.15).log(NAMES[:2], np.array([near, far]))
-    made = ellipses, np.zeros(150), logs
-    adaptive, printed = (shares(fusion, made) for fusion in (Adaptive(), PrintedMixture()))
-    assert adaptive[1] < 0.5
-    assert printed[1] > 0.55
 
 
 @given(clouds)
 def test_differences_far_below_the_floor_do_not_matter(
     made: tuple[Floats, Floats, Floats],
 ) -> None:
-    equal = shares(Adaptive(floor=1e6), made)
+    equal = shares(PrintedMixture(floor=1e6), made)
     np.testing.assert_allclose(equal, 1 / len(made[2]), rtol=1e-6)
 
 
@@ -242,16 +209,16 @@ def test_one_particle_with_all_the_weight(floor: float) -> None:
     ellipses, _, _ = cloud(3, 10, 2)
     none = np.zeros(10)
     one, other = (np.where(np.arange(10) == chosen, 0.0, -1e9) for chosen in (2, 7))
-    for fusion in (Adaptive(floor=floor), PrintedMixture(floor=floor)):
-        found = shares(fusion, (ellipses, none, np.stack([one, other, none])))
-        assert np.isfinite(found).all()
-        assert found.sum() == pytest.approx(1)
-        assert found[0] == pytest.approx(found[1])
-        assert found[0] >= found[2] * (1 - 1e-9)
-        single = shares(fusion, (ellipses[:1], none[:1], np.zeros((3, 1))))
-        np.testing.assert_allclose(single, 1 / 3)
-        alike = shares(fusion, (np.tile(ellipses[:1], (10, 1)), none, np.stack([one, none])))
-        np.testing.assert_allclose(alike, 0.5)
+    fusion = PrintedMixture(floor=floor)
+    found = shares(fusion, (ellipses, none, np.stack([one, other, none])))
+    assert np.isfinite(found).all()
+    assert found.sum() == pytest.approx(1)
+    assert found[0] == pytest.approx(found[1])
+    assert found[0] >= found[2] * (1 - 1e-9)
+    single = shares(fusion, (ellipses[:1], none[:1], np.zeros((3, 1))))
+    np.testing.assert_allclose(single, 1 / 3)
+    alike = shares(fusion, (np.tile(ellipses[:1], (10, 1)), none, np.stack([one, none])))
+    np.testing.assert_allclose(alike, 0.5)
 
 
 @pytest.mark.parametrize("bad", [np.nan, -np.inf, np.inf])
@@ -259,27 +226,26 @@ def test_one_particle_with_all_the_weight(floor: float) -> None:
 def test_particles_without_a_likelihood(bad: float) -> None:
     ellipses, prior, logs = cloud(2, 12, 2)
     logs[0, 3] = bad
-    for fusion in (Adaptive(), PrintedMixture(), Fixed()):
+    for fusion in (PrintedMixture(), Fixed()):
         weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
         assert np.isfinite(weights.values).all()
         assert found.sum() == pytest.approx(1)
     logs[0] = bad
-    for fusion in (Adaptive(), PrintedMixture(), Fixed()):
+    for fusion in (PrintedMixture(), Fixed()):
         weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
         assert np.isfinite([*weights.values, *found]).all()
 
 
 def test_one_cue_has_it_all() -> None:
     made = cloud(0, 9, 1)
-    for fusion in (Adaptive(), PrintedMixture(), Fixed(), Fixed(weights={"color": 7.0})):
+    for fusion in (PrintedMixture(), Fixed(), Fixed(weights={"color": 7.0})):
         np.testing.assert_array_equal(shares(fusion, made), [1])
 
 
 def test_inputs_stay_as_they_are() -> None:
     made = cloud(0, 9, 3)
     before = [each.copy() for each in made]
-    for fusion in (Adaptive(), PrintedMixture()):
-        shares(fusion, made)
+    shares(PrintedMixture(), made)
     for each, was in zip(made, before, strict=True):
         np.testing.assert_array_equal(each, was)
 
@@ -287,7 +253,7 @@ def test_inputs_stay_as_they_are() -> None:
 @pytest.mark.parametrize("floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf])
 def test_floors_that_are_none(floor: float) -> None:
     with pytest.raises(ConfigError, match="floor"):
-        Adaptive(floor=floor)
+        PrintedMixture(floor=floor)
 
 
 # Likelihoods
@@ -335,9 +301,9 @@ def names_of(states: Sequence[FilterState]) -> set[tuple[str, ...]]:
     return {(*state.models, "|", *state.backgrounds) for state in states}
 
 
-@pytest.mark.parametrize("fusion", [Adaptive(floor=0.3), Fixed(weights={"color": 2.0})])
+@pytest.mark.parametrize("fusion", [PrintedMixture(floor=0.3), Fixed(weights={"color": 2.0})])
 @pytest.mark.parametrize("threshold", [1.0, 0.0])
-def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> None:
+def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) -> None:
     """Select, propagate, observe, fuse, estimate, judge and learn, put together by hand."""
     config = with_cues(
         fusion=fusion,
@@ -369,10 +335,12 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         logs = -(d**2) / (2 * np.array([[0.15], [0.25]]) ** 2)
         if isinstance(fusion, Fixed):
             alpha = np.array([2 / 3, 1 / 3])
+            fused = np.exp(2 * alpha @ logs)
         else:
             alpha = by_hand(prior, logs, ellipses, 0.3)
+            fused = alpha @ np.exp(logs)
         reliable = np.array([2 / 3, 1 / 3] if isinstance(fusion, Fixed) else [0.5, 0.5])
-        pi = prior * np.exp(2 * alpha @ logs)
+        pi = prior * fused
         pi /= pi.sum()
         rho = reliable @ (1 - d**2)
         thresholds = []
@@ -423,7 +391,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
 
 def test_a_cue_that_cannot_tell_does_not_decide() -> None:
     """Where a target has no edges, all of orientation's distances are 1: colors count."""
-    config = with_cues()
+    config = with_cues(fusion=PrintedMixture())
     state, _ = begun(config)
     plain = frame(np.full((72, 96, 3), 120, np.uint8), 1)
     colored = plain.pixels.copy()
@@ -442,15 +410,16 @@ def test_a_cue_that_cannot_tell_does_not_decide() -> None:
 
 def test_reliability_is_what_the_weights_are() -> None:
     weights = {"color": 3.0, "orientation": 1.0}
-    for fusion in (Fixed(weights=weights), Adaptive(weights=weights)):
-        np.testing.assert_allclose(fusion.reliability(NAMES[:2]), [0.75, 0.25])
-    for other in (Fixed(), Adaptive(), PrintedMixture(), Product()):
+    np.testing.assert_allclose(Fixed(weights=weights).reliability(NAMES[:2]), [0.75, 0.25])
+    for other in (Fixed(), PrintedMixture(), Product()):
         np.testing.assert_allclose(other.reliability(NAMES[:4]), 0.25)
 
 
 def test_a_cue_that_is_certain_of_a_place_does_not_find_the_target() -> None:
     """Color matches nowhere, so orientation has the weight; the rule still asks for both."""
-    config = with_cues(presence=AppearanceRule(margin=0.7, frames=1, stride=6))
+    config = with_cues(
+        fusion=PrintedMixture(), presence=AppearanceRule(margin=0.7, frames=1, stride=6)
+    )
     state, _ = begun(config)
     picture = scene(1, (40, 30))
     gray = np.repeat(picture.pixels.mean(axis=2, keepdims=True), 3, axis=2)
@@ -514,7 +483,7 @@ def test_a_filter_needs_a_cue() -> None:
             "fusion.weights names 'colour'; the cues in use are color",
         ),
         (
-            {"orientation": Orientation(), "fusion": Adaptive(weights={"edges": 2.0})},
+            {"orientation": Orientation(), "fusion": Fixed(weights={"edges": 2.0})},
             "the cues in use are color, orientation",
         ),
     ],

@@ -19,17 +19,6 @@ inline double log_determinant(Plane<double> matrix) {
     return logarithm;
 }
 
-// Writes the log-weights of particles under a cue. If its best log-likelihood is below `least`, all
-// are scaled so that it is not; where that is NaN or infinite, the rest decides.
-inline void weigh(Floats prior, Floats logs, double least, Row<double> out) {
-    constexpr double inf = std::numeric_limits<double>::infinity();
-    double best = -inf;
-    for (const double log : logs)
-        if (std::isfinite(log)) best = std::max(best, log);
-    const double scale = -inf < best && best < least ? least / best : 1.0;
-    for (Index n = 0; n < logs.size; ++n) out[n] = prior[n] + scale * logs[n];
-}
-
 // Writes the logarithm of each cue's uncertainty (J,), from log-likelihoods (J, N) of ellipses:
 // Maggio et al., equations 8 and 9.
 //
@@ -37,8 +26,7 @@ inline void weigh(Floats prior, Floats logs, double least, Row<double> out) {
 // in its own unit if they are nearer to each other than `equal`. `floor`² times the predicted
 // covariance is added, and `singular` to each variance.
 inline void log_determinants(Floats prior, Plane<const double> logs, Ellipses ellipses,
-                             double least, double floor, double equal, double singular,
-                             Row<double> out) {
+                             double floor, double equal, double singular, Row<double> out) {
     Scratch<double> own(prior.size), weights(prior.size), mean(SIZE);
     ScratchPlane<double> predicted(SIZE, SIZE), covariance(SIZE, SIZE);
     std::copy(prior.begin(), prior.end(), own.begin());
@@ -50,7 +38,7 @@ inline void log_determinants(Floats prior, Plane<const double> logs, Ellipses el
         if (spread[i] < equal) spread[i] = 1.0;
     }
     for (Index cue = 0; cue < logs.rows; ++cue) {
-        weigh(prior, logs.row(cue), least, own);
+        for (Index n = 0; n < prior.size; ++n) own[n] = prior[n] + logs[cue][n];
         particles::normalize(own, weights);
         particles::moments(ellipses, weights, mean, covariance);  // equation 8
         for (Index i = 0; i < SIZE; ++i)

@@ -4,7 +4,6 @@ def log_determinants(
     prior: Floats,
     logs: Floats,
     ellipses: Floats,
-    least: float,
     floor: float,
     equal: float,
     singular: float,

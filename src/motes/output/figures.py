@@ -74,12 +74,12 @@ def orientation_of(cue: Orientation, frame: Frame, ellipse: Ellipse) -> tuple[Fl
 class Recorder:
     """Collects the data for the figures of the papers, and draws them.
 
-    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with several cues also figure 3 of Maggio
-    et al., and with orientation their figure 1. About a dozen numbers are kept of each frame. Only
-    one whole frame is kept, for the figures that show a single frame: the last one whose number
-    among the tracked frames, counted from 1, is a power of two. It lies in the second half of the
-    tracked frames. Neither the length of the run nor the quality of the track is needed to
-    choose it.
+    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with weights of cues that change also
+    figure 3 of Maggio et al., and with orientation their figure 1. About a dozen numbers are kept
+    of each frame. Only one whole frame is kept, for the figures that show a single frame: the last
+    one whose number among the tracked frames, counted from 1, is a power of two. It lies in the
+    second half of the tracked frames. Neither the length of the run nor the quality of the track is
+    needed to choose it.
 
     Parameters
     ----------
@@ -181,8 +181,8 @@ class Recorder:
         """Draw the figures into a folder, which is made if needed; return the written files.
 
         They are among `files`, and replace files with these names. Figures of a single frame are
-        left out if no frame was tracked, running times if there is only one frame, and all figures
-        if no frame was recorded.
+        left out if no frame was tracked, running times if there is only one frame, weights of cues
+        that never change, and all figures if no frame was recorded.
 
         Raises
         ------
@@ -200,7 +200,9 @@ class Recorder:
             else None,
             APPEARING: charts.appearing(series, self._samples, rule.fraction) if rule else None,
             "size_and_displacement.png": charts.size_and_displacement(series),
-            CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues)),
+            CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues))
+            if np.ptp(series.cue_weights, axis=0).any()
+            else None,
             ORIENTATION: charts.orientation_histograms(edges) if edges else None,
         }
         written = []

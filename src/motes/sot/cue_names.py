@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from motes.core.errors import ConfigError
-from motes.sot.filtering.fusion import Fusion, WeightedProduct
+from motes.sot.filtering.fusion import Fixed, Fusion
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import Adaptation, PerCue
 
@@ -29,7 +29,7 @@ def check_cue_names(
     named: dict[str, Mapping[str, object]] = {}
     if isinstance(likelihood, Gaussian):
         named["likelihood.cues"] = likelihood.cues
-    if isinstance(fusion, WeightedProduct):
+    if isinstance(fusion, Fixed):
         named["fusion.weights"] = fusion.weights
     if isinstance(adaptation, PerCue):
         named["adaptation.cues"] = adaptation.cues

@@ -29,7 +29,7 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.cue_names import check_cue_names
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
-from motes.sot.filtering.fusion import Adaptive, Fusion
+from motes.sot.filtering.fusion import Fixed, Fusion
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -108,7 +108,7 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: Fusion = Adaptive()
+    fusion: Fusion = Fixed()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Multinomial()
     presence: AppearanceRule = AppearanceRule()

@@ -24,6 +24,7 @@ from motes_lab.cli.experiment_masks import masks
 from motes_lab.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes_lab.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
 from motes_lab.cli.experiment_occlusions import occlusions, real_occlusions
+from motes_lab.cli.experiment_pairs import pairs
 from motes_lab.cli.experiment_zhao_pei import (
     zhao_detections,
     zhao_figure2,
@@ -52,6 +53,7 @@ for _experiment in (
     zhao_detections,
     occlusions,
     real_occlusions,
+    pairs,
     moving_camera,
     dials,
     masks,

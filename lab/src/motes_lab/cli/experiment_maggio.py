@@ -61,7 +61,8 @@ def maggio_figure3(
     Parameters
     ----------
     presets
-        Presets that fuse color and orientation; by default maggio and maggio:printed.
+        Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
+        maggio:printed.
     """
     check_counts(seeds=seeds, clips=clips)
     output = results.output("maggio-figure3", plot=True)
@@ -69,7 +70,7 @@ def maggio_figure3(
     from motes.synthetic.failing_cues import failing_cues
     from motes_lab.papers import maggio_figure3 as experiment
 
-    names = presets or ("maggio", "maggio:printed")
+    names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
     films = [failing_cues(seed) for seed in range(clips)]
     return show(experiment.figure3(names, films, seeds), output)
 

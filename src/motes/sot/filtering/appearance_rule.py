@@ -159,8 +159,8 @@ class Calibration(Config, frozen=True):
     """The confidence: probability that the estimate covers the target, from its distance.
 
     confidence = 1 / (1 + exp((d - middle) / width)): a logistic fit, over frames of 24 real
-    sequences, of "the estimate's box overlaps the true one by more than half". lab/docs/results.md
-    has the accuracy on sequences that were left out of the fit.
+    sequences, of "the estimate's box overlaps the true one by more than half". In the sources
+    of motes, benchmarks/calibration.py has its error on sequences that are left out of the fit.
 
     Attributes
     ----------

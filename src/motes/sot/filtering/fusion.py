@@ -18,11 +18,6 @@ from motes.sot.filtering.resampling import Weights
 Weight = Annotated[float, Meta(gt=0, le=1e6)]
 Floor = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
-LEAST_LOG = -1.0
-"""Least log-likelihood of a cue's best particle where the cue's uncertainty is computed.
-
-Ng and Delp, equation 24, have the same value for the best particle of each frame.
-"""
 EQUAL = 1e-9
 """Spread in pixels or radians below which all particles are at the same place."""
 SINGULAR = 1e-9
@@ -60,8 +55,8 @@ class Fusion:
         return np.full(len(names), 1 / len(names))
 
 
-class WeightedProduct(Fusion, Config, frozen=True):
-    """The product of the cues' likelihoods, each to the power of its share.
+class Fixed(Fusion, Config, frozen=True, tag="fixed"):
+    """The product of the cues' likelihoods, each to the power of its share, the same in all frames.
 
     log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
     is the product. The factor J keeps the powers' sum at the number of cues.
@@ -81,67 +76,22 @@ class WeightedProduct(Fusion, Config, frozen=True):
         total = sum(weights)
         return np.array([weight / total for weight in weights])
 
-    @abstractmethod
-    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
-        """Return each cue's share (J,); sum 1. The parameters are those of `fuse`."""
-
     def fuse(
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
         """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
         if len(names) == 1:
             return Weights.from_log(prior + logs[0]), np.array([1.0])
-        shares = self.shares(names, prior, logs, ellipses)
+        shares = self.reliability(names)
         return Weights.from_log(prior + len(names) * (shares @ logs)), shares
-
-
-class Fixed(WeightedProduct, frozen=True, tag="fixed"):
-    """Fixed shares: each cue has its weight in every frame."""
-
-    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
-        """Return each cue's share (J,); sum 1: always the same."""
-        return self.reliability(names)
-
-
-class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
-    """Shares inversely proportional to each cue's uncertainty, after Maggio et al., section 4.2.
-
-    A cue's uncertainty is the geometric mean of the eigenvalues of the particles' covariance under
-    its likelihood: the fifth root of the determinant (equations 8 and 9). Cues that are equally
-    certain have shares in proportion to their weights. Four parts differ from `PrintedMixture`,
-    which is the paper's rule:
-
-    - The likelihoods are multiplied. The paper's sum (equation 10) averages the places of two cues;
-      a product is where they agree.
-    - Where its uncertainty is computed, a likelihood is scaled so that its best particle has at
-      least exp(-1). Otherwise a cue that matches nowhere seems certain, as its likelihood falls
-      steeply at large distances.
-    - A determinant of a covariance in five dimensions, of some 50 effective particles, is too much
-      by chance; its root is less so.
-    - The covariance is relative to that of the predicted particles, so that units do not matter.
-
-    Attributes
-    ----------
-    floor
-        Least standard deviation of a cue's covariance, as a share of that of the predicted
-        particles. With a larger value, the cues get more similar weights. Without it, a cue that
-        gives one particle all the weight would have no uncertainty at all.
-    """
-
-    floor: Floor = 0.3
-
-    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
-        """Return each cue's share (J,); sum 1."""
-        determinants = log_determinants(prior, logs, ellipses, self.floor, LEAST_LOG)
-        variances = determinants / ellipses.shape[1]
-        return _inverse(variances - np.log(self.reliability(names)))
 
 
 class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
     """The sum of the cues' likelihoods, weighted by their certainty: Maggio et al., section 4.2.
 
     Equations 7 to 10 as printed: p is the sum of w_j l_j, and w_j is proportional to 1 / U_j, where
-    U_j is the determinant of the covariance of the particles under l_j.
+    U_j is the determinant of the covariance of the particles under l_j. A sum averages the places
+    of two cues, also where one of them is wrong; `Fixed` is where they agree.
 
     Attributes
     ----------
@@ -156,7 +106,7 @@ class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
         """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
-        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor, -np.inf))
+        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor))
         mixed = np.logaddexp.reduce(np.log(shares)[:, None] + logs, axis=0)  # equation 10
         return Weights.from_log(prior + mixed), shares
 
@@ -180,7 +130,6 @@ FUSIONS = Registry[type[Fusion]](
     "motes.fusions",
     Fusion,
     {
-        "adaptive": Adaptive,
         "fixed": Fixed,
         "printed_mixture": PrintedMixture,
         "product": Product,
@@ -188,19 +137,16 @@ FUSIONS = Registry[type[Fusion]](
 )
 
 
-def log_determinants(
-    prior: Floats, logs: Floats, ellipses: Floats, floor: float, least: float
-) -> Floats:
+def log_determinants(prior: Floats, logs: Floats, ellipses: Floats, floor: float) -> Floats:
     """Return the logarithm of each cue's uncertainty (J,): Maggio et al., equations 8 and 9.
 
     The paper multiplies eigenvalues of unlike units. Here each dimension counts in standard
     deviations of the predicted particles, which weigh `prior`; ratios of determinants do not depend
-    on the units. The square of `floor` times the predicted covariance is added. A cue whose best
-    log-likelihood is below `least` is scaled so that it is not.
+    on the units. The square of `floor` times the predicted covariance is added.
     """
     out = np.empty(len(logs))
     each = np.ascontiguousarray(logs)
-    kernels.fusion.log_determinants(prior, each, ellipses, least, floor, EQUAL, SINGULAR, out)
+    kernels.fusion.log_determinants(prior, each, ellipses, floor, EQUAL, SINGULAR, out)
     return out
 
 

@@ -1,0 +1,58 @@
+"""The table of the presets' values in papers.md is what the presets have."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from motes.sot.presets import PRESETS
+
+ROOT = Path(__file__).parents[2]
+
+
+def load() -> ModuleType:
+    """Return docs/generate/paper_values.py, which is no part of a package."""
+    path = ROOT / "docs/generate/paper_values.py"
+    spec = importlib.util.spec_from_file_location("paper_values", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+values = load()
+
+
+def test_the_page_has_the_values_of_the_presets() -> None:
+    """If not: python docs/generate/paper_values.py."""
+    text = values.PAGE.read_text(encoding="utf-8")
+    assert text.partition(values.START)[2].partition(values.END)[0] == values.generated()
+
+
+@pytest.mark.parametrize("name", values.VALUES)
+def test_the_printed_preset_has_every_value_that_its_paper_prints(name: str) -> None:
+    for each in values.VALUES[name]:
+        found = values.value_of(f"{name}:printed", each.key)
+        if each.paper == values.OPEN:
+            assert found is not None, each
+        else:
+            assert found == each.meant, each
+
+
+def test_what_differs_is_bold() -> None:
+    rows = [line.split(" | ") for line in values.table().splitlines()]
+    [margin] = [row for row in rows if "`presence.margin`" in row]
+    assert margin[-2:] == ["0", "**0.7** |"]
+    [samples] = [row for row in rows if row[1:3] == ["ZP 4", "400"]]
+    assert samples[-2:] == ["400", "400 |"]
+    assert values.as_text({"type": "every_pixel"}) == "every pixel"
+    assert [values.as_text(each) for each in (None, True, 0.5)] == ["–", "yes", "0.5"]
+
+
+def test_watch_follows_by_another_preset() -> None:
+    assert "`nummiaro:adaptive`: 100 samples and color alone" in values.watched()
+    assert list(PRESETS["nummiaro:adaptive"].cues) == ["color"]
