@@ -30,7 +30,7 @@ def test_tracks_are_made_corrected_and_taken_home(
     shown: Shown, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    shown.open()
+    shown.open(tracker="nummiaro")
     number = shown.draw()
     assert shown.state("s.session.objects[0].keyframes[0].region.length") == 4
     shown.page.locator("#track").click()
@@ -105,7 +105,7 @@ def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
 
 
 def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
-    shown.open()
+    shown.open(tracker="default")
     shown.draw()
     shown.page.get_by_role("button", name="Side by side", exact=True).click()
     shown.choose_tracker("dialog", "mean_shift")
@@ -145,10 +145,8 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
 
 
 def test_all_layers_of_a_frame_come(shown: Shown) -> None:
-    shown.open()
+    shown.open(tracker="nummiaro")
     shown.draw()
-    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
-    shown.until("s.session.objects[0].preset === 'nummiaro'")
     shown.track()
     shown.go(12)
     shown.page.get_by_label("Surface around the target").select_option("rho")
@@ -305,10 +303,8 @@ def test_films_and_figures_are_those_of_the_command_line(
     shown: Shown, films: Path, tmp_path: Path
 ) -> None:
     """Running times are measured anew each time, so their figure differs."""
-    shown.open()
+    shown.open(tracker="nummiaro")
     shown.draw()
-    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
-    shown.until("s.session.objects[0].preset === 'nummiaro'")
     shown.track()
     shown.page.keyboard.press("x")
     found = {}
