@@ -277,7 +277,7 @@ def test_names_stay_within_the_stage(shown: Shown) -> None:
 
 def test_a_network_is_chosen_once(shown: Shown, tmp_path: Path) -> None:
     pair = save_pair(tmp_path)
-    shown.open()
+    shown.open(tracker="default")
     shown.draw()
     chooser = shown.page.locator("#left").get_by_label("Files of a network")
     chooser.set_input_files(pair[:1])

@@ -11,7 +11,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from browsers import CORNERS, FRAMES, Shown, film
+from browsers import CORNERS, FRAMES, START, Shown, film
 from motes.studio import commands, messages, protocol
 from studios import SLOW, Program
 
