@@ -17,7 +17,7 @@ from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-FRAMES = 60
+FRAMES = 40
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0

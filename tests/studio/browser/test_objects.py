@@ -37,12 +37,12 @@ def test_tracks_are_made_corrected_and_taken_home(
     shown.tracked()
     shown.page.get_by_label("Objects", exact=True).get_by_text("Object 1").first.wait_for()
 
-    shown.go(40)
-    x, y, *_ = shown.state(f"(({{ x, y }}) => [x, y])(s.rows.get({number})[40])")
+    shown.go(30)
+    x, y, *_ = shown.state(f"(({{ x, y }}) => [x, y])(s.rows.get({number})[30])")
     shown.drag((x, y), (x + 3, y + 2))
     shown.until("s.session.objects[0].keyframes.length === 2")
     shown.settle()
-    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") == [0, 40]
+    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") == [0, 30]
     assert shown.state("s.session.objects[0].corrections") == 1
     shown.page.locator(".effort").get_by_text("1 correction of Object 1").wait_for()
 
@@ -190,6 +190,7 @@ def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page.get_by_label("Films", exact=True).get_by_role("button", name="film.mp4").focus()
     page.keyboard.press("Enter")
     shown.until("s.pictured === 0")
+    shown.take("mean_shift")
     for key in ("b", "Enter", "ArrowRight", "Shift+ArrowDown", "Control+ArrowRight"):
         page.keyboard.press(key)
     region = shown.state("s.draft.region")
@@ -226,7 +227,7 @@ def test_the_first_frame_stays_when_a_followed_run_goes_on(shown: Shown) -> None
     for goes in ways:
         page.evaluate(f"{START} app.store.set({{ frame: 30, following: true }}))")
         goes()
-        page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 40 }} }}))")
+        page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 35 }} }}))")
         assert shown.state("[s.frame, s.following]") == [0, False]
 
 

@@ -368,7 +368,7 @@ def test_the_timeline_and_the_wheel_go_to_frames(shown: Shown) -> None:
     box = shown.page.locator("canvas.timeline").bounding_box()
     assert box is not None
     shown.page.mouse.click(box["x"] + 132 + 0.51 * (box["width"] - 132), box["y"] + 40)
-    shown.until("s.pictured === 30")
+    shown.until("s.pictured === 20")
     shown.page.mouse.wheel(0, -300)
     shown.until("s.range !== null")
     strip = shown.page.locator("canvas.thumbnails").bounding_box()
