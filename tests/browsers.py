@@ -21,7 +21,7 @@ FRAMES = 40
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0
-PATIENCE = 120_000
+PATIENCE = 600_000
 """Milliseconds after which something on the page is taken to be missing."""
 START = "import('/static/main.js').then(({ app }) => "
 
