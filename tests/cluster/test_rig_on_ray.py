@@ -91,7 +91,7 @@ def test_recordings_have_the_rows_of_one_machine(
 
 
 class Watched:
-    """What one camera of a cluster has reported, what was said of it, and when an object was seen."""
+    """What a camera of a cluster has reported, what was said of it, when an object was seen."""
 
     def __init__(self, news: Iterable[Any]) -> None:
         self._news = iter(news)
