@@ -26,6 +26,9 @@ SEED := 0
 # Which tables `make results` makes; all by default.
 ONLY :=
 
+# Tests start many programs, each of which would compile its modules anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
 
 demo: $(DEMO_READY)

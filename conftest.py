@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from motes.cluster.resources import cores
 from motes.core.interrupts import SIGNALS
 
 # Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
@@ -32,6 +33,12 @@ for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_
     os.environ.pop(name, None)
 # Servers that tests start are on this machine; a proxy does not reach them.
 os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Return twice the cores: many tests wait for a browser or for programs that they start."""
+    return 2 * cores()
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import time
@@ -16,11 +17,11 @@ from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-FRAMES = 60
+FRAMES = 40
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0
-PATIENCE = 120_000
+PATIENCE = 600_000
 """Milliseconds after which something on the page is taken to be missing."""
 START = "import('/static/main.js').then(({ app }) => "
 
@@ -99,10 +100,11 @@ class Shown:
             assert time.monotonic() < end, f"it never was so: {of}"
             self.page.wait_for_timeout(20)
 
-    def open(self, name: str = "film.mp4") -> str:
-        """Open a film in a new session, and return the session's name."""
+    def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
+        """Open a film in a new session, with a quick tracker; return the session's name."""
         self.page.get_by_label("Films", exact=True).get_by_role("button", name=name).click()
         self.until("s.pictured === 0")
+        self.take(tracker)
         return str(self.state("s.session.id"))
 
     def at(self, x: float, y: float) -> tuple[float, float]:
@@ -112,6 +114,11 @@ class Shown:
             f"const at = app.viewNow().toScreen([{x}, {y}]); return [at[0] + x, at[1] + y]; }})"
         )
         return found[0], found[1]
+
+    def take(self, preset: str, config: str | None = None) -> None:
+        """Let objects that are drawn from now on have a tracker."""
+        given = json.dumps({"preset": preset, "config": config, "seed": 0, "network": []})
+        self.page.evaluate(f"{START} app.store.set({{ tracker: {given} }}))")
 
     def choose_tracker(self, where: str, name: str) -> None:
         """Choose a tracker that the menu shows after "More" alone."""

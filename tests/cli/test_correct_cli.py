@@ -565,6 +565,22 @@ def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
         assert not Path("other.csv").exists()
 
 
+def test_what_was_remembered_of_older_rows_goes_with_them(go: Go) -> None:
+    for name in ("rows.csv", "old.csv"):
+        assert go(f"track FILM --init BOX -o {name} {OPTIONS}")[0] == 0
+    Path("rows.csv.run.json").unlink()
+    assert go("smooth rows.csv -o old.csv --overwrite")[0] == 0
+    assert not Path("old.csv.run.json").exists()
+
+
+def test_texts_of_the_motchallenge_remember_as_rows_do(go: Go) -> None:
+    for line in ("track FILM --init BOX", "track FILM --at 0=BOX"):
+        assert go(f"{line} --fps 5 -o rows.txt --overwrite {OPTIONS}")[0] == 0
+        known = History.load(Path("rows.txt.run.json"))
+        assert (known.fps, known.lines) == (5, Path("rows.txt").read_text().count("\n"))
+        Path("rows.txt.run.json").unlink()
+
+
 def test_nothing_is_remembered_beside_a_device(go: Go) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     Path("out.csv").symlink_to("/dev/null")

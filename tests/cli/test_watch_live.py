@@ -74,7 +74,7 @@ def test_events_reach_a_broker_with_counts_for_home_assistant(
     )
     found = json.loads(ears.texts("homeassistant/device/motes_yard/config")[0])
     assert found["components"]["line_1_left"]["unique_id"] == "motes_yard_line_1_left"
-    assert f"e.jsonl, 3 events to {address}" in capsys.readouterr().err
+    assert f"e.jsonl, 3 events for {address}" in capsys.readouterr().err
 
 
 def test_a_kill_loses_no_event(film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -125,6 +125,10 @@ def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) ->
     assert go("convert a.csv b.txt")[0] == 0  # which remembers nothing
     assert go("convert a.csv b.jsonl --overwrite")[0] == 0
     assert json.loads(Path("b.jsonl.run.json").read_text())["lines"] == 3
+    Path("a.csv.run.json").unlink()
+    assert go("convert a.csv b.jsonl")[0] == 5
+    assert go("convert a.csv b.jsonl --overwrite")[0] == 0
+    assert not Path("b.jsonl.run.json").exists(), "it was of other rows"
 
 
 @pytest.mark.parametrize("rows", ["a.csv", "a.jsonl"])

@@ -25,7 +25,7 @@ KINDS = (
     Kind("scenes", configurations.scenes, configurations.check_scene),
     Kind("doors", places.doors, places.check_doors),
     Kind("zones", places.counted, places.check_counted),
-    Kind("rigs", places.rigs, places.check_rig),
+    Kind("rigs", places.rigs, places.check_rig, block=20),
     Kind("histograms", histograms.seeds, histograms.check),
     Kind("detections", detections.seeds, detections.check_detector),
     Kind("boxes", detections.seeds, detections.check_rows),

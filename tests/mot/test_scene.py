@@ -304,7 +304,7 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
 
 
 @pytest.mark.slow
-def test_noise_for_10_000_frames_neither_crashes_nor_grows() -> None:
+def test_noise_for_4000_frames_neither_crashes_nor_grows() -> None:
     rng = np.random.default_rng(0)
     pictures = rng.integers(0, 256, (16, 24, 32, 3), np.uint8)
     found: list[Detection] = []
@@ -316,14 +316,14 @@ def test_noise_for_10_000_frames_neither_crashes_nor_grows() -> None:
         return found if frame.index % 10 < 4 else []
 
     scene, sizes, most = Scene(detector, scene_config(small())), [], 0
-    for index, pixels in zip(range(10_000), itertools.cycle(pictures)):
+    for index, pixels in zip(range(4000), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
-        if index in (1000, 9999):
+        if index in (1000, 3999):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert scene.created >= scene.terminated > 300
+    assert scene.created >= scene.terminated > 100
     assert most < 20  # who is not seen again is gone after some seconds
-    assert sizes[1] < sizes[0] + 5000  # accounts alone would take more, kept for good
+    assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
 
 
 def small() -> ParticleFilter:

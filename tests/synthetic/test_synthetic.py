@@ -185,10 +185,10 @@ def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
     assert steps.max() / width == pytest.approx(leap, rel=0.06)
     assert states[:, 0].min() > width
     assert states[:, 0].max() < 640 - width
-    shown = masks(replace(clip, targets=(Target(states[:40]),)))
+    shown = masks(replace(clip, targets=(Target(states[:20]),)))
     apart = ~(shown[:-1] & shown[1:]).any(axis=(1, 2))
-    assert np.count_nonzero(apart) >= 5
-    assert np.array_equal(apart, steps[:39] > width + 1)
+    assert np.count_nonzero(apart) >= 3
+    assert np.array_equal(apart, steps[:19] > width + 1)
     changes = np.abs(np.diff(np.diff(states[:, 0])))
     assert changes.max() < 0.35 * leap * leap * width  # no single frame makes the whole leap
 

@@ -79,12 +79,10 @@ def convert(
     target
         The file or folder to make.
     """
-    from motes.cli.known_run import history_beside
+    from motes.cli.known_run import check_beside, hand_on, history_beside
     from motes.cli.watch_outputs import check_place, format_of
-    from motes.correction.history import history_path, line_count
     from motes.formats import registry
     from motes.formats.aspects import TIMES, aspects
-    from motes.output.track_rows import check_writable
 
     if list_:
         print("\n".join(_table()))
@@ -106,12 +104,10 @@ def convert(
     point_out_leftovers(target)
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     known = known if form in ("csv", "jsonl") else None
-    if known is not None:
-        check_writable(history_path(target), overwrite)
+    check_beside(target, overwrite)
     with writing(target):
         registry.write(target, form, recorded, keyframe_error)
-    if known is not None:
-        known.save(history_path(target), line_count(target))
+    hand_on(known, target)
     count = sum(1 for _ in recorded)
     written = registry.FORMATS.resolve(form)
     log(f"wrote {target} ({written.title}) with the {count} frames in {rows}.")

@@ -162,6 +162,31 @@ def history_beside(rows: Path) -> "History | None":
     return known
 
 
+def check_beside(rows: Path, overwrite: bool) -> None:
+    """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
+    from motes.correction.history import history_path
+    from motes.output.track_rows import check_writable
+
+    if history_path(rows).exists():
+        check_writable(history_path(rows), overwrite)
+
+
+def hand_on(known: "History | None", rows: Path) -> None:
+    """Write what is known of new rows beside them; what is there of older rows goes.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    from motes.correction.history import history_path, line_count
+
+    if known is None:
+        history_path(rows).unlink(missing_ok=True)
+    else:
+        known.save(history_path(rows), line_count(rows))
+
+
 def units_of(
     rows: Path, metres: bool, options: UnitOptions, known: "History | None"
 ) -> "RealUnits | None":

@@ -93,8 +93,8 @@ class SentEvents:
 
     @property
     def result(self) -> str | None:
-        """The number of events, and the receivers."""
-        sent = f"{counted(self._sent, 'event')} to {', '.join(self._names)}"
+        """The number of events, and the receivers: some may not have them yet."""
+        sent = f"{counted(self._sent, 'event')} for {', '.join(self._names)}"
         return sent if self._sent else None
 
     def __enter__(self) -> Self:

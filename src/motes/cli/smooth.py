@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.known_run import history_beside, units_of
+from motes.cli.known_run import check_beside, hand_on, history_beside, units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
 from motes.cli.track_units import UnitOptions
@@ -48,18 +48,16 @@ def smooth(
         A .csv or .jsonl file that motes track has written.
     """
     from motes.correction.correct import smooth as smoothed
-    from motes.correction.history import history_path, line_count
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import GroundMotion
-    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter, check_writable
+    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter
 
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
     plane = units_of(rows, table.metres, units, known)
     streamed = output == "-" or is_special(output)
-    beside = None if known is None or streamed else history_path(Path(output))
-    if beside is not None:
-        check_writable(beside, overwrite)
+    if not streamed:
+        check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
     motion = None if plane is None else GroundMotion(plane)
     columns = CORRECTED if motion is None else (*CORRECTED, *GROUND)
@@ -67,8 +65,8 @@ def smooth(
         for track in tracks:
             place = None if motion is None else motion.update(track)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
-    if known is not None and beside is not None:
-        known.with_units(plane).save(beside, line_count(Path(output)))
+    if not streamed:
+        hand_on(known and known.with_units(plane), Path(output))
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))

@@ -16,7 +16,7 @@ from motes.cli.track_loop import Step
 from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_units import check_size, motion_names
-from motes.cli.watch_outputs import format_of
+from motes.cli.watch_outputs import STREAMED, format_of
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import is_special
@@ -208,9 +208,10 @@ def _history_of(output: str | None, outputs: TrackOutputs) -> Path | None:
         If it exists and must not be overwritten.
     """
     special = output in (None, "-") or is_special(str(output))
-    if special or format_of(str(output), outputs.format) not in ("csv", "jsonl"):
-        if outputs.resume:
-            raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+    form = None if special else format_of(str(output), outputs.format)
+    if outputs.resume and form not in ("csv", "jsonl"):
+        raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+    if form not in STREAMED:
         return None
     rows = Path(str(output))
     for path in (rows, history_path(rows)):

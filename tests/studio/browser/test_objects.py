@@ -30,19 +30,19 @@ def test_tracks_are_made_corrected_and_taken_home(
     shown: Shown, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    shown.open()
+    shown.open(tracker="nummiaro")
     number = shown.draw()
     assert shown.state("s.session.objects[0].keyframes[0].region.length") == 4
     shown.page.locator("#track").click()
     shown.tracked()
     shown.page.get_by_label("Objects", exact=True).get_by_text("Object 1").first.wait_for()
 
-    shown.go(40)
-    x, y, *_ = shown.state(f"(({{ x, y }}) => [x, y])(s.rows.get({number})[40])")
+    shown.go(30)
+    x, y, *_ = shown.state(f"(({{ x, y }}) => [x, y])(s.rows.get({number})[30])")
     shown.drag((x, y), (x + 3, y + 2))
     shown.until("s.session.objects[0].keyframes.length === 2")
     shown.settle()
-    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") == [0, 40]
+    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") == [0, 30]
     assert shown.state("s.session.objects[0].corrections") == 1
     shown.page.locator(".effort").get_by_text("1 correction of Object 1").wait_for()
 
@@ -105,7 +105,7 @@ def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
 
 
 def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
-    shown.open()
+    shown.open(tracker="default")
     shown.draw()
     shown.page.get_by_role("button", name="Side by side", exact=True).click()
     shown.choose_tracker("dialog", "mean_shift")
@@ -145,10 +145,8 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
 
 
 def test_all_layers_of_a_frame_come(shown: Shown) -> None:
-    shown.open()
+    shown.open(tracker="nummiaro")
     shown.draw()
-    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
-    shown.until("s.session.objects[0].preset === 'nummiaro'")
     shown.track()
     shown.go(12)
     shown.page.get_by_label("Surface around the target").select_option("rho")
@@ -192,6 +190,7 @@ def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page.get_by_label("Films", exact=True).get_by_role("button", name="film.mp4").focus()
     page.keyboard.press("Enter")
     shown.until("s.pictured === 0")
+    shown.take("mean_shift")
     for key in ("b", "Enter", "ArrowRight", "Shift+ArrowDown", "Control+ArrowRight"):
         page.keyboard.press(key)
     region = shown.state("s.draft.region")
@@ -228,7 +227,7 @@ def test_the_first_frame_stays_when_a_followed_run_goes_on(shown: Shown) -> None
     for goes in ways:
         page.evaluate(f"{START} app.store.set({{ frame: 30, following: true }}))")
         goes()
-        page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 40 }} }}))")
+        page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 35 }} }}))")
         assert shown.state("[s.frame, s.following]") == [0, False]
 
 
@@ -279,7 +278,7 @@ def test_names_stay_within_the_stage(shown: Shown) -> None:
 
 def test_a_network_is_chosen_once(shown: Shown, tmp_path: Path) -> None:
     pair = save_pair(tmp_path)
-    shown.open()
+    shown.open(tracker="default")
     shown.draw()
     chooser = shown.page.locator("#left").get_by_label("Files of a network")
     chooser.set_input_files(pair[:1])
@@ -305,10 +304,8 @@ def test_films_and_figures_are_those_of_the_command_line(
     shown: Shown, films: Path, tmp_path: Path
 ) -> None:
     """Running times are measured anew each time, so their figure differs."""
-    shown.open()
+    shown.open(tracker="nummiaro")
     shown.draw()
-    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
-    shown.until("s.session.objects[0].preset === 'nummiaro'")
     shown.track()
     shown.page.keyboard.press("x")
     found = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -107,8 +106,7 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
 def test_rows_come_while_a_run_goes_on_which_is_paused_and_stopped(shown: Shown) -> None:
     page = shown.page
     shown.open()
-    tracker = {"preset": "nummiaro", "config": SLOW, "seed": 0}
-    page.evaluate(f"{START} app.store.set({{ tracker: {json.dumps(tracker)} }}))")
+    shown.take("nummiaro", SLOW)
     shown.draw(key="e")
     page.keyboard.press("t")
     status = "[...s.jobs.values()].at(-1)?.status"
@@ -343,7 +341,7 @@ def test_absent_frames_are_gaps_in_the_timeline(shown: Shown) -> None:
 
 
 def test_menus_show_few_trackers_and_more(shown: Shown) -> None:
-    shown.open()
+    shown.open(tracker="default")
     shown.draw()
     menu = shown.page.locator("#left").get_by_label("Tracker")
     words = "(menu) => [...menu.options].map(({ textContent }) => textContent)"
@@ -370,7 +368,7 @@ def test_the_timeline_and_the_wheel_go_to_frames(shown: Shown) -> None:
     box = shown.page.locator("canvas.timeline").bounding_box()
     assert box is not None
     shown.page.mouse.click(box["x"] + 132 + 0.51 * (box["width"] - 132), box["y"] + 40)
-    shown.until("s.pictured === 30")
+    shown.until("s.pictured === 20")
     shown.page.mouse.wheel(0, -300)
     shown.until("s.range !== null")
     strip = shown.page.locator("canvas.thumbnails").bounding_box()
