@@ -17,7 +17,7 @@ from motes.mot.detection.background import BackgroundDetector
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
 from motes.synthetic import Clip, Target, Truth
-from motes.synthetic.film import Film
+from motes.synthetic.painted_film import PaintedFilm
 
 FOLDER = Path(__file__).parent.parent / "images" / "gallery"
 SIZE = (320, 240)
@@ -105,7 +105,7 @@ def front() -> None:
     shown[0].save(path, save_all=True, append_images=shown[1:], duration=120, loop=0, quality=45)
 
 
-def clip_of(clip: Clip | Film, tracker: Tracker) -> Iterator[Pixels]:
+def clip_of(clip: Clip | PaintedFilm, tracker: Tracker) -> Iterator[Pixels]:
     """Yield the frames of a clip with particles, estimate and status."""
     for frame, (truth, *_) in clip:
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
@@ -114,7 +114,7 @@ def clip_of(clip: Clip | Film, tracker: Tracker) -> Iterator[Pixels]:
         yield draw(frame.pixels, track, particles=info.ellipses, weights=info.weights, label=label)
 
 
-def counted(film: Film) -> Iterator[Pixels]:
+def counted(film: PaintedFilm) -> Iterator[Pixels]:
     """Yield the frames of a film with all objects and what was counted."""
     regions = Regions(line=(Line(points=(150, 130, 150, 235), name="line"),))
     counter, scene, crossed = EventCounter(regions), Scene(BackgroundDetector(), seed=0), 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motes.core.geometry import Box
-from motes.synthetic.film import Film, shared
+from motes.synthetic.painted_film import PaintedFilm, shared
 from motes.synthetic.pitch import Pitch
 from motes.synthetic.street import LORRY, Street
 
@@ -16,7 +16,7 @@ FILMS = [Street, Pitch]
 
 
 @pytest.mark.parametrize("film", FILMS)
-def test_equal_seeds_give_equal_frames(film: Callable[[int], Film]) -> None:
+def test_equal_seeds_give_equal_frames(film: Callable[[int], PaintedFilm]) -> None:
     (first, truths), (again, _) = film(3)[40], film(3)[40]
     assert (first.pixels == again.pixels).all()
     assert (first.pixels != film(4)[40][0].pixels).any()
@@ -28,7 +28,7 @@ def test_equal_seeds_give_equal_frames(film: Callable[[int], Film]) -> None:
 
 
 @pytest.mark.parametrize("film", FILMS)
-def test_what_moves_is_in_the_boxes_of_the_truth(film: Callable[[int], Film]) -> None:
+def test_what_moves_is_in_the_boxes_of_the_truth(film: Callable[[int], PaintedFilm]) -> None:
     made = film(0)
     before, after = (made.picture(time).reduce(2) for time in (60, 60.5))
     moved = np.abs(np.asarray(after, int) - np.asarray(before)).sum(axis=2) > 60

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from motes.core.geometry import Box
-from motes.synthetic.film import FINE, Brush, Color, Film, textured
+from motes.synthetic.painted_film import FINE, Brush, Color, PaintedFilm, textured
 
 HEIGHT, WIDTH = 46.0, 20.0
 """Of a player, in pixels."""
@@ -62,7 +62,7 @@ def _team(jersey: Color, shorts: Color, places: tuple[tuple[float, ...], ...]) -
     ]
 
 
-class Pitch(Film):
+class Pitch(PaintedFilm):
     """Ten players of two teams; the first runs past others of his team."""
 
     players = (

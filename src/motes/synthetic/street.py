@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from motes.core.geometry import Box
-from motes.synthetic.film import FINE, Brush, Color, Film, textured
+from motes.synthetic.painted_film import FINE, Brush, Color, PaintedFilm, textured
 
 GLASS, TIRE, RIM = (148, 166, 182), (30, 30, 32), (150, 150, 152)
 WALLS = (196, 172, 146), (178, 146, 120), (160, 156, 148)
@@ -58,7 +58,7 @@ class Car(NamedTuple):
         return Box(left, self.lane.foot - self.high * length, length, self.high * length)
 
 
-class Street(Film):
+class Street(PaintedFilm):
     """Eight cars, the first of which passes behind a parked lorry; a cloud dims the light."""
 
     cars = (

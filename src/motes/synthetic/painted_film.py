@@ -72,7 +72,7 @@ class Brush:
         return [(FINE * (x - self._left), FINE * y) for x, y in points]
 
 
-class Film(ABC):
+class PaintedFilm(ABC):
     """A painted film with exact truth.
 
     `len(film)` is the number of frames; `film[index]` renders a `Frame` and the truth of every
