@@ -236,10 +236,11 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
 
 
 def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
-    for index in range(12):
-        Image.new("RGB", (64, 48), (100 + 100 * (index >= 6),) * 3).save(tmp_path / f"{index}.png")
+    for index in range(12):  # another color, not another exposure
+        color = (100, 100, 100) if index < 8 else (200, 60, 60)
+        Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
     _, _, error = go("*.png -o r.csv --detector gaussian")
-    assert error.count("Frame 6: the picture changes all over") == 1
+    assert error.count("Frame 8: the picture changes all over") == 1
 
 
 @pytest.mark.slow

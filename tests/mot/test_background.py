@@ -178,7 +178,7 @@ def test_settings_decide_how_soon_what_stays_is_learned(
     [
         ({"method": "mog"}, "method: .*mog"),
         ({"least": 0.6}, "least < most"),
-        ({"limit": 0}, "limit: .* >= 1"),
+        ({"limit": 0}, "limit: got 0; it takes integer, 1 to"),
         ({"gap": (0.1, 2)}, "gap"),
         ({"rate": 0}, "rate"),
         ({"speck": 4}, "speck"),

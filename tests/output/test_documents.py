@@ -113,14 +113,14 @@ import os, signal, sys
 from motes.cli import main
 from motes.cli import watch_outputs
 
-add = watch_outputs.Document.add
+add = watch_outputs.DocumentOutput.add
 
 def last(self, picture):
     add(self, picture)
     if picture.frame == 7:
         os.kill(os.getpid(), getattr(signal, sys.argv[1]))
 
-watch_outputs.Document.add = last
+watch_outputs.DocumentOutput.add = last
 sys.exit(main(sys.argv[2:]))
 """
 """motes that gets a signal in frame 7."""

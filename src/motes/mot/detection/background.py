@@ -212,7 +212,6 @@ class BackgroundDetector:
     def prepare(self, frames: Iterable[Frame]) -> None:
         """Take the usual colors of a film's first `preview` seconds as the background.
 
-        What differs from it in these seconds teaches how large objects are.
         A frame that cannot be read ends it; the run itself reports that, at that frame.
 
         Parameters
