@@ -187,5 +187,5 @@ def test_the_score_of_a_run_worked_by_hand() -> None:
     visible = [1.0, 1.0, 0.5, 0.0, 0.1, 1.0, 1.0]
     tracking = [True, True, True, False, False, True, False]
     assert score(overlaps, visible, tracking) == pytest.approx(
-        Score(overlap=1.77 / 5, half=2 / 5, missed=4, admitted=3)
+        Score(half=2 / 5, missed=4, admitted=3)
     )

@@ -122,7 +122,7 @@ def demo(
     Parameters
     ----------
     frames
-        Use so many frames of each film at most.
+        Largest number of frames of each film; by default all.
     seed
         Seed of the scenery and of the particles: 0 or more.
     out
@@ -209,15 +209,12 @@ class Score(NamedTuple):
 
     Attributes
     ----------
-    overlap
-        Mean IoU with the truth over the frames in which a half of the target is visible.
     half
-        Share of these frames with an IoU above 0.5.
+        Share of the frames with an IoU above 0.5, of those in which half of the target is visible.
     missed, admitted
         Number of frames with an IoU below `HIT`, and of those in which the tracker was not sure.
     """
 
-    overlap: float
     half: float
     missed: int
     admitted: int
@@ -251,7 +248,6 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
     overlap, seen = np.asarray(overlaps), np.asarray(visible) >= 0.5
     missed = overlap < HIT
     return Score(
-        overlap=float(overlap[seen].mean()),
         half=float((overlap[seen] > 0.5).mean()),
         missed=int(missed.sum()),
         admitted=int((missed & ~np.asarray(tracking)).sum()),
