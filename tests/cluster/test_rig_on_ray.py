@@ -28,8 +28,6 @@ from motes.video.writer import VideoWriter
 from red_box import moving
 from streams import camera
 
-pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes[cluster]'")
-
 LIVES = re.compile("its process ended|its node died|it is back")
 ROOMS = """
 [[camera]]
