@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
@@ -138,7 +138,6 @@ NOTHING = rows()
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
 @given(PLAIN, PLAIN)
 @example(NOTHING, NOTHING)
 @example(NOTHING, rows(*line(1, range(1, 4))))
@@ -156,7 +155,6 @@ def test_as_trackeval(truth: MotRows, results: MotRows) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=100)
 @given(LABELED, PLAIN)
 def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> None:
     for benchmark, distractors in (("MOT17", DISTRACTORS), ("MOT20", (*DISTRACTORS, 6))):
@@ -165,7 +163,6 @@ def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> Non
 
 
 @pytest.mark.slow
-@settings(max_examples=50)
 @given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
 def test_combined_as_trackeval(pairs: list[tuple[MotRows, MotRows]]) -> None:
     # For sequences without any truth, TrackEval's MOTA depends on whether they are combined.
