@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -136,7 +136,6 @@ def test_keyframes_are_few_and_interpolation_is_near(tmp_path: Path) -> None:
 @given(
     st.lists(st.floats(-50, 50), min_size=2, max_size=60), st.floats(0, 20), st.integers(0, 2**32)
 )
-@settings(max_examples=60, deadline=None)
 def test_rows_between_keyframes_are_within_the_error(
     values: list[float], error: float, seed: int
 ) -> None:

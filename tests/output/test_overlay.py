@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -152,7 +152,6 @@ def test_only_what_is_drawn_changes() -> None:
     assert radius.max() < 1.08
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     ellipse=st.builds(
         Ellipse,
