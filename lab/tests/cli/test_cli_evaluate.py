@@ -130,6 +130,22 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
 
 
 @pytest.mark.slow
+def test_a_terminal_that_knows_few_characters(home: Path) -> None:
+    line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
+    done = subprocess.run(
+        [*PROGRAM, "evaluate", *line.split()],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (
+        0,
+        "motes: 1 pass, 0 failed; wrote plain/report.html.\n",
+    )
+    assert "mine:Still" in done.stdout
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
 def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
     folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
