@@ -17,8 +17,8 @@ from motes.core.interrupts import SIGNALS
 needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
 collect_ignore_glob = [] if all(map(find_spec, needed)) else ["tests/studio/*"]
 
-# A busy machine is no failure.
-settings.register_profile("motes", deadline=None, derandomize=True)
+# A busy machine is no failure. The examples are the same each time: more of them find no more.
+settings.register_profile("motes", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("motes")
 
 # What is ignored stays so in programs that are started, which tests interrupt: SIGINT in background
@@ -29,8 +29,11 @@ for number in SIGNALS:
 
 
 # What a terminal, a user or a scheduler has set is none of the tests' business.
-for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_ADDRESS"):
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_ADDRESS",
+             "PYTHONIOENCODING"):  # fmt: skip
     os.environ.pop(name, None)
+os.environ |= {"LC_ALL": "C.UTF-8", "TERM": "xterm"}
+os.umask(0o022)
 # Servers that tests start are on this machine; a proxy does not reach them.
 os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import pytest
 
-PATIENCE = 150.0
+PATIENCE = 600.0
 """Seconds after which a test gives up; a busy machine is no failure."""
 
 

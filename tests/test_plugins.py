@@ -130,11 +130,6 @@ def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     assert "patch" in names
 
 
-def test_a_name_that_nothing_has_is_refused_with_those_that_are_known(installed: Path) -> None:
-    with pytest.raises(ConfigError, match=r"There is no cue 'hew'; known are color, .*hue\."):
-        CUES.resolve("hew")
-
-
 def test_options_reach_them(go: Go) -> None:
     line = "track FILM --init BOX --preset nummiaro --hue.bins 12 --hue.points 64 "
     line += "--motion.type drift --motion.noise 0.4 "
@@ -258,14 +253,6 @@ def test_mistakes_are_named(options: str, message: str, go: Go) -> None:
     assert code == 2
     assert message in error
     assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize("options", ["--hue.bins 12", "--preset mean_shift --hue.bins 12"])
-def test_algorithms_with_fixed_cues_say_so(options: str, go: Go) -> None:
-    code, _, error = go(f"track FILM --init BOX {options} --dump-config")
-    assert code == 2
-    assert "takes no cue 'hue'" in error
-    assert "nummiaro" in error
 
 
 def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from motes.core.frame import Frame
 
@@ -15,7 +15,7 @@ def textured() -> NDArray[np.uint8]:
     """Return a picture, larger than the frames that show parts of it."""
     noise = np.random.default_rng(5).standard_normal((3 * HEIGHT, 3 * WIDTH, 3))
     smooth: NDArray[np.float64] = sum(
-        ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
+        scipy.ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
     )
     return np.clip(128 + 110 * smooth, 0, 255).astype(np.uint8)
 

@@ -49,11 +49,6 @@ def test_a_choice_that_does_not_hold() -> None:
     assert tuple(second) == (["b", "d"], "lucky", pytest.approx(0.8), pytest.approx(0.2))
 
 
-def test_the_first_of_equals_is_chosen() -> None:
-    values = {name: {"a": 0.5, "b": 0.5} for name in ("z", "a")}
-    assert [fold.chosen for fold in choose(values, 2)] == ["z", "z"]
-
-
 def test_choices_against_a_second_implementation() -> None:
     rng = np.random.default_rng(0)
     table = rng.uniform(size=(4, 11))
@@ -97,12 +92,6 @@ def test_the_table_of_folds() -> None:
     ]
 
 
-def test_too_few_sequences_for_folds() -> None:
-    table = choices(Evaluation(trackers()), "ope", ["one", "two"], 5)
-    assert not table.rows
-    assert "too few sequences, 4," in table.note
-
-
 # Times
 
 
@@ -125,12 +114,6 @@ def test_how_many_times_as_fast() -> None:
         ["c", NO_VALUE, NO_VALUE],
         ["minimum", "1.50", "0.500"],
     ]
-
-
-def test_without_the_peer_there_is_nothing_to_compare() -> None:
-    alone = Evaluation([outcome("cv2:csrt", sequence(), said(20))])
-    assert not speed_ratios(alone, "ope", "cv2:csrt").rows
-    assert not speed_ratios(alone, "ope", "cv2:kcf").rows
 
 
 # Losses, and the report

@@ -14,17 +14,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import iou
 from motes.synthetic.cutout import Cutout, Pose
 from motes.synthetic.dial_clips import clip_name, dial_clips, write_clip
 from motes.synthetic.dial_film import DialFilm, scene_of
-from motes.synthetic.dials import DIALS, Dials
+from motes.synthetic.dials import Dials
 from motes.synthetic.scenes import FilmMaterials, Garden, SceneMaterials
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.dials import report
-from motes_lab.dials.measure import Grid, Measured, of_evaluation
-from motes_lab.saved_scores import SavedScores
+from motes_lab.dials.measure import Grid, Measured
 
 SIZE = (220, 180)
 FRAMES = 13
@@ -271,27 +269,6 @@ def test_tables_of_dials() -> None:
     assert report.levels(now).rows[2][2].value == pytest.approx(0.45)
 
 
-def test_an_evaluation_of_kept_films_gives_the_same_tables() -> None:
-    now = by_hand("default", "nummiaro")
-    found = of_evaluation(
-        SavedScores("out", "ope", "auc", {name: dict(aucs) for name, aucs in now.aucs.items()})
-    )
-    assert found.grid == now.grid
-    assert report.means(found) == report.means(now)
-    with pytest.raises(SourceError, match="not an evaluation of films with dials"):
-        of_evaluation(SavedScores("out", "ope", "auc", {"default": {"David": 0.5}}))
-
-
-def test_the_figure_has_a_panel_for_each_dial() -> None:
-    pytest.importorskip("matplotlib")
-    figure = report.figure(by_hand("default", "nummiaro"))
-    panels = [axes for axes in figure.axes if axes.get_visible()]
-    assert [axes.get_title(loc="left") for axes in panels] == ["light", "noise"]
-    first, second = panels[0].lines
-    assert first.get_ydata() == pytest.approx([0.85, 0.65, 0.45])
-    assert second.get_label() == "nummiaro"
-
-
 def test_dials_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("matplotlib")
     out, films = tmp_path / "out", tmp_path / "films"
@@ -313,10 +290,3 @@ def test_dials_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[
     assert code == 0
     assert (again / "dials-levels.csv").read_text() == (out / "dials-levels.csv").read_text()
     assert main([*words.split(), "--frames", "2"]) == 2
-
-
-def test_dials_have_words() -> None:
-    assert Dials.__doc__ is not None
-    assert all(f"\n    {name}\n" in Dials.__doc__ for name in DIALS)
-    assert not any(getattr(Dials(), name) for name in DIALS)
-    assert iou(np.array(film()[0][1].box), np.array(boxes()[0])) == pytest.approx(1)

@@ -28,9 +28,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.sot.presets import PRESETS, configure, preset
-from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
-from motes_lab.adapters.opencv import PEERS, opencv, peer
+from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer
 from motes_lab.adapters.trax import parse, write
@@ -226,14 +225,6 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     assert first.endswith(",0.1,1,1e-07,started,0.3333333333333333,-1e-09,2.0")
 
 
-def test_traces_of_before_have_no_covariance(tmp_path: Path) -> None:
-    text = "frame,x,y,a,b,theta,confidence,lost,seconds,event\n7,1,2,3,4,0,,1,,tracked\n"
-    (tmp_path / "a.csv").write_text(text)
-    read = load_trace(tmp_path / "a.csv")
-    assert read.ellipses.tolist() == [[1, 2, 3, 4, 0]]
-    assert np.isnan(read.covariances).tolist() == [[True] * 3]
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -331,13 +322,6 @@ def test_stochastic_contestants(name: str, home: Path) -> None:
     assert one != other
 
 
-@pytest.mark.parametrize("name", ["mean_shift", "cv2:kcf", "mine:Still", trax()])
-def test_other_contestants(name: str, home: Path) -> None:
-    if name in PEERS:
-        pytest.importorskip("cv2")
-    assert not tracker_spec(name).stochastic
-
-
 def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     Path("a.toml").write_text("particles = 42\n")
     Path("b.toml").write_text('preset = "nummiaro:adaptive"\nparticles = 42\n')
@@ -386,13 +370,6 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
     assert error in problems[0].what
 
 
-def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    entries, problems = resolve(["cv2:csrt", "nummiaro"])
-    assert [good.name for good in entries] == ["nummiaro"]
-    assert "motes[opencv]" in problems[0].what
-
-
 def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """KCF takes five times as long where a second one has no core of its own."""
     (home / "cv2.py").write_text(
@@ -424,10 +401,6 @@ def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) 
     _, problems = resolve(["loud:Tracker"])
     assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
     assert capfd.readouterr() == ("", "hello\n")
-
-
-def test_a_callable_of_no_file() -> None:
-    assert tracker_spec("builtins:object").configuration == "builtins:object"
 
 
 def test_a_changed_callable_is_another_configuration(home: Path) -> None:
@@ -542,24 +515,6 @@ def test_callables_must_make_trackers(home: Path) -> None:
 # OpenCV's
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PEERS)
-def test_peers_follow(name: str) -> None:
-    pytest.importorskip("cv2")
-    clip = still((320, 240), target=(40, 60), frames=4)
-    box = [round(value) for value in clip[0][1][0].ellipse.box]
-    tracker = peer(name)
-    tracker.init(clip[0][0].pixels[:, :, ::-1].copy(), box)
-    found, place = tracker.update(clip[1][0].pixels[:, :, ::-1].copy())
-    assert found
-    assert abs(place[0] + place[2] / 2 - box[0] - box[2] / 2) < 20
-
-
-def test_unknown_peer() -> None:
-    with pytest.raises(ConfigError, match="known are cv2:csrt"):
-        peer("cv2:nothing")
-
-
 class _Recorder:
     """Notes what it is given, and answers what it shall."""
 
@@ -664,14 +619,6 @@ def test_slugs_differ_and_are_folders(one: str, other: str) -> None:
     assert len(slug(one)) < 200
 
 
-def test_the_file_of_a_pass() -> None:
-    box = Box(1, 2, 3, 4)
-    item = Pass("cv2:kcf", "a b", Start("sre", "scale-0.8", 3, box), 2)
-    assert item.path(Path("o")) == Path("o/tracks/cv2%3Akcf/a%20b/sre-scale-0.8-2.csv")
-    item = Pass("maggio:C+O", "a", Start("ope", "", 3, box), 0)
-    assert item.path(Path("o")) == Path("o/tracks/maggio%3AC+O/a/ope-0.csv")
-
-
 @pytest.fixture
 def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
     arena.write_sequence(tmp_path / "data" / "a", arena.still())
@@ -765,14 +712,6 @@ def test_resuming_something_else_is_refused(
             prepare(out, now, resume=True)
 
 
-def test_a_folder_that_cannot_be_made(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
-) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(FormatError, match="cannot be written"):
-        prepare(tmp_path / "file" / "out", note(dataset))
-
-
 @pytest.fixture(scope="module")
 def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, dict[Pass, str]]]:
     """Return what is left of a run in which much goes wrong, and the errors of each job."""
@@ -860,15 +799,6 @@ def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> 
     ]
     moved = load_trace(out / "tracks" / "mine%3ASeeded" / "a" / "ope-2.csv").ellipses[:, 0]
     np.testing.assert_allclose(np.diff(moved), 0.2)
-
-
-@pytest.mark.slow
-def test_a_time_limit_of_years(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
-) -> None:
-    jobs, _ = plan(dataset[0], dataset[1], ["ope"], 1)
-    steps = steps_of(jobs[:1], tmp_path, 1, 1e12)
-    assert steps[-1].errors == {}
 
 
 @pytest.mark.slow

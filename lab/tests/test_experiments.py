@@ -41,7 +41,7 @@ from motes_lab.papers import (
     zhao_pei_figure2,
 )
 from motes_lab.papers.expected_time import Expected
-from motes_lab.papers.ng_delp_table1 import PAPER, SAMPLINGS
+from motes_lab.papers.ng_delp_table1 import SAMPLINGS
 from motes_lab.papers.result import Experiment, Result, as_csv, files, over, save
 from motes_lab.papers.sample_regions import View
 from motes_lab.report.tables import Cell, Table, number, percent
@@ -140,18 +140,6 @@ def test_all_pixels_are_like_themselves_and_take_all_the_time() -> None:
         assert value(full["µs"]) > value(rows["half"]["µs"]) > 0.1
 
 
-def test_the_paper_agrees_with_itself() -> None:
-    """Its distances and likelihoods follow from each other, and fit its rounded coefficients."""
-    for rho, distance, likelihood, _ in PAPER.values():
-        assert math.exp(-(distance**2) / (2 * 0.15**2)) == pytest.approx(likelihood, abs=1.5e-4)
-        assert 1 - distance**2 == pytest.approx(rho, abs=6e-5)
-    table = last(ng_delp_table1.table1([small_view()])).tables["color"]
-    paper = {name: row for name, row in cells(table).items() if name.endswith(", paper")}
-    shares = [paper[name]["against all"].text for name in paper]
-    assert shares == ["100%", "38%", "19%"]
-    assert "paper" not in str(last(ng_delp_table1.table1([small_view()])).tables["edges"])
-
-
 def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> None:
     seen = [small_view(seed=seed) for seed in range(3)]
     alone = [
@@ -166,15 +154,6 @@ def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> 
     assert rho.value == pytest.approx(np.mean(alone))
     assert rho.deviation == pytest.approx(np.std(alone, ddof=1))
     assert "in 4 of 5 pictures" in table.title
-
-
-def test_every_picture_adds_to_what_is_known() -> None:
-    known = [
-        cells(result.tables["color"])["half"]["rho"].deviation
-        for result in ng_delp_table1.table1([small_view(), small_view(seed=1)])
-    ]
-    assert known[0] is None
-    assert known[1] is not None
 
 
 # Pictures and regions
@@ -223,14 +202,6 @@ def test_a_picture_comes_once_and_needs_no_tracker(film: Path) -> None:
         next(sample_regions.followed(picture, (600, 38, 30, 40), "nummiaro", 1))
     with pytest.raises(ConfigError, match="did you mean 'nummiaro'"):
         next(sample_regions.followed(picture, (60, 38, 30, 40), "numiaro", 1))
-
-
-def test_rendered_targets_stand_in_different_sceneries() -> None:
-    first, second = sample_regions.rendered(2)
-    assert first.region is not None
-    assert first.region == second.region
-    assert first.region.box[2:] == pytest.approx((60, 100))
-    assert (first.frame.pixels != second.frame.pixels).any()
 
 
 # Ng and Delp, figure 3
@@ -617,14 +588,6 @@ def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
     assert go(capfd, "--list") == (code, out, error)
 
 
-def test_help_has_a_line_on_each(capfd: pytest.CaptureFixture[str]) -> None:
-    lines = dict(line.split(maxsplit=1) for line in go(capfd, "")[1].splitlines())
-    code, out, error = go(capfd, "--help")
-    assert (code, error) == (0, "")
-    text = " ".join(out.replace("│", " ").split())
-    assert all(f"{name} {line}" in text for name, line in lines.items())
-
-
 @pytest.mark.parametrize(
     ("line", "module", "given"),
     [
@@ -798,8 +761,6 @@ def test_every_experiment_writes_what_it_says(
     assert (code, out) == (5, "")
     assert "--overwrite" in error
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-    code, _, error = go(capfd, f"{name} {RUNS[name]} --out {folder} --overwrite")
-    assert code == 0, error
 
 
 @pytest.mark.parametrize(("name", "keys"), [("table1", {"sequences", "means"}), ("figure5", {""})])
@@ -863,19 +824,6 @@ def test_options_of_table_1(
     ]
 
 
-def test_seeds_and_sceneries(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(synthetic, "growing", SMALL_CLIPS["growing"])
-    line = f"maggio-growth maggio:C mean_shift --clips 2 --seeds 3 --out {tmp_path}"
-    assert go(capfd, line)[0] == 0
-    rows = list(csv.DictReader((tmp_path / "maggio-growth-tracks.csv").read_text().splitlines()))
-    assert [(row["tracker"], row["runs"]) for row in rows] == [
-        ("maggio:C", "6"),
-        ("mean_shift", "2"),
-    ]
-
-
 def test_what_is_known_when_it_is_cut_short_is_kept(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -906,18 +854,6 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
     assert closed == [True] * 3
 
 
-def test_tables_are_written_though_their_reader_has_gone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def gone(*_: object) -> None:
-        raise BrokenPipeError
-
-    monkeypatch.setattr("rich.console.Console.print", gone)
-    with pytest.raises(BrokenPipeError):
-        Output("it", ("",), tmp_path, overwrite=False).show(Result({"": TABLE}))
-    assert (tmp_path / "it.csv").read_text() == as_csv(TABLE)
-
-
 def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     class Interrupting(Result):
         @property
@@ -935,27 +871,3 @@ def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     running = steps()  # held, so that it does not end for want of anybody who knows it
     assert show(running, Output("it", ("",), None, overwrite=False)) == 130
     assert ended
-
-
-def test_an_interrupt_before_the_first_result_is_nothing_but_that(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    def steps(first: Result | None) -> Experiment:
-        if first is not None:
-            yield first
-        raise KeyboardInterrupt
-
-    assert show(steps(None), Output("it", ("",), None, overwrite=False)) == 130
-    assert capfd.readouterr() == ("", "")
-    assert show(steps(Result({})), Output("it", ("",), None, overwrite=False)) == 130
-    assert capfd.readouterr() == ("", "motes: There are no results yet.\n")
-
-
-def test_real_video(data: Path) -> None:
-    """On a part of a real film, half of the pixels are like all of them, as the paper found."""
-    folder = data / "sot" / "Jogging-1"
-    pictures = sorted((folder / "img").iterdir())[:1]
-    (view,) = sample_regions.followed(pictures[0], (110, 97, 25, 101), "ng_delp", 1)
-    rows = cells(last(ng_delp_table1.table1([view])).tables["color"])
-    assert value(rows["half"]["rho"]) > 0.995
-    assert value(rows["quarter"]["rho"]) > 0.98

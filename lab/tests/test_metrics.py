@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from motes.core.geometry import Ellipse
 from motes_lab.metrics import sot as metrics
 
-Floats = NDArray[np.float64]
-
 shares = st.floats(0, 1)
 flags = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30)
 
@@ -36,33 +34,6 @@ def recoveries(overlaps: list[float]) -> tuple[int, int]:
 
 
 NO = math.nan
-
-
-@pytest.mark.parametrize(
-    ("overlaps", "expected"),
-    [
-        ([1.0] * 60, (0, 0)),
-        ([1.0] * 9 + [0.0] * 30, (1, 0)),
-        ([1.0] * 9 + [0.0] * 29, (0, 0)),  # too short to be found again
-        ([1.0] * 9 + [0.0] * 29 + [0.6], (1, 1)),
-        ([1.0] * 9 + [0.0] * 29 + [0.5], (1, 0)),  # not well enough
-        ([1.0] * 9 + [0.09] * 40 + [0.1] * 9, (1, 0)),
-        ([1.0] * 9 + [0.1] * 40, (0, 0)),
-        ([0.0] * 40 + [1.0] * 9, (0, 0)),  # it never had it
-        ([1.0, NO, NO, *[0.0] * 30, 1.0], (1, 1)),  # lost when it comes back
-        ([1.0] * 9 + [NO] * 40, (0, 0)),
-        ([1.0] * 9 + [0.0] * 15 + [NO] + [0.0] * 29, (0, 0)),
-        ([1.0] * 9 + [0.0] * 5 + [NO] * 3 + [0.0] * 29 + [1.0], (1, 1)),
-        ([1.0] * 9 + [0.0] * 5 + [NO, 0.0] * 20 + [1.0], (0, 0)),
-        ([1.0, *[0.0] * 40, 0.2, *[0.0] * 40], (2, 0)),
-        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 40], (2, 1)),
-        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 20], (1, 1)),
-        ([], (0, 0)),
-        ([NO] * 40, (0, 0)),
-    ],
-)
-def test_recoveries_by_hand(overlaps: list[float], expected: tuple[int, int]) -> None:
-    assert recoveries(overlaps) == expected
 
 
 @given(st.lists(st.tuples(st.sampled_from([0.0, 0.3, 0.9, NO]), st.integers(1, 40)), max_size=8))
@@ -103,40 +74,7 @@ def test_coverage_by_hand() -> None:
     assert found.tolist() == list(inside)
 
 
-def test_coverage_of_normal_errors() -> None:
-    rng = np.random.default_rng(0)
-    spread = np.array([[3.0, -1.2], [-1.2, 2.0]])
-    offsets = rng.multivariate_normal([0, 0], spread, 20_000)
-    found = metrics.covered(offsets, np.tile([3.0, -1.2, 2.0], (20_000, 1)))
-    assert found.mean() == pytest.approx(0.95, abs=0.005)
-
-
 # Success and precision
-
-
-@pytest.mark.parametrize(
-    ("overlaps", "auc"),
-    [
-        ([1.0], 20 / 21),  # exceeds every threshold but 1
-        ([0.0], 0.0),
-        ([0.5], 10 / 21),  # 0, 0.05 … 0.45
-        ([0.51, 0.0], 11 / 42),
-        ([1.0, 0.5, 0.0], (20 + 10) / 63),
-    ],
-)
-def test_success_auc(overlaps: list[float], auc: float) -> None:
-    assert metrics.success_auc(np.array(overlaps)) == pytest.approx(auc)
-
-
-def test_success_curve_by_hand() -> None:
-    curve = metrics.success_curve(np.array([1.0, 0.5, 0.5, 0.0]))
-    assert curve[[0, 9, 10, 19, 20]].tolist() == [0.75, 0.75, 0.25, 0.25, 0.0]
-
-
-def test_precision_curve_by_hand() -> None:
-    curve = metrics.precision_curve(np.array([0.0, 20.0, 20.1, math.inf]))
-    assert curve.shape == (51,)
-    assert curve[[0, 19, 20, 21, 50]].tolist() == [0.25, 0.25, 0.5, 0.75, 0.75]
 
 
 @given(st.lists(shares, min_size=1, max_size=20))
@@ -279,17 +217,6 @@ def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
 # Lost status
 
 
-def test_detection_f1() -> None:
-    said = np.array([True, True, True, False, False])
-    true = np.array([True, False, True, True, False])
-    assert metrics.detection_f1(said, true) == pytest.approx(2 / 3)
-    assert metrics.detection_f1(~true, true) == 0
-    nothing = np.zeros(5, bool)
-    assert metrics.detection_f1(nothing, true) == 0
-    for reported in (nothing, said):  # nothing was lost: there was nothing to be found
-        assert math.isnan(metrics.detection_f1(reported, nothing))
-
-
 def test_recall_and_precision() -> None:
     said = np.array([True, True, True, True, False])
     true = np.array([True, False, True, False, True])
@@ -324,20 +251,6 @@ def test_detection_by_counting(rows: list[tuple[bool, bool]]) -> None:
 # Calibration
 
 
-def test_calibration_error() -> None:
-    # Bin 0.9 to 1: mean confidence 0.95, half right. Bin 0.2 to 0.3: 0.2, none right.
-    confidence = np.array([0.9, 1.0, 0.2, 0.2])
-    correct = np.array([True, False, False, False])
-    assert metrics.calibration_error(confidence, correct, np.ones(4)) == pytest.approx(
-        (2 * 0.45 + 2 * 0.2) / 4
-    )
-    weights = np.array([1.0, 1.0, 0.0, 0.0])
-    assert metrics.calibration_error(confidence, correct, weights) == pytest.approx(0.45)
-    right = np.array([False, True])
-    assert metrics.calibration_error(np.array([0.0, 1.0]), right, np.ones(2)) == 0
-    assert math.isnan(metrics.calibration_error(np.empty(0), np.empty(0, bool), np.empty(0)))
-
-
 def test_reliability_by_hand() -> None:
     found = metrics.reliability(
         np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True]), np.ones(4)
@@ -370,20 +283,6 @@ def test_confidence_out_of_bounds_is_in_the_last_bins() -> None:
 
 
 # Started anew after failures
-
-
-def test_reset_accuracy_by_hand() -> None:
-    overlaps = np.concatenate([np.ones(10), [0.5, 0.7, np.nan], np.zeros(6), np.ones(10), [0.3]])
-    events = np.zeros(30, int)
-    events[[0, 19]], events[13], events[14:19] = 1, 2, 3
-    # Ten frames from each start are left out, the failure and the wait are not counted, nor is the
-    # frame without a target.
-    assert metrics.reset_accuracy(overlaps, events == 1, events == 0) == pytest.approx(
-        (0.5 + 0.7 + 0.3) / 3
-    )
-    assert math.isnan(metrics.reset_accuracy(overlaps[:10], events[:10] == 1, events[:10] == 0))
-    nothing = np.empty(0)
-    assert math.isnan(metrics.reset_accuracy(nothing, nothing > 0, nothing > 0))
 
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 40)), max_size=4), st.integers(0, 2**32))
@@ -437,24 +336,6 @@ def test_difference_against_all_resamples() -> None:
     assert at[2] - 1e-9 <= found.high <= at[3] + 1e-9
 
 
-def test_difference_of_many_pairs_is_normal() -> None:
-    differences = np.random.default_rng(0).normal(0.1, 1, 400)
-    found = metrics.paired_difference(rng(), differences, np.zeros(400))
-    error = differences.std() / 20
-    assert found.low == pytest.approx(found.mean - 1.96 * error, abs=0.1 * error)
-    assert found.high == pytest.approx(found.mean + 1.96 * error, abs=0.1 * error)
-
-
-def test_difference_covers_the_truth() -> None:
-    """About 95 of 100 intervals hold the true difference; with 20 pairs rather a few less."""
-    source = np.random.default_rng(5)
-    held = 0
-    for _ in range(200):
-        found = metrics.paired_difference(source, source.normal(0.3, 1, 20), np.zeros(20))
-        held += found.low <= 0.3 <= found.high
-    assert 175 <= held <= 198
-
-
 @given(st.lists(st.tuples(shares, shares), min_size=2, max_size=12))
 def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     ours, theirs = np.array(pairs).T
@@ -480,14 +361,3 @@ def test_time_quantiles() -> None:
     assert metrics.time_quantiles(np.arange(1, 102) / 1000) == pytest.approx((51, 96))
     assert metrics.time_quantiles(np.array([0.002, 0.001])) == pytest.approx((1.5, 1.95))
     assert np.isnan(metrics.time_quantiles(np.empty(0))).all()
-
-
-@given(st.lists(st.floats(0, 10), min_size=1, max_size=30))
-def test_time_quantiles_by_sorting(seconds: list[float]) -> None:
-    def quantile(share: float) -> float:
-        place = share * (len(seconds) - 1)
-        low, high = sorted(seconds)[math.floor(place)], sorted(seconds)[math.ceil(place)]
-        return 1000 * (low + (place - math.floor(place)) * (high - low))
-
-    expected = (quantile(0.5), quantile(0.95))
-    assert metrics.time_quantiles(np.array(seconds)) == pytest.approx(expected, abs=1e-9)

@@ -20,7 +20,7 @@ from arena import at_home
 from crowds import rows, write_crowd
 from motes.cluster.local import LocalPool
 from motes.core.detection import Detection
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.formats.mot_files import MotRows
@@ -179,12 +179,6 @@ def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
     assert 9 not in slow.frames
 
 
-def test_our_scene_has_seeds_and_says_its_values(crowd: MotSequence) -> None:
-    entry = mot_tracker_spec("motes:scene")
-    assert entry.stochastic
-    assert "[association]" in entry.configuration
-
-
 @pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
 def test_peers_wait_for_a_second(crowd: MotSequence, rate: float, tracks: int) -> None:
     pytest.importorskip("trackers")
@@ -203,12 +197,6 @@ def test_some_need_detections(home: Path, name: str) -> None:
     with pytest.raises(ConfigError, match=r"no det/det\.txt; name a --detector"):
         followed(crowd, name)
     assert len(followed(crowd, "many:Blind").rows.ids) == 12
-
-
-def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "trackers", None)
-    with pytest.raises(MissingDependencyError, match=r"motes-lab\[peers\]"):
-        mot_tracker_spec("trackers:sort")
 
 
 def test_an_older_package_does_not_have_all(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -263,13 +251,6 @@ def test_the_background_detector(home: Path) -> None:
     contestant = entry.begin(0)
     assert isinstance(contestant, DetectorAdapter)
     assert isinstance(contestant._detector, BackgroundDetector)
-
-
-def test_results_have_no_use_for_a_detector(home: Path) -> None:
-    (home / "r").mkdir()
-    (home / "r" / "film.txt").write_text("")
-    entry = mot_tracker_spec("results=r")
-    assert with_detector([entry], "many:Corner") == [entry]
 
 
 @pytest.mark.parametrize(
@@ -413,12 +394,6 @@ def test_tracks_are_read_back(tmp_path: Path) -> None:
     )
 
 
-def test_tracks_of_nothing(tmp_path: Path) -> None:
-    save_tracks(tmp_path / "a.csv", Tracks(rows(), np.array([0.5, 0.5])))
-    assert (tmp_path / "a.txt").read_text() == ""
-    assert len(load_tracks(tmp_path / "a.csv").rows.ids) == 0
-
-
 @pytest.mark.parametrize(
     ("csv", "txt", "error"),
     [
@@ -444,12 +419,6 @@ def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
     film = MotSequence("a", "nowhere", 3, 25.0, rows(), None)
     with pytest.raises(FormatError, match=r"a\.csv is for 2 frames, but the sequence has 3\."):
         MotOutcome.load(tmp_path / "a.csv", film)
-
-
-def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
-    (tmp_path / "folder").touch()
-    with pytest.raises(FormatError, match="cannot be written"):
-        save_tracks(tmp_path / "folder" / "a.csv", Tracks(rows(), np.zeros(2)))
 
 
 # Runs
@@ -544,11 +513,6 @@ def test_what_does_not_count_is_left_out() -> None:
     assert (scores["boxes"], scores["false_positives"], scores["mota"]) == (1, 1, 0)
 
 
-def test_no_times_are_no_numbers() -> None:
-    scores = outcome("a", LONG, 15, seconds=math.nan).scores
-    assert [scores[name] for name in ("ms_median", "ms_95", "fps")] == [None] * 3
-
-
 def test_sequences_are_combined_and_not_averaged() -> None:
     evaluation = MotEvaluation(OUTCOMES)
     assert evaluation.mean("good", "mot", "mota").mean == pytest.approx(35 / 40)
@@ -640,16 +604,3 @@ def test_the_report(tmp_path: Path) -> None:
     assert "Higher order tracking accuracy" in page
     assert "Success" not in page
     assert "OD" not in page
-
-
-def test_a_report_of_nothing(tmp_path: Path) -> None:
-    write_report(tmp_path, MotEvaluation([]), [], "Nothing")
-    assert "Nothing was run." in (tmp_path / "summary.md").read_text()
-    assert "Nothing was run." in (tmp_path / "report.html").read_text()
-
-
-def test_errors_are_ours(home: Path) -> None:
-    """All that is raised on purpose is a MotesError."""
-    for name in ("trackers:", "results=", "x", ":", "a:"):
-        with pytest.raises(MotesError):
-            mot_tracker_spec(name)

@@ -9,7 +9,7 @@ import pytest
 
 from crowds import rows
 from evaluations import pictures
-from motes.core.errors import FormatError, SourceError
+from motes.core.errors import FormatError
 from motes.formats.mot_files import Kind, MotRows, read_rows, write_rows
 from motes.synthetic.clips import still
 from motes.video.sources import open_source
@@ -62,11 +62,6 @@ def test_classes_are_where_the_truth_has_them(tmp_path: Path, more: str) -> None
         assert read(tmp_path, f"{line}{more}\n").classes.tolist() == [-1]
 
 
-def test_empty_rows(tmp_path: Path) -> None:
-    found = read(tmp_path, "\n")
-    assert (found.frames.shape, found.boxes.shape, found.listed(0)) == ((0,), (0, 4), [])
-
-
 @pytest.mark.parametrize(
     ("text", "error"),
     [
@@ -106,12 +101,6 @@ def test_detections(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="line 1: a detection of 0x30 pixels has no area"):
         read(tmp_path, "1,-1,5,6,0,30,0.5", "detections")
     assert len(read(tmp_path, "1,-1,5,6,0,30,0.5\n", "results").ids) == 1
-
-
-def test_no_text(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_bytes(b"\xff\xfe1")
-    with pytest.raises(FormatError, match=r"a\.txt is not text"):
-        read_rows(tmp_path / "a.txt", 9, "results")
 
 
 def test_rows_are_read_back(tmp_path: Path) -> None:
@@ -234,17 +223,6 @@ def test_bad_sequences(tmp_path: Path, path: str, text: str | None, error: str) 
     assert crowds == []
     assert problems[0].what.startswith(error)
     assert "\n" not in problems[0].what
-
-
-def test_a_folder_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write(tmp_path)
-
-    def refuse(path: Path) -> None:
-        raise PermissionError(13, "Permission denied", str(path))
-
-    monkeypatch.setattr(Path, "iterdir", refuse)
-    with pytest.raises(SourceError, match="cannot be read: Permission denied"):
-        load_mot_dataset(tmp_path)
 
 
 def test_real_sequences(data: Path) -> None:

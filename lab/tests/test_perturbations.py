@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from evaluations import Floats, ellipses, outcome, shifted, trace
+from evaluations import ellipses, outcome, shifted, trace
 from evaluations import sequence as standing
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
@@ -28,7 +28,6 @@ from motes_lab.report.sections import title
 from motes_lab.report.speed_ratio import Comparisons
 from motes_lab.report.write import write_report
 from motes_lab.runner import plan
-from motes_lab.scores import fit
 
 WIDTH, HEIGHT, FRAMES = 96, 72, 60
 Made = dict[str, tuple[PerturbedSequence, list[Start]]]
@@ -84,12 +83,6 @@ def test_the_truth_is_where_the_target_is(made: Made, view: str) -> None:
             assert white(frame.pixels) == box.tolist()
     there = np.isfinite(seen.boxes).all(axis=1)
     assert np.allclose(ellipses(seen.boxes[there]), seen.ellipses[there])
-
-
-def test_who_says_the_truth_is_right_in_each_view(made: Made) -> None:
-    for seen, _ in made.values():
-        judged = fit(trace(np.nan_to_num(seen.boxes, nan=5.0)), seen)
-        assert np.allclose(judged.overlaps[judged.present], 1)
 
 
 def test_mirrored_twice_is_as_before() -> None:
@@ -170,29 +163,6 @@ def test_the_report_has_the_spread_and_the_number_of_views(tmp_path: Path) -> No
     worst = {who: found.worst_tenth(who, "robust").mean for who in "ab"}
     assert [f"{who}: {worst[who]:.3f}" in figure for who in "ab"] == [True, True]
     assert "c: " not in re.sub("<svg.*</svg>", "", figure, flags=re.DOTALL)
-
-
-def test_the_line_of_a_tracker_rises_from_its_worst_pass(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn = {}
-
-    def curves(name: str, x: Floats, lines: dict[int, Floats], labels: object) -> str:
-        drawn[name] = x, lines
-        return ""
-
-    monkeypatch.setattr("motes_lab.report.plots.curves", curves)
-    passes = [
-        outcome("a", standing(), trace(shifted([dx] * 20)), protocol="robust", label=str(dx))
-        for dx in (4.0, 0.0, 9.0)
-    ]
-    write_report(tmp_path, passes, [], Comparisons(), "Views")
-    x, lines = drawn["spread-robust"]
-    values = sorted(float(each.scores["auc"] or 0) for each in passes)
-    assert list(lines) == [0]
-    assert lines[0][[0, 50, 100]] == pytest.approx(np.array(values))
-    assert x[[0, 50, 100]].tolist() == [0, 0.5, 1]
-    assert (np.diff(lines[0]) >= 0).all()
 
 
 def test_the_worst_tenth() -> None:

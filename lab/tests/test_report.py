@@ -15,12 +15,10 @@ import pytest
 from PIL import Image
 
 from evaluations import outcome, pictures, sequence, shifted, trace
-from motes.core.errors import FormatError
 from motes.video.sources import Source, open_source
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Problem, Sequence
 from motes_lab.protocols.trace import TrackerOutput
-from motes_lab.report import plots
 from motes_lab.report import sections as report_sections
 from motes_lab.report.failures import MAX_PICTURES, Failure, choose, draw, failures
 from motes_lab.report.reference import Reference
@@ -172,11 +170,19 @@ REFERENCE = Reference(
 )
 
 
-def test_report(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Page, str, str]:
+    """Return the page, the summary and the file of a report with all there is."""
+    folder = tmp_path_factory.mktemp("report")
     problems = [Problem("sequence <Cow>", "the frame 7 is missing")]
     page, summary = report(
-        tmp_path / "out", full(tmp_path), problems, Comparisons(REFERENCE), "Trackers & <others>"
+        folder / "out", full(folder), problems, Comparisons(REFERENCE), "Trackers & <others>"
     )
+    return page, summary, (folder / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_report(made: tuple[Page, str, str]) -> None:
+    page, summary, html = made
     for text in (page.words, summary.replace("\\", "")):
         for name in ("ours", NASTY, "_third", "Book", "Ant", "Gone", "MIL", "TLD<b>"):
             assert name in text
@@ -192,12 +198,12 @@ def test_report(tmp_path: Path) -> None:
         ):
             assert words in text
     assert page.all("title") == [{}]
-    assert "<script>alert" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in html
     assert "2 problems" in page.words
 
 
-def test_numbers_in_the_report(tmp_path: Path) -> None:
-    page, summary = report(tmp_path / "out", full(tmp_path), wanted=Comparisons(REFERENCE))
+def test_numbers_in_the_report(made: tuple[Page, str, str]) -> None:
+    page, summary, _ = made
     rows = {row[0]: row for row in reversed(page.rows)}
     auc = 20 / 21
     assert rows["ours"][1:3] == ["3 of 3", f"{0.8 * auc:.3f} ± {0.1 * auc:.3f}"]
@@ -216,22 +222,9 @@ def test_numbers_in_the_report(tmp_path: Path) -> None:
     assert "| 1.000 ± 0.000 | 1.000 ± 0.000 | 1.000 ± 0.000 |" in text
 
 
-@pytest.mark.slow
-def test_sorting_has_what_it_needs(tmp_path: Path) -> None:
-    """The script sorts by data-value, and never touches the last rows, the means."""
-    page, _ = report(tmp_path / "out", full(tmp_path))
-    values = [float(str(a["data-value"])) for a in page.all("td") if "data-value" in a]
-    assert len(values) > 50
-    html = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "aria-sort" in html
-    assert html.count("<tfoot>") == 1
-
-
-@pytest.mark.slow
-def test_plots(tmp_path: Path) -> None:
+def test_plots(made: tuple[Page, str, str]) -> None:
     """One success plot, one precision plot, and diagrams of the trackers with a confidence."""
-    page, _ = report(tmp_path / "out", full(tmp_path))
-    html = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    page, _, html = made
     figures = re.findall(r"<figure>.*?</figure>", html, flags=re.DOTALL)
     assert ["success-ope-" in figure for figure in figures].count(True) == 1
     assert ["precision-ope-" in figure for figure in figures].count(True) == 1
@@ -250,27 +243,11 @@ def test_plots(tmp_path: Path) -> None:
     assert "#654321" not in html
 
 
-@pytest.mark.slow
-def test_reports_of_equal_runs_are_equal(tmp_path: Path) -> None:
-    outcomes = full(tmp_path)
-    for name in ("one", "two"):
-        report(tmp_path / name, outcomes, wanted=Comparisons(REFERENCE))
-    for name in ("report.html", "summary.md"):
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-
-
-def test_more_trackers_than_colors() -> None:
-    assert len({plots.style(i) for i in range(28)}) == 28
-    assert len({plots.style(i)[0] for i in range(7)}) == 7
-    drawn = plots.curves("p", np.array([0.0, 1.0]), {i: np.ones(2) for i in (0, 7)}, ("x", "y"))
-    assert drawn.count("stroke-dasharray") >= 1
-
-
 # Pictures
 
 
-def test_pictures_of_failures(tmp_path: Path) -> None:
-    page, _ = report(tmp_path / "out", full(tmp_path))
+def test_pictures_of_failures(made: tuple[Page, str, str]) -> None:
+    page, _, _ = made
     shown = [str(attributes["alt"]) for attributes in page.all("img")]
     assert shown == [
         "Book, ours, frame 14: confidence 0.20, reported lost: yes",
@@ -315,12 +292,6 @@ def test_pictures_of_odd_estimates(tmp_path: Path) -> None:
     shown, reasons = draw(found)
     assert len(shown) == len(odd)
     assert not reasons
-
-
-def test_large_frames_are_reduced(tmp_path: Path) -> None:
-    book = sequence(source=pictures(tmp_path / "Book", 5, (1280, 720)))
-    ((picture,), _) = draw([failure("a", book)])
-    assert (picture.width, picture.height) == (480, 270)
 
 
 def test_each_film_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -438,16 +409,6 @@ def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
     assert "robustness" in page.words
 
 
-def test_references_need_one_pass(tmp_path: Path) -> None:
-    runs = [outcome("a", sequence(), said(0.5), 0, "reset")]
-    page, summary = report(tmp_path / "one", runs, wanted=Comparisons(REFERENCE))
-    assert "one pass (OPE) was not run" in page.words
-    assert "one pass (OPE) was not run" in summary
-    runs = [outcome("a", sequence("Elsewhere"), said(0.5))]
-    page, _ = report(tmp_path / "two", runs, wanted=Comparisons(REFERENCE))
-    assert "others.csv has none of the sequences of this run" in page.words
-
-
 def test_references_that_have_no_sequence_in_common(tmp_path: Path) -> None:
     """Each has a number somewhere, but on no sequence all have one."""
     runs = [outcome("a", sequence(name), said(0.5)) for name in ("Book", "Cow")]
@@ -482,11 +443,6 @@ def test_report_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "There are no plots, since matplotlib is not installed." in page.words
     assert "pip install 'motes[report]'" in page.words
     assert len(page.all("img")) == 5
-
-
-def test_reports_that_cannot_be_written(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="cannot be written"):
-        write_report(tmp_path / "missing", [], [], Comparisons(), "Nothing")
 
 
 def test_numbers_for_people() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence as Rows
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-import arena
 from motes import Tracker, open_source
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
@@ -124,8 +122,8 @@ def written(corners: NDArray[np.float64]) -> str:
     return ",".join(str(value) for value in corners.ravel().tolist())
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, 0.7, -0.5, -0.78])
-@pytest.mark.parametrize("half", [(40.0, 10.0), (10.0, 40.0), (20.0, 19.0)])
+@pytest.mark.parametrize("turn", [0.0, 0.3, -0.78])
+@pytest.mark.parametrize("half", [(40.0, 10.0), (20.0, 19.0)])
 @pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
 def test_turned_rectangle(turn: float, half: tuple[float, float], order: slice) -> None:
     corners = rectangle((300.0, 200.0), half, turn)
@@ -322,11 +320,6 @@ def test_masks(tmp_path: Path) -> None:
     np.testing.assert_array_equal(annotated[0].boxes, boxes)
 
 
-def test_a_dataset_with_a_sequence_called_masks(tmp_path: Path) -> None:
-    otb(tmp_path / "masks", "1,1,5,5\n" * 2)
-    assert load(tmp_path).name == "masks"
-
-
 def test_first_pixel_by_pattern(tmp_path: Path) -> None:
     for name in ("seg-a", "seg-b", "c"):
         otb(tmp_path / name, "10,10,5,5\n" * 2)
@@ -398,18 +391,6 @@ def test_numbers_are_ordered_as_open_source_does(tmp_path: Path) -> None:
     (tmp_path / "groundtruth_rect.txt").write_text("1,1,5,5\n" * 20)
     with open_source(load(tmp_path).source) as source:
         assert [int(frame.pixels[0, 0, 0]) for frame in source] == list(range(20))
-
-
-def test_a_sequence_in_a_relative_folder_of_digits(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    frames(tmp_path / "0")
-    (tmp_path / "0" / "groundtruth.txt").write_text("1,1,5,5\n" * 2)
-    monkeypatch.chdir(tmp_path)
-    with open_source(load(Path()).source) as source:  # not camera 0
-        assert source.frame_count == 2
-    monkeypatch.chdir(tmp_path / "0")
-    assert load(Path()).name == "0"
 
 
 # A video of one's own.
@@ -572,40 +553,6 @@ def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
     assert load(tmp_path).name == "good"
 
 
-def test_frames_before_the_target_are_kept(tmp_path: Path) -> None:
-    sequence = load(otb(tmp_path, "0,0,0,0\nNaN,NaN,NaN,NaN\n5,6,7,8\n", 3))
-    np.testing.assert_array_equal(sequence.boxes, [NAN, NAN, [4, 5, 7, 8]])
-
-
-def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
-    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9"))
-    arena.write_sequence(folder, arena.still())
-    (loaded,), _ = load_dataset(tmp_path)
-    assert loaded.name == "caf\\udce9"
-    with open_source(loaded.source) as film:
-        assert film.width == arena.SIZE[0]
-    (single,), _ = load_dataset(folder / "img", annotation=folder / "groundtruth_rect.txt")
-    assert single.name == "img"
-
-
-def test_a_truth_that_the_disk_does_not_give(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    otb(tmp_path / "bad", "1,1,5,5\n" * 2)
-
-    def fail(path: Path, **_: object) -> str:
-        raise OSError(5, "Input/output error", str(path))
-
-    monkeypatch.setattr(Path, "read_text", fail)
-    assert refusal(tmp_path).endswith("groundtruth_rect.txt: Input/output error")
-
-
-def test_byte_order_mark(tmp_path: Path) -> None:
-    otb(tmp_path, "")
-    (tmp_path / "groundtruth_rect.txt").write_text("3,4,5,6\n" * 2, encoding="utf-8-sig")
-    assert load(tmp_path).boxes[0].tolist() == [2, 3, 5, 6]
-
-
 def test_nothing_to_load(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"There is no file or folder .*nowhere; check the name"):
         load_dataset(tmp_path / "nowhere")
@@ -645,16 +592,6 @@ def test_real_sequences(data: Path) -> None:
         np.testing.assert_allclose(boxes, sequence.boxes[there], atol=1e-9)
         with open_source(sequence.source) as source:
             assert source.frame_count == len(sequence.boxes)
-
-
-def test_real_polygons_agree_with_their_boxes(data: Path) -> None:
-    folder = data / "sot" / "vot14-car"
-    polygons = read_regions((folder / "groundtruth_poly.txt").read_text())
-    boxes = read_regions((folder / "groundtruth_rect.txt").read_text())
-    assert len(polygons) == len(boxes) == 252
-    for polygon, box in zip(polygons, boxes, strict=True):
-        assert polygon.box == box.box
-        np.testing.assert_allclose(polygon.ellipse, box.ellipse, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes import synthetic
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -62,15 +60,6 @@ def test_objects_are_followed_from_their_third_frame_on(tmp_path: Path) -> None:
 def test_what_is_followed_elsewhere_is_not_detected_accurately(tmp_path: Path) -> None:
     assert counted(crowd(tmp_path, shift=7))[1][-1] == [2, 2, 0]  # IoU 13 / 27
     assert counted(crowd(tmp_path / "b", shift=6))[1][-1] == [2, 2, 2]  # 14 / 26
-
-
-def test_what_need_not_be_found_does_not_count(tmp_path: Path) -> None:
-    truth = write_crowd(tmp_path) / "gt" / "gt.txt"
-    lines = truth.read_text().splitlines()
-    others = [",".join([*line.split(",")[:7], "12", "1"]) for line in lines[1::2]]
-    truth.write_text("\n".join([*lines[::2], *others, ""]))
-    (each,), _ = load_mot_dataset(tmp_path)
-    assert counted(each)[1] == [[1, 0, 0]] * 2 + [[1, 1, 1]] * 10
 
 
 def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
@@ -188,15 +177,6 @@ def test_a_part_of_the_film_unless_full(
     out, error = capfd.readouterr()
     assert "first" not in out
     assert re.match(r"motes: 12 frames: about \d+ s\.\n", error)
-
-
-def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    clip = synthetic.still(arena.SIZE, target=(30, 40), frames=3)
-    arena.write_sequence(tmp_path / "beetle", clip)
-    assert main(["experiment", "zhao-figure9", str(tmp_path / "beetle")]) == 0
-    out, error = capfd.readouterr()
-    assert "Objects detected over objects present, beetle" in out
-    assert "For the plot, give a folder with --out" in error
 
 
 @pytest.mark.parametrize(

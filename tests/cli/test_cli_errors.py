@@ -103,13 +103,11 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("columns", ["0", "1", "2", "5", "junk", "-3", "9" * 30])
+@pytest.mark.parametrize("columns", ["0", "junk", "9" * 30])
 def test_help_at_any_width(columns: str) -> None:
     environment = {**os.environ, "COLUMNS": columns, "TERM": "dumb"}
     command = f"{MOTES} track --help"
-    found = subprocess.run(
-        command, shell=True, env=environment, capture_output=True, text=True, timeout=60
-    )
+    found = subprocess.run(command, shell=True, env=environment, capture_output=True, text=True)
     assert (found.returncode, found.stderr) == (0, "")
     assert "--config," in found.stdout
     assert len(found.stdout) < 100_000
@@ -128,9 +126,7 @@ def test_help_at_any_width(columns: str) -> None:
     ],
 )
 def test_closed_streams(line: str, code: int, lines: int) -> None:
-    found = subprocess.run(
-        f"{MOTES} {line}", shell=True, capture_output=True, text=True, timeout=60
-    )
+    found = subprocess.run(f"{MOTES} {line}", shell=True, capture_output=True, text=True)
     assert (found.returncode, found.stderr.count("\n")) == (code, lines), found.stderr
     assert "no option" not in found.stdout
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,13 +13,11 @@ from PIL import Image
 
 from motes.cli import main
 from motes.core.errors import FormatError
-from motes.core.frame import Frame
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
 from motes.output.track_rows import COLUMNS, CORRECTED, GROUND, TrackWriter
 from motes.synthetic.clips import still
-from motes.video.film import Film
 from motes.video.writer import VideoWriter
 
 Go = Callable[[str], tuple[int, str]]
@@ -318,25 +316,6 @@ def test_an_interrupted_correction_is_finished_later(
         assert remembered == Path("expected.csv.run.json").read_bytes()
 
 
-def test_an_interrupted_pass_leaves_its_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert go(f"track FILM --at 0=BOX -o expected.csv {OPTIONS}")[0] == 0
-    forward = Film.forward
-
-    def interrupted(film: Film, first: int, last: int) -> Iterator[Frame]:
-        for frame in forward(film, first, last):
-            if frame.index == 9:
-                raise KeyboardInterrupt
-            yield frame
-
-    with monkeypatch.context() as patched:
-        patched.setattr(Film, "forward", interrupted)
-        code, said = go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")
-    assert (code, "interrupted after 9 frames" in said) == (130, True)
-    assert [row["frame"] for row in rows("rows.csv")] == [str(i) for i in range(9)]
-    assert go("refine FILM rows.csv")[0] == 0
-    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
-
-
 def test_smoothed_rows(go: Go) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     lines = Path("rows.csv").read_text().splitlines()
@@ -362,20 +341,6 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         assert sheet.size == (684, 270)
     assert go(f"track FILM --at 0=BOX --at 23=BOX -o keys.csv {OPTIONS}")[0] == 0
     assert go("check FILM keys.csv --count 1")[0] == 0
-
-
-def test_files_are_written_though_the_reader_of_the_list_has_gone(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def gone(*_: object) -> None:
-        raise BrokenPipeError
-
-    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
-    monkeypatch.setattr("motes.cli.check.print", gone, raising=False)
-    line = f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}"
-    assert go(line)[0] == 0
-    assert Path("list.csv").exists()
-    assert Path("sheet.png").exists()
 
 
 @pytest.mark.parametrize(

@@ -151,15 +151,6 @@ def test_any_file_there_is_enough_to_refuse_before_any_work(tmp_path: Path) -> N
         path.unlink()
 
 
-@pytest.mark.slow
-def test_equal_seeds_give_equal_rows(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "beetle.csv").write_text("old")
-    demo(out=tmp_path, frames=FRAMES, overwrite=True)
-    for name in FILES:
-        if name.endswith(".csv"):
-            assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
-
-
 def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="give 1 or more"):
         demo(out=tmp_path / "a", frames=0)

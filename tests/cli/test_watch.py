@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -114,19 +109,6 @@ def test_who_stays_in_a_zone(go: Go) -> None:
     assert (stay["place"], stay["seconds"]) == ("hall", 0.6)
     assert stay["frame"] == enter["frame"] + 15
     assert "stays hall 1" in error
-
-
-@pytest.mark.slow
-def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
-    assert go("FILM -o r.txt --detector gaussian")[0] == 0
-    assert go("FILM -o r.jsonl --detector gaussian")[0] == 0
-    lines = np.loadtxt("r.txt", delimiter=",")
-    rows = [json.loads(line) for line in Path("r.jsonl").read_text().splitlines()]
-    rows = [row for row in rows if row["status"] == "tracking"]
-    assert len(lines) == len(rows) > 30
-    for line, row in zip(lines, rows, strict=True):
-        box = [row["x"] + 1, row["y"] + 1, row["width"], row["height"]]
-        np.testing.assert_allclose(line[:6], [row["frame"] + 1, row["identity"], *box], atol=6e-3)
 
 
 def test_detections_of_a_file_and_default_output(go: Go) -> None:
@@ -241,29 +223,6 @@ def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
         Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
     _, _, error = go("*.png -o r.csv --detector gaussian")
     assert error.count("Frame 8: the picture changes all over") == 1
-
-
-@pytest.mark.slow
-def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
-    with open_source(film) as source:
-        for frame in source:
-            Image.fromarray(frame.pixels).save(tmp_path / f"{frame.index}.png")
-    for index in range(FRAMES, 5000):
-        (tmp_path / f"{index}.png").symlink_to(tmp_path / f"{index % FRAMES}.png")
-    rows = tmp_path / "r.jsonl"
-    program = "import sys; from motes.cli import main; sys.exit(main())"
-    arguments = ["watch", str(tmp_path / "*.png"), "--detector", "gaussian", "-o", str(rows)]
-    with subprocess.Popen(
-        [sys.executable, "-c", program, *arguments], stderr=subprocess.PIPE, text=True
-    ) as process:
-        while not (rows.exists() and rows.stat().st_size):
-            assert process.poll() is None
-            time.sleep(0.01)
-        os.kill(process.pid, signal.SIGINT)
-        error = process.communicate()[1]
-    assert process.returncode == 130, error
-    assert "interrupted after" in error
-    assert all(json.loads(line)["identity"] for line in rows.read_text().splitlines())
 
 
 def test_the_table_is_by_the_minute() -> None:

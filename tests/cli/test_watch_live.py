@@ -18,7 +18,6 @@ import pytest
 from brokers import Broker, Listener, free_port, wait_until
 from motes.cli import main
 from motes.cli.metrics_page import MetricsPage
-from motes.cli.show import Show
 from motes.output import delivery
 from motes.output.delivery import Delivery
 from motes.output.event_queue import MessageQueue
@@ -155,20 +154,6 @@ def test_tracks_are_shown(boxes: int, film: str, monkeypatch: pytest.MonkeyPatch
     more = ["--start", "30", "--end", "35", "--preset", "mean_shift", "--show"]
     assert main(["track", film, *init, *more]) == 0
     assert drawn == 5 * [(96, 160, 3)]
-
-
-def test_a_picture_is_closed_with_the_run() -> None:
-    class View:
-        closed = False
-        address = "http://127.0.0.1:1/"
-
-        def close(self) -> None:
-            self.closed = True
-
-    shown, seen = Show[int](lambda step: lambda: np.zeros((1, 1, 3), np.uint8)), View()
-    with shown:
-        shown._view = seen  # type: ignore[assignment]
-    assert seen.closed
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def go(test: Callable[[Meeting], Coroutine[None, None, None]], *names: str) -> N
     async def run() -> None:
         await test(Meeting(Rig(tuple(Camera(name, "") for name in names))))
 
-    loops.run(run(), 60)
+    loops.run(run(), 600)
 
 
 def reports_of(meeting: Meeting) -> list[Associated]:

@@ -15,7 +15,6 @@ from motes.cluster.inputs import missing
 from motes.cluster.objects import StoreError
 from motes.cluster.store import open_store
 
-pytest.importorskip("s3fs", reason="s3fs is not installed: pip install 'motes[cloud]'")
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 FAULTS = "error", "stall", "lost before", "lost after"
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
@@ -24,6 +23,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
 @pytest.fixture(scope="module")
 def server() -> Iterator[tuple[Any, Any]]:
     """Give a server for S3, and a proxy of which one request in ten goes wrong."""
+    pytest.importorskip("s3fs", reason="s3fs is not installed: pip install 'motes[cloud]'")
     with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
         patch.syspath_prepend(BENCHMARKS)
         from cluster_s3 import ACCESS, flaky_s3

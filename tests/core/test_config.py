@@ -19,7 +19,7 @@ from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
-from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
+from motes.sot.filtering.bin_updates import GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
@@ -36,8 +36,6 @@ from motes.sot.mean_shift import Kalman, MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
-
-presets = pytest.mark.parametrize("name", PRESETS)
 
 
 @pytest.mark.parametrize(
@@ -85,19 +83,12 @@ def test_frozen_and_checked() -> None:
         Gaussian(sgima=0.1)  # type: ignore[call-arg]
 
 
-@presets
-def test_presets_survive_plain_values(name: str) -> None:
-    config = PRESETS[name]
-    plain = to_dict(config)
-    assert from_dict(plain, TrackerConfig) == config
-    assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
-
-
-@presets
-def test_presets_survive_toml(name: str) -> None:
-    config = PRESETS[name]
-    text = to_toml(config)
-    assert from_dict(from_toml(text, "text"), TrackerConfig) == config
+def test_presets_survive_plain_values_and_toml() -> None:
+    for config in PRESETS.values():
+        plain = to_dict(config)
+        assert from_dict(plain, TrackerConfig) == config
+        assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
+        assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
 
 
 @pytest.mark.slow
@@ -273,82 +264,9 @@ def test_flags(text: str, value: Any) -> None:
     assert from_flag("x.y.z", text) == {"x": {"y": {"z": value}}}
 
 
-def test_flags_lead_to_a_configuration() -> None:
-    flags = [("motion.noise.position", "0.7"), ("color.bins", "4,4,4"), ("color.space", "hsv")]
-    config = configure(preset("nummiaro"), *(from_flag(*flag) for flag in flags))
-    assert isinstance(config, ParticleFilter)
-    assert isinstance(config.motion, ConstantVelocity)
-    assert config.motion.noise.position == 0.7
-    assert config.color is not None
-    assert (config.color.space, config.color.bins) == ("hsv", (4, 4, 4))
-
-
 def test_text_that_is_no_toml() -> None:
     with pytest.raises(ConfigError, match=r"^my.toml is not valid TOML: "):
         from_toml("a = = 1", "my.toml")
-
-
-def test_unknown_presets() -> None:
-    with pytest.raises(ConfigError, match="did you mean 'nummiaro'"):
-        preset("numiaro")
-    with pytest.raises(ConfigError, match="known are default, nummiaro, "):
-        preset("zzz")
-
-
-def test_numbers_of_the_paper() -> None:
-    config = preset("nummiaro")
-    assert isinstance(config, ParticleFilter)
-    assert config.particles == 100
-    assert config.color == Color(space="rgb", bins=(8, 8, 8), kernel="radial")
-    assert isinstance(config.motion, ConstantVelocity)
-    assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
-    assert config.resampling == Multinomial(threshold=1.0)
-    assert config.adaptation == ExponentialForgetting(learning_rate=0)
-    shift = preset("mean_shift")
-    assert isinstance(shift, MeanShift)
-    assert shift.scale == 0.05
-
-
-def test_numbers_of_ng_and_delp() -> None:
-    config = preset("ng_delp")
-    assert isinstance(config, ParticleFilter)
-    assert config.color == Color(
-        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
-    )
-    lattice = Lattice(points=128)
-    assert config.edges == Edges(threshold=100, kernel="epanechnikov", sampling=lattice)
-    assert config.fusion == Product()
-    assert isinstance(config.likelihood, BestParticle)
-    assert 0 < config.likelihood.epsilon < 0.1
-    for name, cues in (("ng_delp:color", ["color"]), ("ng_delp:edges", ["edges"])):
-        variant = preset(name)
-        assert isinstance(variant, ParticleFilter)
-        assert list(variant.cues) == cues
-
-
-def test_numbers_of_zhao_and_pei() -> None:
-    config = preset("zhao_pei")
-    assert isinstance(config, ParticleFilter)
-    assert config.particles == 400
-    assert config.color == Color(space="hsv+v", bins=(8, 8, 8), kernel="radial")
-    assert config.color.size == 72
-    assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", rotation_normalized=True)
-    assert isinstance(config.motion, Autoregressive)
-    assert isinstance(config.likelihood, Exponential)
-    assert config.strategies == dict.fromkeys(["color", "hog"], AnchoredKalman())
-    printed = preset("zhao_pei:printed")
-    assert isinstance(printed, ParticleFilter)
-    assert printed.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
-    assert printed.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
-    for name, cues in (("zhao_pei:color", ["color"]), ("zhao_pei:hog", ["hog"])):
-        variant = preset(name)
-        assert isinstance(variant, ParticleFilter)
-        assert list(variant.cues) == cues
-        assert variant.strategies == {name: config.strategies[name] for name in cues}
-    fixed = preset("zhao_pei:fixed")
-    assert isinstance(fixed, ParticleFilter)
-    assert list(fixed.cues) == list(config.cues)
-    assert not any(strategy.learns for strategy in fixed.strategies.values())
 
 
 def test_the_printed_presets_are_to_the_letter() -> None:

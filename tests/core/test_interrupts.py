@@ -26,7 +26,7 @@ from motes.video.prefetch import prefetch
 from motes.video.writer import VideoWriter
 
 PROGRAM = [sys.executable, "-m", "motes"]
-FRAMES = 3000
+FRAMES = 1500
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def started(*arguments: object, **streams: Any) -> Iterator[subprocess.Popen[str
 
 
 def wait_for(process: subprocess.Popen[str], done: Callable[[], bool]) -> None:
-    end = time.monotonic() + 120
+    end = time.monotonic() + 600
     while not done():
         assert process.poll() is None
         assert time.monotonic() < end, "waited in vain"
@@ -73,10 +73,8 @@ def wait_for_rows(process: subprocess.Popen[str], path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_track_ends_as_with_ctrl_c(
-    film: tuple[str, str], tmp_path: Path, number: signal.Signals
-) -> None:
+def test_track_ends_as_with_ctrl_c(film: tuple[str, str], tmp_path: Path) -> None:
+    number = signal.SIGTERM
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
     line = ["track", film[0], "--init", film[1], "-o", rows, "--overlay", overlay]
     with started(*line) as process:
@@ -122,7 +120,7 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
         os.close(theirs)
         wait_for_rows(process, rows)
         os.close(ours)
-        process.communicate(timeout=300)
+        process.communicate()
     assert process.returncode == 129
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
@@ -166,7 +164,7 @@ def call_and_wait(call: Callable[[], object]) -> None:
     """Call a function, and wait until an interrupt is raised; return if none is."""
     with raised():
         call()
-        end = time.monotonic() + 30
+        end = time.monotonic() + 300
         while time.monotonic() < end:
             time.sleep(0.001)
 

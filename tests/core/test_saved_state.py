@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import broken_states
@@ -183,7 +183,6 @@ JSON = st.recursive(
 
 
 @pytest.mark.slow
-@settings(max_examples=60)
 @given(st.sampled_from([where for where in places(WHOLE) if where]), JSON)
 def test_any_value_anywhere(where: tuple[Any, ...], value: Any) -> None:
     assert check(changed(example("zhao_pei", "tracking"), where, value)) in ("refused", "followed")

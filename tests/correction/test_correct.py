@@ -88,15 +88,6 @@ def test_frames_may_come_backward(clip: Clip) -> None:
         tracker.update(clip[12][0])
 
 
-def test_a_saved_tracker_goes_on_backward(clip: Clip, tmp_path: Path) -> None:
-    tracker = motes.Tracker(backward=True)
-    tracker.init(clip[20][0], box(clip, 20))
-    tracker.update(clip[19][0])
-    tracker.save(tmp_path / "tracker")
-    later = motes.Tracker.load(tmp_path / "tracker").update(clip[18][0])
-    assert later.to_dict() == tracker.update(clip[18][0]).to_dict()
-
-
 def test_hidden_frames_are_bridged(clip: Clip, tracks: list[Track]) -> None:
     """The stem hides the target in the middle; both passes hold on or wait on their sides."""
     assert [track.frame for track in tracks] == [*range(FRAMES)]
@@ -290,14 +281,6 @@ def test_a_failure_comes_before_a_moment_of_doubt() -> None:
     first, *others = motes.doubts(tracks, {0: None, 199: None})
     assert first.frame in range(20, 80)
     assert 150 not in {doubt.frame for doubt in others[:1]}
-
-
-def test_only_frames_that_are_asked_for_are_ranked() -> None:
-    ellipses, keys = np.tile([50.0, 50, 10, 10, 0], (2500, 1)), np.zeros(2500, bool)
-    keys[0], confidence, asked = True, np.full(2500, 0.5), np.zeros(2500, bool)
-    asked[[7, 2499]] = True  # neither is the third frame of three, which a long stretch compares
-    found = ranked(ellipses, np.zeros((2500, 5)), confidence, keys, 9, asked)
-    assert {each.place for each in found} == {7, 2499}
 
 
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:

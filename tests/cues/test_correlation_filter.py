@@ -9,11 +9,10 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from kinds import FILTER_KINDS
 from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, iou
+from motes.core.geometry import Ellipse
 from motes.core.types import Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, borders, contrast, means
 from motes.cues.correlation_filter import (
@@ -32,15 +31,11 @@ from motes.cues.search_window import (
     SAMPLES,
     TURN,
     WIDEST,
-    cut,
     features,
     grid,
-    sectors,
 )
-from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import configure, preset
-from motes.sot.tracker import Tracker
-from oracles import mosaic, region, scene
+from oracles import mosaic
 
 Floats = NDArray[np.float64]
 TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
@@ -111,17 +106,6 @@ def test_an_upright_window_is_a_hardly_turned_one(
     np.testing.assert_allclose(out, turned, atol=3.1 if min(step) < 1 < max(step) else 1e-3)
 
 
-def test_samples_around_a_turned_ellipse_are_those_of_the_picture_turned_back() -> None:
-    rng = np.random.default_rng(4)
-    pixels = rng.integers(0, 256, (41, 41, 3), np.uint8)
-    frame = Frame(0, 0.0, pixels)
-    upright = Ellipse(20.0, 20.0, 8.0, 8.0, 0.0)
-    quarter = cut(frame, upright._replace(theta=np.pi / 2), (1.0, 1.0), (15, 15))
-    # A quarter turn brings x to y: turned back, the picture's rows are its columns.
-    back = Frame(0, 0.0, np.ascontiguousarray(np.rot90(pixels)))
-    assert np.allclose(quarter, cut(back, upright, (1.0, 1.0), (15, 15)), atol=1e-3)
-
-
 @pytest.mark.parametrize("turn", [0.0, 0.7])
 def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     pixels = np.zeros((150, 200, 3), np.uint8)
@@ -187,12 +171,6 @@ def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) 
     wide, high = 2 * half[0] + around, 2 * half[1] + around
     assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
     assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
-
-
-def test_sectors_of_gradients() -> None:
-    for k in range(18):
-        dx, dy = 100 * np.cos(k * np.pi / 9), 100 * np.sin(k * np.pi / 9)
-        assert sectors()[256 + round(dy), 256 + round(dx)] == k
 
 
 @pytest.mark.parametrize("turn", range(18))
@@ -340,28 +318,6 @@ def test_a_size_once_learned_is_the_last_one() -> None:
 
 
 @pytest.mark.parametrize("cue", [Correlation(), Posterior()])
-def test_distances_grow_away_from_the_target(cue: Correlation | Posterior) -> None:
-    frame = patch()
-    model: Any = cue.learn(frame, TARGET)
-    around = [TARGET._replace(x=TARGET.x + dx) for dx in (-14, -7, 0, 7, 14)]
-    found = cue.distances(model, frame, np.array(around))
-    assert (found >= 0).all()
-    assert (found <= 1).all()
-    assert found.argmin() == 2
-
-
-@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
-def test_what_is_seen_of_an_ellipse_does_not_depend_on_the_others(cue: Any) -> None:
-    frame = textured()
-    model = cue.learn(frame, TARGET)
-    rng = np.random.default_rng(6)
-    ellipses = np.array(TARGET) + rng.normal(0, 1, (40, 5)) * (50, 40, 3, 2, 0.2)
-    together = cue.distances(model, frame, ellipses)
-    alone = [cue.distances(model, frame, ellipse[None])[0] for ellipse in ellipses]
-    np.testing.assert_allclose(together, alone, atol=1e-12)
-
-
-@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
 @pytest.mark.parametrize("turn", [0.0, np.pi / 2])
 def test_a_target_is_seen_wherever_it_went(cue: Any, turn: float) -> None:
     """Two of its sides away it is past the window around its last place."""
@@ -399,29 +355,6 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
 
 
-@pytest.mark.parametrize("name", FILTER_KINDS)
-def test_every_filter_takes_the_learned_cues(name: str) -> None:
-    config = configure(
-        preset(name),
-        {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"max_positions": 60}},
-    )
-    assert isinstance(config, ParticleFilter)
-    tracker = Tracker(config, seed=1)
-    start = tracker.init(scene(0, (30, 36)), region((30, 36)))
-    learned: Any = tracker.info.models["correlation"]
-    overlaps = []
-    for i in range(1, 12):
-        track = tracker.update(scene(i, (30 + 2 * i, 36)))
-        assert list(tracker.info.cue_weights) == list(config.cues)
-        assert np.isfinite(list(tracker.info.cue_weights.values())).all()
-        overlaps.append(iou(track.box, region((30 + 2 * i, 36)).box))
-    assert np.mean(overlaps) > 0.4
-    assert start.distance < 0.3
-    model: Any = tracker.info.models["correlation"]
-    assert (model.numerator != learned.numerator).any()
-    assert model.place.x > 31
-
-
 def test_what_learns_by_itself_takes_no_strategy() -> None:
     changes: Any = {"correlation": {}, "adaptation": {"type": "per_cue", "cues": {}}}
     config: Any = configure(preset("nummiaro"), changes)
@@ -431,11 +364,6 @@ def test_what_learns_by_itself_takes_no_strategy() -> None:
         ConfigError, match=r"correlation.*has a learning_rate of its own; leave it out there\.$"
     ):
         configure(preset("nummiaro"), changes)
-
-
-def test_default_is_what_a_tracker_uses() -> None:
-    assert Tracker().config == preset("default")
-    assert configure(preset("default"), {"color_gain": 0}) != preset("default")
 
 
 def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:

@@ -251,12 +251,6 @@ def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
 
 
-def test_the_list_of_formats(go: Go) -> None:
-    code, said = go("convert --list")
-    assert code == 0
-    assert [line.split()[0] for line in said.splitlines()[1:]] == registry.FORMATS.known()
-
-
 @pytest.mark.parametrize("name", ["a.parquet", "a.vot.txt", "a.keyframes.csv", "a.dlc.csv",
                                   "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip
 def test_track_writes_all_formats(go: Go, name: str) -> None:

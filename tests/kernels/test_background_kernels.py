@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from backgrounds import NEEDS_CV2
 from motes import kernels
@@ -117,9 +117,9 @@ def test_components(size: tuple[int, int], corners: bool) -> None:
     mask = random_mask(size, 0.5)
     labels = np.empty(size, np.int32)
     parts = kernels.components.label(mask, corners, labels)
-    expected, count = ndimage.label(mask, np.ones((3, 3)) if corners else None)
+    expected, count = scipy.ndimage.label(mask, np.ones((3, 3)) if corners else None)
     np.testing.assert_array_equal(labels, expected)
-    boxes = ndimage.find_objects(expected)
+    boxes = scipy.ndimage.find_objects(expected)
     assert parts.tolist() == [
         [x.start, y.start, x.stop - x.start, y.stop - y.start, int((labels == number).sum())]
         for number, (y, x) in enumerate(boxes, start=1)
@@ -130,7 +130,7 @@ def test_components(size: tuple[int, int], corners: bool) -> None:
 @pytest.mark.parametrize("size", SIZES)
 def test_holes(size: tuple[int, int]) -> None:
     outline, before, mask = (random_mask(size, share, seed=7) for share in (0.7, 0.5, 0.1))
-    expected = mask | (before & (ndimage.binary_fill_holes(outline) & (outline == 0)))
+    expected = mask | (before & (scipy.ndimage.binary_fill_holes(outline) & (outline == 0)))
     kernels.components.fill_holes(outline, before, mask)
     np.testing.assert_array_equal(mask, expected)
 
@@ -165,7 +165,7 @@ def test_what_is_kept_of_the_background() -> None:
 def divided(patch: Mask, spike: int, valley: float, narrow: int) -> list[int]:
     """Return the columns of the valleys, step by step."""
     heights = np.where(patch.any(axis=0), len(patch) - patch.argmax(axis=0), 0)
-    heights = ndimage.grey_opening(heights, spike, mode="nearest")
+    heights = scipy.ndimage.grey_opening(heights, spike, mode="nearest")
     cuts, parts = list[int](), [(0, len(heights))]
     while parts:
         left, right = parts.pop()
@@ -187,7 +187,7 @@ def test_valleys() -> None:
     rng, cuts = np.random.default_rng(0), 0
     for _ in range(100):
         width = int(rng.integers(1, 60))
-        tops = ndimage.uniform_filter1d(rng.integers(0, 40, width), 4)
+        tops = scipy.ndimage.uniform_filter1d(rng.integers(0, 40, width), 4)
         patch = (np.arange(40)[:, None] >= tops).astype(np.uint8)
         spike, narrow = int(rng.choice([1, 3, 5])), int(rng.integers(1, 8))
         found = kernels.outlines.valleys(patch, spike, 0.1, narrow)

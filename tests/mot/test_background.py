@@ -150,9 +150,7 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
     ("change", "gain", "found"),
     [
         ({"deviations": 40.0}, 1.4, 0),
-        ({"least": 0.1}, 1.4, 0),
         ({"shadow": 1.0}, 0.7, 1),
-        ({"shadow": 0.9}, 0.7, 1),
     ],
 )
 def test_settings_decide_what_is_found(

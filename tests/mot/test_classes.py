@@ -29,7 +29,7 @@ from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
 from motes.output.journal import FrameRow, Header, Journal, JournalWriter, object_rows
-from scene_objects import RED, config, picture, visible
+from scene_objects import RED, config, picture
 from sightings import seen
 
 BOX = Box(60, 40, 20, 30)
@@ -55,13 +55,6 @@ def test_a_class_is_a_vote_over_the_life() -> None:
     assert answers[4] == ["bus"]  # born as a car in the third frame: one vote for it, two against
     assert last == ["bus"]
     assert scene_of([None] * 4, config())[-1] == [None]
-
-
-def test_a_vote_goes_with_the_identity() -> None:
-    frame = picture(0, (BOX, RED))
-    one, other = (visible(n, frame, BOX).vote(name) for n, name in ((1, "car"), (2, "bus")))
-    swapped = one.with_identity_of(other)
-    assert (swapped.identity, swapped.scene_track.label) == (2, "bus")
 
 
 def test_other_classes_and_low_scores_are_left_out() -> None:

@@ -152,13 +152,6 @@ def test_who_vanishes_in_a_zone_leaves_it() -> None:
     assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
 
 
-def test_counts_are_by_the_minute() -> None:
-    counting = EventCounter()
-    for i in range(3):
-        told(counting, seen(4 * 60 * i, (5, 5), identity=i))
-    assert [key[0] for key in counting.counts] == [0, 1, 2]
-
-
 def test_a_line_of_json() -> None:
     event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
     assert json.loads(event.json()) == {
@@ -329,10 +322,6 @@ def test_what_flickers_is_left_out_and_said() -> None:
     assert visits(desk(), [70 + 0.01 * i for i in range(14)], lost=False) == [(0, "enters")]
 
 
-def test_a_box_that_jumps_through_a_zone_has_not_walked() -> None:
-    assert visits(desk(), [10, 11, 12, 13, 75, 76, 77]) == []
-
-
 def test_places_at_which_nothing_was_are_named() -> None:
     counting = EventCounter(
         Regions((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99), "desk"),))
@@ -363,10 +352,3 @@ def test_places_outside_of_the_picture_are_refused(points: tuple[float, ...], in
         return
     with pytest.raises(ConfigError, match=r"here \(.*\) lies outside of the picture, 100x80"):
         regions.check(100, 80)
-
-
-def test_the_depth_of_a_point_in_a_zone() -> None:
-    zone = Zone((0, 0, 10, 0, 10, 10, 0, 10))
-    assert [zone.depth(point) for point in ((5, 5), (1, 5), (5, 9), (0, 0))] == [5, 1, 1, 0]
-    assert zone.depth((13, 14)) == 5
-    assert Zone((0, 0, 1e200, 0, 0, 1e200)).depth((4, 3)) == 3

@@ -276,7 +276,9 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
 
 
 @pytest.mark.slow
-def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
+def test_a_killed_process_is_started_again_and_none_outlives_the_program(
+    tmp_path: Path,
+) -> None:
     with camera(moving) as first, camera(moving) as second:
         with running(tmp_path, first, second) as (program, rows, messages):
             children = _children(program.pid)
@@ -288,16 +290,15 @@ def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: P
             _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
             _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
             children = _children(program.pid)
-            os.kill(program.pid, signal.SIGINT)
-            program.wait(timeout=60)
+            os.kill(program.pid, signal.SIGKILL)
+            program.wait()
             error = messages.read_text()
-        assert program.returncode == 130
+        assert program.returncode == -signal.SIGKILL
         assert error.count("camera one: its process ended with SIGKILL") == 1
         assert error.count("It is started again, with growing pauses.") == 1
         assert len(re.findall(r"camera one: it is back after \d+\.\d s\.", error)) == 1
-        assert re.search(r"interrupted after one \d+, two \d+ frames; .* wrote r.csv", error)
         assert "Traceback" not in error
-        lines = rows.read_text().splitlines()
+        *lines, _ = rows.read_text().splitlines()
         assert all(line.count(",") == lines[0].count(",") for line in lines)
         frames = [int(line.split(",")[1]) for line in lines if line.startswith("one,")]
         assert all(a <= b for a, b in itertools.pairwise(frames))
@@ -317,21 +318,11 @@ def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
             _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
             _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
             os.kill(program.pid, signal.SIGTERM)
-            program.wait(timeout=60)
+            program.wait()
             error = messages.read_text()
         assert program.returncode == 143
         assert "camera" not in error
         assert re.search(r"terminated after one \d+, two \d+ frames; .* wrote r.csv", error)
-        _until(lambda: not any(map(_runs, children)))
-
-
-@pytest.mark.slow
-def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
-    with camera(moving) as stream, running(tmp_path, stream) as (program, *_):
-        children = _children(program.pid)
-        assert len(children) == 1
-        os.kill(program.pid, signal.SIGKILL)
-        program.wait(timeout=60)
         _until(lambda: not any(map(_runs, children)))
 
 
@@ -421,7 +412,7 @@ def _runs(pid: int) -> bool:
 def _until(done: Callable[[], bool]) -> None:
     begun = time.monotonic()
     while not done():
-        assert time.monotonic() - begun < 120, "waited in vain"
+        assert time.monotonic() - begun < 600, "waited in vain"
         time.sleep(0.05)
 
 

@@ -30,7 +30,7 @@ from motes.mot.detection.background_models import Method
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.occlusion import occlusion_candidates
 from motes.mot.scene import Scene
-from motes.mot.scene_config import Termination, scene_config
+from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.particle_filter import ParticleFilter
@@ -96,32 +96,6 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     assert (stage.scene.created, stage.scene.terminated) == (1, 1)
 
 
-def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
-    for covered in (False, True):
-        stage = Stage(config=replace(scene_config(), termination=Termination(max_age=1.0)))
-        small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
-        statuses = []
-        for i in range(110):
-            place = large._replace(x=160 - (2.6 if covered else 1) * min(i, 40))
-            here = i < 40
-            said = stage.show([small if here else None, place], [small, place][not here :])
-            statuses += [each.track.status for each in said if each.identity == 2]
-        assert statuses.count(Status.OCCLUDED) == pytest.approx(50 if covered else 25, abs=1)
-        assert statuses[-1] is Status.LOST
-
-
-def test_an_object_that_leaves_is_gone_soon() -> None:
-    stage = Stage()
-    for i in range(60):
-        box = walker(i, x=60)
-        visible = Box(box.x, box.y, min(16, 200 - box.x), 30)
-        there = visible.width > 2
-        said = stage.show([box if there else None], [visible] if there else [])
-        if not there and not said:
-            break
-    assert (200 - 60) / 3 < i < (200 - 60) / 3 + 8
-
-
 def test_identities_are_never_used_twice() -> None:
     stage = Stage()
     seen = []
@@ -133,13 +107,6 @@ def test_identities_are_never_used_twice() -> None:
             stage.show([None])
         assert stage.scene.terminated == visit + 1
     assert seen == [1, 2, 3]
-
-
-def test_what_flickers_is_not_born() -> None:
-    stage = Stage()
-    for i in range(30):
-        assert stage.show([walker(0)] if i % 2 else [None]) == []
-    assert stage.scene.created == 0
 
 
 def test_detections_that_make_no_object_say_why() -> None:
@@ -204,26 +171,6 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert stage.scene.created == 2
 
 
-def test_who_is_hidden_does_not_learn_and_is_not_weighed() -> None:
-    stage, still = Stage(), Box(90, 20, 40, 50)
-    models, weights = [], []
-    for i in range(45):
-        box = walker(i, x=-10)
-        apart = box.x + box.width <= still.x
-        found = [still, box] if apart and box.x > 0 else [still]
-        stage.show([box, still], found)
-        things = {thing.identity: thing for thing in stage.scene._state.objects}
-        if 2 in things:
-            weights.append(things[2].state.weights.values)
-        if 2 in things and things[2].occluded:
-            color: Any = things[2].state.models["color"]
-            models.append(color.histogram)
-    assert len(models) > 5
-    assert all((model == models[0]).all() for model in models)
-    last_seen, *hidden = weights[-len(models) - 1 :]
-    assert all((each == last_seen).all() for each in hidden)
-
-
 @pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
 def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
     """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
@@ -237,35 +184,6 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
                 memories.append(thing.state.memories.get("color"))
         assert (models[0] != models[-1]).any() == learns
         assert (memories[0] != memories[-1]) == (learns and remembers)
-
-
-def test_a_blob_of_two_is_divided_between_them() -> None:
-    stage, still = Stage(), [Box(60, 30, 16, 30), Box(78, 30, 16, 30)]
-    for _ in range(6):
-        stage.show(still)
-    moved = [Box(56, 30, 16, 30), Box(81, 30, 16, 30)]
-    said = stage.show(moved, [Box(56, 30, 41, 30)])
-    assert [each.outcome for each in stage.scene.detection_log] == [DetectionOutcome.SEVERAL]
-    assert [each.detected for each in said] == [True, True]
-    for each, box in zip(said, moved, strict=True):
-        assert each.track.box == pytest.approx(box)
-
-
-def test_sizes_follow_detections_slowly() -> None:
-    stage = Stage()
-    for _ in range(4):
-        stage.show([Box(60, 30, 16, 30)])
-    wider = Box(58, 30, 20, 30)
-    widths = [stage.show([wider])[0].track.box.width for _ in range(3)]
-    assert widths == pytest.approx([18, 19, 19.5])
-
-
-def test_objects_have_random_numbers_of_their_own() -> None:
-    stage = Stage()
-    for _ in range(4):
-        stage.show([Box(20, 30, 16, 30), Box(120, 30, 16, 30)])
-    one, other = stage.scene._state.objects
-    assert one.rng.random() != other.rng.random()
 
 
 def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
@@ -304,7 +222,7 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
 
 
 @pytest.mark.slow
-def test_noise_for_4000_frames_neither_crashes_nor_grows() -> None:
+def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     rng = np.random.default_rng(0)
     pictures = rng.integers(0, 256, (16, 24, 32, 3), np.uint8)
     found: list[Detection] = []
@@ -316,12 +234,12 @@ def test_noise_for_4000_frames_neither_crashes_nor_grows() -> None:
         return found if frame.index % 10 < 4 else []
 
     scene, sizes, most = Scene(detector, scene_config(small())), [], 0
-    for index, pixels in zip(range(4000), itertools.cycle(pictures)):
+    for index, pixels in zip(range(2000), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
-        if index in (1000, 3999):
+        if index in (500, 1999):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert scene.created >= scene.terminated > 100
+    assert scene.created >= scene.terminated > 50
     assert most < 20  # who is not seen again is gone after some seconds
     assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
 
@@ -347,16 +265,6 @@ def test_frames_must_fit() -> None:
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["maggio", "ng_delp", "nummiaro"])
-def test_any_particle_filter_follows(name: str) -> None:
-    stage = Stage(config=name)
-    for i in range(12):
-        said = stage.show([walker(i)], [walker(i)] if i < 8 else [])
-    assert [t.identity for t in said] == [1]
-    if said[0].track.status is Status.TRACKING:
-        assert iou(said[0].track.box, walker(11)) > 0.3
-
-
 # Rendered, from pixels alone
 
 
@@ -373,10 +281,9 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [5, 30])
-def test_identities_survive_full_occlusion(length: int) -> None:
+def test_identities_survive_full_occlusion() -> None:
     pytest.importorskip("cv2")
-    clip = occlusion_clip("passing", length, seed=length).clip
+    clip = occlusion_clip("passing", 30, seed=30).clip
     who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
     visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])

@@ -187,7 +187,7 @@ def test_an_answer_without_end_is_a_failure_that_waits(
             dripping.start()
             wait_until(lambda: said)
             assert queue.waiting() == {hook.name: 1}
-            monkeypatch.setattr(webhook, "ANSWER", 60.0)
+            monkeypatch.setattr(webhook, "ANSWER", 600.0)
             ended.set()
             dripping.join()
         server.settimeout(0.05)
@@ -293,7 +293,7 @@ def test_a_slow_broker_gets_all_in_the_end(
             wait_until(lambda: said)
             assert what in said[0]
             assert queue.waiting() == {receiver.name: 5}
-            monkeypatch.setattr(mqtt, "ANSWER", 60.0)
+            monkeypatch.setattr(mqtt, "ANSWER", 600.0)
             broker.silent.clear()
         wait_until(lambda: not queue.waiting())
         sending.close()

@@ -41,7 +41,7 @@ class Reader:
     def __init__(self, address: str) -> None:
         parts = urlsplit(address)
         assert parts.hostname == "127.0.0.1"
-        self._connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=20)
+        self._connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE)
         self._connection.request("GET", "/stream")
         self._answer = self._connection.getresponse()
         kind = self._answer.headers["Content-Type"]

@@ -174,12 +174,6 @@ def test_a_cut_file_is_resumed_to_the_same_bytes(form: Form, data: st.DataObject
         assert (resumed.rows, resumed.resumed) == (6, max(0, text[:cut].count(b"\n") - header))
 
 
-def test_resuming_without_a_file_starts_one(tmp_path: Path) -> None:
-    write(tmp_path / "r.csv", rows(3), resume=True)
-    write(tmp_path / "s.csv", rows(3))
-    assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes()
-
-
 @pytest.mark.parametrize(
     ("change", "where"),
     [

@@ -162,7 +162,7 @@ def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[
     def ask(path: str, content: Any = None) -> tuple[int, Any]:
         data = None if content is None else json.dumps(content).encode()
         try:
-            with urllib.request.urlopen(f"{address}{path}", data, timeout=60) as answer:
+            with urllib.request.urlopen(f"{address}{path}", data, timeout=600) as answer:
                 return answer.status, json.load(answer)
         except urllib.error.HTTPError as error:
             return error.code, json.load(error)
@@ -188,7 +188,7 @@ def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[
             assert ask("/predict", request(truths[0], 1, name))[0] == 400
         foreign = urllib.request.Request(f"{address}/predict", b"{}", {"Origin": "http://evil"})
         with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(foreign, timeout=60)
+            urllib.request.urlopen(foreign, timeout=600)
         body = json.dumps(request(truths[0], 1)).encode()
         with socket.create_connection(("127.0.0.1", answering.server_address[1])) as leaving:
             head = f"POST /predict HTTP/1.0\r\nHost: localhost\r\nContent-Length: {len(body)}"

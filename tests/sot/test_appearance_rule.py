@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues.base import Cue
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.likelihood import Gaussian
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from oracles import bhattacharyya, every_pixel, frame, mosaic
 
-Floats = NDArray[np.float64]
 CUE = Color(sampling=EveryPixel())
 
 
@@ -171,44 +166,3 @@ def test_lost_is_one_frame_and_comes_only_after_tracking(seen: str, frames: int)
             assert status == "t"
         elif before != "t":
             assert status == "s"
-
-
-@given(st.floats(0, 1), st.floats(0, 1), st.floats(0, 1), st.floats(1e-6, 10))
-def test_confidence_is_a_falling_probability(
-    first: float, second: float, middle: float, width: float
-) -> None:
-    calibration = Calibration(middle=middle, width=width)
-    low, high = sorted((first, second))
-    assert 0 <= calibration.probability(high) <= calibration.probability(low) <= 1
-    assert calibration.probability(middle) == 0.5
-
-
-@given(st.floats(0, 1), st.floats(0.01, 2))
-def test_equation_10_up_to_its_constant(d: float, sigma: float) -> None:
-    density = math.exp(-(d**2) / (2 * sigma**2)) / (math.sqrt(2 * math.pi) * sigma)
-    constant = math.log(math.sqrt(2 * math.pi) * sigma)
-    found = Gaussian(sigma=sigma).log(["color"], np.array([[d]]))[0, 0]
-    if density > 0:
-        assert found == pytest.approx(math.log(density) + constant, abs=1e-3)
-    assert found == pytest.approx(-(d**2) / (2 * sigma**2))
-
-
-class Counting:
-    """A cue that counts how many regions it compares."""
-
-    def __init__(self) -> None:
-        self.regions: list[int] = []
-
-    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-        """Return zeros."""
-        self.regions.append(len(ellipses))
-        return np.zeros(len(ellipses))
-
-
-def test_any_cue_can_be_asked() -> None:
-    cue = Counting()
-    found = AppearanceRule(stride=2).background(
-        cast(Cue, cue), None, frame(mosaic(0, 10, 7)), Ellipse(3, 3, 2, 2), target_in_frame=False
-    )
-    assert sum(cue.regions) == 5 * 4
-    assert (found.mean, found.deviation) == (1, 0)

@@ -15,7 +15,7 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.expert import EXPERTS, Expert, Experts
+from motes.sot.discriminative.expert import Expert, Experts
 from motes.sot.discriminative.rival import APART
 from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.tracker import Discriminative
@@ -64,12 +64,6 @@ class Sure(Expert, Config, frozen=True):
     def refined(self, sight: Ellipse, place: Ellipse) -> Ellipse | None:
         """Return its other place."""
         return place._replace(x=self.near[0], y=self.near[1]) if self.near else None
-
-
-def test_ours_are_known_by_name() -> None:
-    assert EXPERTS.known()[:1] == ["confined"]
-    assert EXPERTS.resolve("confined") is Confined
-    assert list(Discriminative().experts.named) == ["confined"]
 
 
 def test_it_keeps_the_rules() -> None:

@@ -29,7 +29,6 @@ from motes.sot.filtering.motion import EllipseWalk
 from motes.sot.filtering.resampling import Multinomial
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo, FilterState
-from motes.sot.presets import PRESETS
 from oracles import frame, region, scene
 
 Floats = NDArray[np.float64]
@@ -99,14 +98,6 @@ def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -
     assert found.sum() == pytest.approx(1)
 
 
-def test_the_paper_s_weights() -> None:
-    """Section 5: 66 % and 34 %; as many names as there are cues, in their order."""
-    made = cloud(0, 9, 2)
-    fixed = Fixed(weights={"orientation": 34, "color": 66})
-    np.testing.assert_allclose(shares(fixed, made), [0.66, 0.34])
-    np.testing.assert_allclose(shares(Fixed(), made), [0.5, 0.5])
-
-
 @pytest.mark.parametrize("weight", [0.0, -1.0, math.nan, math.inf, 1e300, "much"])
 def test_weights_that_are_none(weight: Any) -> None:
     with pytest.raises(ConfigError, match="weights"):
@@ -147,18 +138,6 @@ def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor
     np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
 
 
-@given(clouds, st.randoms(use_true_random=False))
-def test_no_order_matters(made: tuple[Floats, Floats, Floats], random: Any) -> None:
-    """Neither that of the cues nor that of the particles."""
-    ellipses, prior, logs = made
-    cues, particles = list(range(len(logs))), list(range(len(ellipses)))
-    random.shuffle(cues)
-    random.shuffle(particles)
-    other = ellipses[particles], prior[particles], logs[cues][:, particles]
-    found, expected = (shares(PrintedMixture(), each) for each in (other, made))
-    np.testing.assert_allclose(found, expected[cues], rtol=1e-5)
-
-
 @given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
 def test_an_angle_counts_modulo_half_a_turn(
     made: tuple[Floats, Floats, Floats], turns: list[int]
@@ -168,39 +147,6 @@ def test_an_angle_counts_modulo_half_a_turn(
     turned[:, 4] += np.pi * np.array(turns[: len(turned)])
     found = shares(PrintedMixture(), (turned, prior, logs))
     np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-5)
-
-
-@given(clouds, st.lists(st.floats(0.1, 30), min_size=4, max_size=4), st.floats(-500, 500))
-def test_units_do_not_matter(
-    made: tuple[Floats, Floats, Floats], units: list[float], moved: float
-) -> None:
-    """Each dimension may have a unit of its own, also without a floor in that unit."""
-    ellipses, prior, logs = made
-    other = ellipses.copy()
-    other[:, :4] *= units
-    other[:, :2] += moved
-    found = shares(PrintedMixture(), (other, prior, logs))
-    np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-4)
-
-
-@pytest.mark.parametrize("dimension", range(5))
-def test_the_broader_posterior_counts_less(dimension: int) -> None:
-    """In whatever dimension; the particles are the same."""
-    rng = np.random.default_rng(1)
-    ellipses = np.array(FIRST) + rng.normal(size=(500, 5)) * [4, 4, 1, 0.5, 0.1]
-    off = (ellipses - np.array(FIRST))[:, dimension] / [4, 4, 1, 0.5, 0.1][dimension]
-    logs = np.array([-(off**2) / (2 * width**2) for width in (0.1, 0.3, 1.0, 1e9)])
-    found = shares(PrintedMixture(floor=0.1), (ellipses, np.zeros(500), logs))
-    assert (np.diff(found) < 0).all()
-    assert found[0] > 2 * found[3]
-
-
-@given(clouds)
-def test_differences_far_below_the_floor_do_not_matter(
-    made: tuple[Floats, Floats, Floats],
-) -> None:
-    equal = shares(PrintedMixture(floor=1e6), made)
-    np.testing.assert_allclose(equal, 1 / len(made[2]), rtol=1e-6)
 
 
 @pytest.mark.parametrize("floor", [1e-3, 0.3, 1e6])
@@ -234,20 +180,6 @@ def test_particles_without_a_likelihood(bad: float) -> None:
     for fusion in (PrintedMixture(), Fixed()):
         weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
         assert np.isfinite([*weights.values, *found]).all()
-
-
-def test_one_cue_has_it_all() -> None:
-    made = cloud(0, 9, 1)
-    for fusion in (PrintedMixture(), Fixed(), Fixed(weights={"color": 7.0})):
-        np.testing.assert_array_equal(shares(fusion, made), [1])
-
-
-def test_inputs_stay_as_they_are() -> None:
-    made = cloud(0, 9, 3)
-    before = [each.copy() for each in made]
-    shares(PrintedMixture(), made)
-    for each, was in zip(made, before, strict=True):
-        np.testing.assert_array_equal(each, was)
 
 
 @pytest.mark.parametrize("floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf])
@@ -408,13 +340,6 @@ def test_a_cue_that_cannot_tell_does_not_decide() -> None:
     assert info.cue_weights["color"] > info.cue_weights["orientation"] > 0
 
 
-def test_reliability_is_what_the_weights_are() -> None:
-    weights = {"color": 3.0, "orientation": 1.0}
-    np.testing.assert_allclose(Fixed(weights=weights).reliability(NAMES[:2]), [0.75, 0.25])
-    for other in (Fixed(), PrintedMixture(), Product()):
-        np.testing.assert_allclose(other.reliability(NAMES[:4]), 0.25)
-
-
 def test_a_cue_that_is_certain_of_a_place_does_not_find_the_target() -> None:
     """Color matches nowhere, so orientation has the weight; the rule still asks for both."""
     config = with_cues(
@@ -448,16 +373,6 @@ def test_the_rule_has_the_reliabilities_mean() -> None:
         same = replace(state, backgrounds=backgrounds, time=-0.04)
         _, info = config.step(np.random.default_rng(0), same, picture)
         assert (info.track.status is Status.TRACKING) is there
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_shares_of_every_preset(name: str) -> None:
-    config = PRESETS[name]
-    if isinstance(config, ParticleFilter):
-        config = msgspec.structs.replace(config, presence=AppearanceRule(stride=8))
-    _, info = config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
-    assert list(info.cue_weights) == list(config.cues) == list(info.models)
-    assert sum(info.cue_weights.values()) == pytest.approx(1)
 
 
 # Configurations

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,16 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from kinds import FILTER_KINDS
-from motes.core.errors import ConfigError
-from motes.cues.color import Color
-from motes.cues.edge_histogram import Edges
 from motes.sot.filtering.fusion import PrintedMixture, Product
-from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.particle_state import FilterInfo
-from motes.sot.presets import PRESETS, configure
+from motes.sot.presets import PRESETS
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
@@ -91,58 +85,6 @@ def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
         np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
 
 
-@pytest.mark.parametrize(
-    ("kind", "values"),
-    [
-        (Exponential, {"rate": 0}),
-        (Exponential, {"rate": math.inf}),
-        (Gaussian, {"epsilon": -0.1}),
-        (Gaussian, {"epsilon": math.nan}),
-        (BestParticle, {"epsilon": 1.5}),
-        (BestParticle, {"floor": 0}),
-    ],
-)
-def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
-    with pytest.raises(ConfigError, match=f"^{next(iter(values))}: got .*; it takes "):
-        kind(**values)
-
-
-@pytest.mark.parametrize("name", FILTER_KINDS)
-@pytest.mark.parametrize(
-    "likelihood",
-    [
-        {"type": "best_particle"},
-        {"type": "gaussian", "sigma": 0.2, "epsilon": 0.01},
-        {"type": "exponential", "rate": 9.0},
-    ],
-    ids=["adaptive", "fixed", "exponential"],
-)
-def test_every_filter_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
-    config = configure(PRESETS[name], {"likelihood": likelihood})
-    assert isinstance(config, ParticleFilter)
-    kinds: dict[str, type[Likelihood]] = {
-        "best_particle": BestParticle,
-        "gaussian": Gaussian,
-        "exponential": Exponential,
-    }
-    assert isinstance(config.likelihood, kinds[likelihood["type"]])
-    tracker = Tracker(config, 1)
-    tracker.init(scene(0, (30, 36)), region((30, 36)))
-    tracker.update(scene(1, (31, 36)))
-    info = tracker.info
-    assert isinstance(info, FilterInfo)
-    if len(config.cues) == 1:
-        d = info.distances[None]
-        expected = Weights.from_log(config.likelihood.log(list(config.cues), d)[0])
-        np.testing.assert_allclose(info.weights, expected.values, rtol=1e-6, atol=1e-12)
-
-
-def test_a_sigma_for_a_cue_that_is_not_there() -> None:
-    with pytest.raises(ConfigError, match=r"likelihood\.cues names 'edges'; the cues in use are "):
-        ParticleFilter(color=Color(), likelihood=Gaussian(cues={"edges": 0.1}))
-    ParticleFilter(color=Color(), edges=Edges(), likelihood=Gaussian(cues={"edges": 0.1}))
-
-
 # Products
 
 
@@ -168,12 +110,6 @@ def test_one_cue_has_a_veto_in_a_product_but_not_in_a_sum() -> None:
     printed, _ = PrintedMixture().fuse(NAMES, np.zeros(2), logs, nowhere)
     np.testing.assert_allclose(product.values, [0, 1], atol=1e-12)
     np.testing.assert_allclose(printed.values, [0.25, 0.75])
-
-
-def test_particles_without_any_weight() -> None:
-    prior = np.array([-np.inf, 0.0])
-    weights, _ = Product().fuse(NAMES, prior, np.zeros((2, 2)), np.zeros((2, 5)))
-    np.testing.assert_array_equal(weights.values, [0, 1])
 
 
 def test_the_weights_of_a_step() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -20,7 +18,7 @@ from motes.cues.color import Color
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.mean_shift import Kalman, MeanShift
-from motes.sot.presets import TrackerConfig, preset
+from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 from oracles import frame, mosaic, region, scene
 
@@ -32,33 +30,6 @@ FAST = MeanShift(presence=AppearanceRule(stride=4))
 def rho(config: MeanShift, state: Any, picture: Any, ellipse: Ellipse) -> float:
     distance = config.color.distances(state.model, picture, np.array([ellipse]))[0]
     return float(1 - distance**2)
-
-
-def climb(config: MeanShift, start: tuple[float, float], target: tuple[float, float]) -> Any:
-    """Return rho and center after 0, 1, 2 ... iterations from a start towards a target."""
-    state, _ = config.init(RNG, scene(0, target), region(target))
-    state = type(state)(
-        **{
-            **{name: getattr(state, name) for name in state.__slots__},
-            "ellipse": region(start),
-        }
-    )
-    picture = scene(1, target)
-    path = [(start, rho(config, state, picture, region(start)))]
-    for iterations in range(1, 12):
-        limited = replace(config, iterations=iterations, scale=0.0, tolerance=1e-6)
-        _, info = limited.step(RNG, state, picture)
-        ellipse = info.track.ellipse
-        path.append(((ellipse.x, ellipse.y), rho(config, state, picture, ellipse)))
-    return path
-
-
-@pytest.mark.parametrize("start", [(46, 36), (34, 33), (45, 40), (52, 30), (40, 36)])
-def test_rho_never_falls_along_a_climb(start: tuple[float, float]) -> None:
-    path = climb(FAST, start, (40, 36))
-    values = [value for _, value in path]
-    assert all(after >= before - 1e-12 for before, after in itertools.pairwise(values))
-    assert math.dist(path[-1][0], (40, 36)) < 1.5
 
 
 @given(st.integers(0, 40), st.floats(5, 30), st.floats(5, 30))
@@ -161,12 +132,7 @@ def overlaps(config: str | TrackerConfig, seed: int = 0) -> Floats:
 
 JUMPING = list(synthetic.jumping((320, 240), frames=60))
 LEAP, LANDED = slice(20, 29), slice(42, 56)
-SEEDS = range(6)
-
-
-def test_the_clip_leaps() -> None:
-    boxes = np.array([truth.ellipse.box for _, (truth,) in JUMPING])
-    assert (iou(boxes[1:], boxes[:-1]) == 0).sum() >= 8
+SEEDS = range(3)
 
 
 def test_mean_shift_loses_a_target_that_leaps() -> None:
@@ -189,14 +155,6 @@ def test_the_particle_filter_follows_a_target_that_leaps(name: str) -> None:
     # In one run in ten or so, frames of the leap are missed by chance.
     assert (values[:, LEAP] > 0).mean() > 0.8
     assert values[:, LANDED].min() > 0.3
-
-
-def test_presets_of_section_vi() -> None:
-    plain, predicted = preset("mean_shift"), preset("mean_shift:kalman")
-    assert isinstance(plain, MeanShift)
-    assert plain.prediction is None
-    assert isinstance(predicted, MeanShift)
-    assert predicted.prediction == Kalman()
 
 
 def test_the_background_of_a_large_region_is_read_by_a_lattice(

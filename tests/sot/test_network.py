@@ -20,8 +20,7 @@ from motes.core.config import from_dict
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.core.saved_state import pack, unpack
-from motes.sot.network.network import Network, NetworkModel, _opened
+from motes.sot.network.network import Network, _opened
 from motes.sot.network.region import Region, mean_color, read
 from motes.sot.network.view import Choice, NetworkView
 from motes.sot.network.vit import DEVIATION, MEAN
@@ -218,22 +217,6 @@ def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:
     assert view.score_at(np.empty((0, 5))).shape == (0,)
     nothing = msgspec.structs.replace(view, scores=np.zeros(256))
     assert view.score_at(ellipses)[0] > 0 == nothing.score_at(ellipses).max()
-
-
-def test_models_and_views_can_be_saved(network: Network) -> None:
-    frame = picture(150, 100)
-    model = network.learn(frame, Ellipse.from_box(TARGET))
-    view = network.look(model, frame, Ellipse.from_box(TARGET))
-    for value in (model, view):
-        data = msgspec.msgpack.encode(value, enc_hook=pack)
-        read_back = msgspec.msgpack.decode(data, type=type(value), dec_hook=unpack)
-        for name in value.__struct_fields__:
-            np.testing.assert_array_equal(getattr(read_back, name), getattr(value, name))
-    again = msgspec.msgpack.decode(
-        msgspec.msgpack.encode(model, enc_hook=pack), type=NetworkModel, dec_hook=unpack
-    )
-    saved = network.look(again, frame, Ellipse.from_box(TARGET))
-    np.testing.assert_array_equal(saved.scores, view.scores)
 
 
 def test_opencv_sees_the_same(network: Network, monkeypatch: pytest.MonkeyPatch) -> None:

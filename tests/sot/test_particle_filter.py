@@ -18,16 +18,14 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color, ColorModel
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
+from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import RESAMPLINGS, Multinomial, Resampling, Weights
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
-from motes.sot.presets import preset
 from oracles import frame, region, scene
 
 Floats = NDArray[np.float64]
@@ -224,44 +222,6 @@ def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:
     return config, state
 
 
-def test_a_step_is_figure_2() -> None:
-    """Select, propagate, observe and estimate, put together by hand from the same numbers."""
-    config, state = begun(motion=ConstantVelocity(noise=Noise(position=0.2, size=0.02)))
-    rng = np.random.default_rng(3)
-    for index in range(1, 4):
-        picture = scene(index, (40 + 2 * index, 30))
-        twin = np.random.default_rng()
-        twin.bit_generator.state = rng.bit_generator.state
-        weights = state.weights.values
-        cumulative = np.cumsum(weights / weights.sum())
-        r = twin.random(config.particles)
-        chosen = state.states[[int(np.argmax(cumulative > value)) for value in r]]
-        moved = config.motion.propagate(twin, chosen, FRAME_INTERVAL, region((40, 30)))
-        d = config.cues["color"].distances(state.models["color"], picture, moved[:, :5])
-        pi = np.exp(-(d**2) / (2 * Gaussian().sigma ** 2))
-        pi /= pi.sum()
-        state, info = config.step(rng, state, picture)
-        np.testing.assert_allclose(state.states, moved, atol=1e-9)
-        np.testing.assert_allclose(info.weights, pi, rtol=1e-9)
-        np.testing.assert_allclose(info.track.ellipse[:4], (pi @ moved)[:4])
-        np.testing.assert_allclose(info.distances, d)
-        assert info.track.effective_sample_size == pytest.approx(1 / (pi**2).sum())
-
-
-def test_a_step_changes_nothing_that_it_is_given() -> None:
-    config, state = begun(adaptation=ExponentialForgetting(learning_rate=0.5))
-    color: Any = state.models["color"]
-    before = [state.states.copy(), state.weights.log.copy(), color.histogram.copy()]
-    picture = scene(1, (41, 30))
-    pixels = picture.pixels.copy()
-    first, _ = config.step(np.random.default_rng(1), state, picture)
-    again, _ = config.step(np.random.default_rng(1), state, picture)
-    np.testing.assert_array_equal(first.states, again.states)
-    for old, new in zip(before, [state.states, state.weights.log, color.histogram], strict=True):
-        np.testing.assert_array_equal(old, new)
-    np.testing.assert_array_equal(pixels, picture.pixels)
-
-
 def test_without_selection_weights_accumulate() -> None:
     config, state = begun(resampling=Multinomial(threshold=0.0))
     expected = state.weights.log
@@ -327,69 +287,6 @@ def test_spread_is_uniform_over_places_by_their_area() -> None:
 
 
 # Adaptation
-
-
-def learned(
-    adaptation: ExponentialForgetting, hidden: bool
-) -> tuple[ParticleFilter, list[FilterState]]:
-    config, state = begun(adaptation=adaptation)
-    rng, states = np.random.default_rng(0), [state]
-    for index in range(1, 6):
-        center = None if hidden else (40 + index, 30)
-        states.append(config.step(rng, states[-1], scene(index, center))[0])
-    return config, states
-
-
-def test_a_fixed_model_stays_fixed() -> None:
-    _, states = learned(ExponentialForgetting(learning_rate=0.0, anchor=0.5), hidden=False)
-    assert all(state.models == states[0].models for state in states)
-
-
-def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
-    _, states = learned(ExponentialForgetting(learning_rate=0.5), hidden=True)
-    assert states[-1].status is Status.LOST
-    assert all(state.models == states[0].models for state in states)
-
-
-def test_a_model_follows_the_estimate() -> None:
-    config, state = begun(adaptation=ExponentialForgetting(learning_rate=0.3, anchor=0.2))
-    before: Any = state.models["color"]
-    picture = scene(1, (42, 31))
-    after, info = config.step(np.random.default_rng(0), state, picture)
-    seen = Color().histograms(picture, np.array([info.track.ellipse]))[0]
-    expected = 0.7 * before.histogram + 0.3 * (0.2 * before.anchor + 0.8 * seen)
-    learned: Any = after.models["color"]
-    np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
-    np.testing.assert_allclose(info.models["color"].histogram, before.histogram)
-
-
-def test_the_rule_counts_particles() -> None:
-    """More than the share f of the particles must fulfill equation 13."""
-    config, state = begun(
-        particles=10, motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
-        presence=AppearanceRule(fraction=0.3, frames=1), resampling=Multinomial(threshold=0.0),
-        likelihood=Gaussian(sigma=2.0), calibration=Calibration(width=1.0),
-    )  # fmt: skip
-    state = replace(state, backgrounds={"color": BackgroundStatistics(0.5, 0.0)})
-    for count in range(11):
-        states = np.tile(np.array(region((80, 60))), (10, 1))
-        states[:count] = region((40, 30))
-        moved = replace(state, states=states)
-        _, info = config.step(np.random.default_rng(0), moved, scene(1, (40, 30)))
-        assert info.n_supporting == count
-        assert info.track.status is (Status.TRACKING if count > 3 else Status.LOST)
-        # Confidence: how like the estimate is, times the share of weight that fulfills the rule.
-        share = info.weights[info.distances**2 < 0.5].sum()
-        likeness = config.calibration.probability(info.track.distance)
-        assert info.track.confidence == pytest.approx(likeness * share)
-
-
-def test_the_adaptive_preset_learns_slowly() -> None:
-    config = preset("nummiaro:adaptive")
-    assert isinstance(config, ParticleFilter)
-    assert isinstance(config.adaptation, ExponentialForgetting)
-    assert 0 < config.adaptation.learning_rate < 0.2
-    assert 0 < config.adaptation.anchor < 1
 
 
 def test_one_particle() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -183,15 +182,3 @@ def test_a_wrong_prediction_is_checked_at_the_last_place(
     monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.array([60.0, 0.0]))
     for frame in still[8:]:
         assert iou(tracker.update(frame).box, places[0].box) > 0.8
-
-
-def test_the_last_motion_is_saved(scene: NDArray[np.uint8], tmp_path: Path) -> None:
-    frames, places = shaken(scene)
-    whole = Tracker(seed=0)
-    whole.init(frames[0], places[0])
-    for frame in frames[1:8]:
-        whole.update(frame)
-    whole.save(tmp_path / "state")
-    loaded = Tracker.load(tmp_path / "state")
-    for frame in frames[8:14]:
-        assert whole.update(frame).ellipse == loaded.update(frame).ellipse

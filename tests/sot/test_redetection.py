@@ -83,18 +83,6 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     assert off.std() > 0.05  # anywhere within a bin
 
 
-def test_five_places_are_proposed_and_the_last_alone_is_turned() -> None:
-    cue = Redetection()
-    frame = picture(220, 140)
-    model = cue.learn(picture(60, 60), LAST)
-    places = [
-        cue.step(np.random.default_rng(n), model, start(), frame, LAST, 9)[1] for n in range(9)
-    ]
-    assert {len(proposed) for proposed in places} == {5}
-    assert all(place.theta == 0 for proposed in places for place in proposed[:-1])
-    assert any(proposed[-1].theta for proposed in places)
-
-
 def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
     frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
     last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Redetection(), np.random.default_rng(8)
@@ -118,16 +106,6 @@ def test_edges_tell_what_colors_do_not() -> None:
     rng = np.random.default_rng(2)
     _, places = cue.step(rng, model, searchers, both, LAST, 1)
     assert places[0].y == pytest.approx(39.5, abs=12)
-
-
-def test_nothing_that_is_given_changes_and_chance_is_the_generator() -> None:
-    frame, cue = picture(60, 60), Redetection()
-    model, given = cue.learn(frame, LAST), start()
-    once = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
-    again = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
-    assert np.array_equal(given, start())
-    assert np.array_equal(once[0], again[0])
-    assert once[1] == again[1]
 
 
 def test_searchers_stay_in_the_frame() -> None:

@@ -22,7 +22,7 @@ from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
 
-FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=6), strict=True)
+FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=4), strict=True)
 START = TRUTHS[0][0].ellipse
 PIXELS = [frame.pixels for frame in FRAMES]
 
@@ -81,14 +81,14 @@ def assert_same(found: list[Track], wanted: list[Track]) -> None:
         assert (one.status, one.confidence) == (other.status, other.confidence)
 
 
-@pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
 @pytest.mark.parametrize("name", KINDS)
-def test_views_give_the_same_tracks(name: str, view: Callable[[Bytes], Bytes]) -> None:
-    views = [view(pixels) for pixels in PIXELS]
-    for pixels, image in zip(PIXELS, views, strict=True):
-        assert as_rgb(image) is image
-        np.testing.assert_array_equal(image, pixels)
-    assert_same(follow(name, views), expected(name))
+def test_views_give_the_same_tracks(name: str) -> None:
+    for view in VIEWS:
+        views = [view(pixels) for pixels in PIXELS]
+        for pixels, image in zip(PIXELS, views, strict=True):
+            assert as_rgb(image) is image
+            np.testing.assert_array_equal(image, pixels)
+        assert_same(follow(name, views), expected(name))
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -26,7 +26,7 @@ from studios import begin, film, running
 
 pytestmark = pytest.mark.slow
 
-PATIENCE = 60.0
+PATIENCE = 600.0
 
 
 class Begun:

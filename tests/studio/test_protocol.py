@@ -79,7 +79,7 @@ def test_a_slow_page_misses_overlays_and_no_row() -> None:
         while not done():
             await asyncio.sleep(0.001)
 
-    loops.run(show(), 20)
+    loops.run(show(), 600)
     batches = [message.rows for message in sent if isinstance(message, messages.Rows)]
     rows = [each.frame for batch in batches for each in batch]
     assert sorted(set(rows)) == [*range(2000)]

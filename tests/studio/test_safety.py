@@ -417,4 +417,4 @@ def test_a_silent_worker_is_ended(folder: Path) -> None:
         worker.close()
         return str(failed.value)
 
-    assert "0.1 s without a result" in loops.run(wait(), 60)
+    assert "0.1 s without a result" in loops.run(wait(), 600)

@@ -228,7 +228,7 @@ def test_growing_grows_and_shrinks() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [1, 2, 7, 12, 40])
+@pytest.mark.parametrize("length", [1, 12, 40])
 def test_occluded_hides_for_the_given_length(length: int) -> None:
     visible = np.array([t.visible for _, (t,) in synthetic.occluded((320, 240), 235, length)])
     hidden = "".join("x" if value == 0 else " " for value in visible).split()
@@ -252,7 +252,7 @@ def test_still_has_the_size_asked_for_and_moves_slowly(target: tuple[int, int]) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [(32, 32), (97, 73), (120, 200), (400, 90)])
+@pytest.mark.parametrize("size", [(32, 32), (120, 200), (400, 90)])
 @pytest.mark.parametrize("make", CLIPS)
 def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:
     options = {"length": 1} if make is synthetic.occluded else {}

@@ -23,6 +23,9 @@ from motes.core.files import PartialFile, leftovers
 from motes.video.sources import open_source
 from motes.video.writer import ENDINGS, VideoWriter
 
+KINDS = [".mkv", ".mp4"]
+"""One ending of each container."""
+
 
 def run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
     """Run a program that may be killed."""
@@ -46,7 +49,7 @@ from motes.video.writer import VideoWriter
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-@pytest.mark.parametrize("size", [(64, 48), (63, 47), (1, 1)])
+@pytest.mark.parametrize("size", [(63, 47), (1, 1)])
 def test_what_is_written_can_be_read(tmp_path: Path, ending: str, size: tuple[int, int]) -> None:
     width, height = size
     path = tmp_path / f"out{ending}"
@@ -108,13 +111,6 @@ def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> 
             writer.write(picture(index), 0.1)
     with open_source(tmp_path / "out.mp4") as source:
         assert len(list(source)) == 5
-
-
-def test_strided_pictures_can_be_written(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
-        writer.write(picture(0)[:, ::-1])
-    with open_source(tmp_path / "out.mp4") as source:
-        assert np.abs(next(source).pixels - picture(0)[:, ::-1].astype(int)).mean() < 6
 
 
 @pytest.mark.parametrize("name", ["a:b.mp4", "http:b.mp4", "http:b.mkv"])
@@ -209,11 +205,11 @@ def left(folder: Path) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", [".mkv", ".mp4"])
+@pytest.mark.parametrize("ending", KINDS)
 def test_any_number_of_pictures_makes_a_film(tmp_path: Path, ending: str) -> None:
     """Seven once made none."""
     rates = (7.5, 24000 / 1001, 25, 60)
-    for count in range(1, 41):
+    for count in (1, 2, 3, 6, 7, 8, 9, 25, 40):
         fps = rates[count % len(rates)]
         path = tmp_path / f"{count}{ending}"
         with VideoWriter(path, fps) as writer:
@@ -226,7 +222,7 @@ def test_any_number_of_pictures_makes_a_film(tmp_path: Path, ending: str) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", KINDS)
 def test_a_killed_program_leaves_all_but_the_last_picture(tmp_path: Path, ending: str) -> None:
     result = run(
         tmp_path,
@@ -269,7 +265,7 @@ def test_a_film_can_be_read_at_any_moment_of_its_end(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", KINDS)
 def test_a_full_disk_is_one_clear_error(tmp_path: Path, ending: str) -> None:
     result = run(
         tmp_path,
@@ -299,7 +295,7 @@ def test_a_full_disk_is_one_clear_error(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", KINDS)
 def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(
     tmp_path: Path, ending: str
 ) -> None:

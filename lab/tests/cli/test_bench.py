@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes import Frame, MissingDependencyError, MotesError, SourceError, synthetic
+from motes import Frame, MotesError, SourceError, synthetic
 from motes.core.geometry import Ellipse
 from motes.video.writer import VideoWriter
 from motes_lab.cli import main
@@ -118,27 +118,6 @@ def test_the_power_of_growth() -> None:
     assert [cell.text for cell in table.foot[0]] == power
 
 
-def test_the_power_of_each_round() -> None:
-    """Two updates a round, three rounds: their powers are 1, 2 and 1.5."""
-    seconds: Timed = {("one", n): [n, n, n**2, n**2, n**1.5, n**1.5] for n in (1, 2, 4)}
-    growth = Growth.over("particles", seconds, 3, size="9x9")
-    assert growth.powers["one"] == pytest.approx((1.5, 1, 2))
-
-
-def test_workers_that_share_the_work() -> None:
-    seconds: Timed = {("threads", n): [0.1 / n] * 3 for n in (1, 2, 4)}
-    growth = Growth.over("threads", seconds, large="9x9")
-    assert growth.powers["threads"] == pytest.approx((-1, -1, -1))
-    table = growth.table()
-    assert table.head[-1] == "times as fast"
-    assert [row[-1].text for row in table.rows] == ["1.000", "2.000", "4.000"]
-
-
-def test_files_are_compared_with_decoding_alone() -> None:
-    table = speed_report.files_table({("f", "decoded"): [0.1, 0.01], ("f", "followed"): [0.11]})
-    assert [cell.text for cell in table.rows[0]] == ["f", "18", "9", "50%"]
-
-
 def test_everything_has_its_turn_in_every_round() -> None:
     calls: list[str] = []
 
@@ -154,53 +133,9 @@ def test_everything_has_its_turn_in_every_round() -> None:
     assert steps[2] == {"a": [1, 3, 5], "b": [2, 4, 6]}
 
 
-def test_images_have_just_been_written() -> None:
-    images = [np.full((2, 2), i) for i in range(3)]
-    seen: list[np.ndarray] = []
-    assert len(speed.timed(seen.append, images)) == 3
-    for image, copy in zip(images, seen, strict=True):
-        np.testing.assert_array_equal(image, copy)
-        assert not np.shares_memory(image, copy)
-
-
 @pytest.fixture
 def film() -> Film:
     return Film.of(synthetic.still(SMALL, (30, 40), 3))
-
-
-@pytest.mark.parametrize("there", [[], ["cv2:kcf"]])
-def test_peers_that_are_missing_are_left_out(
-    film: Film, there: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def peer(name: str) -> None:
-        if name not in there:
-            raise MissingDependencyError("Install it.")
-
-    monkeypatch.setattr(speed, "peer", peer)
-    monkeypatch.setattr(speed, "OURS", ["nummiaro", "mean_shift"])
-    jobs, missing = speed.trackers({MAIN: film})
-    assert [*jobs] == [("nummiaro", MAIN), ("mean_shift", MAIN), *((name, MAIN) for name in there)]
-    assert missing == "Install it."  # said once
-    assert len(jobs["nummiaro", MAIN]()) == 2
-
-
-def test_more_trackers_than_targets(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(growth, "COUNTS", (1, 3))
-    jobs = growth.targets(film)
-    assert [*jobs] == [(line, n) for n in (1, 3) for line in ("1 thread", "2 threads")]
-    for run in jobs.values():
-        assert [len(run()), len(run())] == [2, 2]  # each from the same start
-
-
-def test_particles_become_more(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(growth, "PARTICLES", (10, 20))
-    seen: list[int] = []
-    monkeypatch.setattr(
-        speed, "timed", lambda update, _: seen.append(update.__self__.config.particles)
-    )
-    for run in growth.particles(film).values():
-        run()
-    assert seen == [10, 20]
 
 
 def test_a_scene_is_enlarged_with_its_target(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -246,19 +181,6 @@ def test_a_process_that_ends_is_reported(film: Film) -> None:
     outside = film._replace(regions=[Ellipse(9999, 9999, 3, 3, 0)])
     with pytest.raises(MotesError, match=r"A measured process ended with exit code 1\."):
         growth.processes(outside)["processes", 1]()
-
-
-def test_a_crowd_circles_without_a_seam() -> None:
-    crowd = synthetic.crowd()
-    assert len(crowd.targets) >= 100
-    paths = np.array([target.states[:, :2] for target in crowd.targets])
-    steps = np.linalg.norm(np.roll(paths, -1, axis=1) - paths, axis=2)
-    np.testing.assert_allclose(steps, steps[0, 0])
-    boxes = np.array([target.states.mean(axis=0) for target in crowd.targets])
-    apart = np.abs(boxes[:, None, :2] - boxes[None, :, :2]) > (60 + 12, 100 + 12)
-    assert (apart.any(axis=2) | np.eye(len(boxes), dtype=bool)).all()
-    reach = np.array([30 + 6, 50 + 6])
-    assert ((boxes[:, :2] > reach) & (boxes[:, :2] < np.array(crowd.size) - reach)).all()
 
 
 def test_real_sequences_have_ratios_and_their_geometric_means() -> None:
@@ -350,8 +272,7 @@ def test_a_tracker_of_opencv_that_fails_is_left_out(
                              for cell in row}  # fmt: skip
 
 
-@pytest.mark.parametrize("growths", [0, 1, 3])
-@pytest.mark.parametrize("peers", [True, False])
+@pytest.mark.parametrize(("growths", "peers"), [(0, False), (3, True)])
 def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
     pytest.importorskip("matplotlib")
     seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}

@@ -152,28 +152,6 @@ def test_a_detector(go: Go) -> None:
     assert [row["false_negatives"] for row in table("seen")] == ["24", "24"]
 
 
-@pytest.mark.slow
-def test_a_frame_is_missing(home: Path, go: Go) -> None:
-    shutil.copytree("data/a", "short/a")
-    Path("short/a/img1/0011.png").write_text("nothing")
-    code, _, error = go("short --tracker crowds_of:Echo --workers 1 --out cut")
-    assert code == 6
-    assert "crowds_of:Echo on a, mot, seed 0: " in error
-    assert "0011.png cannot be read" in error
-
-
-@pytest.mark.slow
-def test_overwriting_leaves_what_others_put_there(whole: str, go: Go) -> None:
-    shutil.copytree(whole, "again")
-    Path("again/mine.txt").touch()
-    line = "data --sequence b --tracker crowds_of:Echo --workers 1 --out again --overwrite"
-    assert go(line)[0] == 0
-    assert sorted(str(path) for path in Path("again").rglob("*.txt")) == [
-        "again/mine.txt",
-        "again/tracks/crowds_of%3AEcho/b/mot-0.txt",
-    ]
-
-
 @pytest.mark.parametrize(
     ("line", "code", "error"),
     [

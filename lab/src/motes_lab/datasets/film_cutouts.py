@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from PIL import Image
-from scipy import ndimage
 
 from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.types import Bytes
@@ -81,8 +81,10 @@ def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:
     size = round(image.width * scale), round(image.height * scale)
     part = np.asarray(image.resize(size, Image.Resampling.LANCZOS))
     mask = grab_cut(part, (box - (left, top, 0, 0)) * scale)
-    mask = ndimage.binary_opening(ndimage.binary_closing(mask, iterations=1), iterations=1)
-    labels, _ = ndimage.label(mask)
+    mask = scipy.ndimage.binary_opening(
+        scipy.ndimage.binary_closing(mask, iterations=1), iterations=1
+    )
+    labels, _ = scipy.ndimage.label(mask)
     if not labels.any():
         return None
     mask = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
@@ -123,12 +125,12 @@ def _soft(part: Bytes, mask: NDArray[np.bool_]) -> Cutout | None:
 
     None if the object is too thin.
     """
-    core = ndimage.binary_erosion(mask)
-    inner = ndimage.binary_erosion(core)
+    core = scipy.ndimage.binary_erosion(mask)
+    inner = scipy.ndimage.binary_erosion(core)
     if not inner.any():
         return None
-    _, (rows, columns) = ndimage.distance_transform_edt(~inner, return_indices=True)
+    _, (rows, columns) = scipy.ndimage.distance_transform_edt(~inner, return_indices=True)
     y, x = (np.flatnonzero(core.any(axis=axis)) for axis in (1, 0))
     window = slice(max(y[0] - 3, 0), y[-1] + 4), slice(max(x[0] - 3, 0), x[-1] + 4)
-    matte = ndimage.gaussian_filter(core[window].astype(np.float32), 0.8)
+    matte = scipy.ndimage.gaussian_filter(core[window].astype(np.float32), 0.8)
     return Cutout(np.ascontiguousarray(part[rows, columns][window]), matte.clip(0, 1))
