@@ -19,10 +19,10 @@ from PIL import Image
 from motes import open_source
 from motes.cli import main
 from motes.cli.watch_counting import table
-from motes.formats.rows import OBJECT_COLUMNS as COLUMNS
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
+from motes.rows.schema import COLUMNS
 from motes.video.writer import VideoWriter
 from sightings import seen, told
 
@@ -76,9 +76,9 @@ def test_one_walks_by(go: Go) -> None:
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == COLUMNS
-    assert {row["identity"] for row in rows} == {"1"}
+    assert {row["id"] for row in rows} == {"1"}
     middle = next(row for row in rows if row["frame"] == "60")
-    assert float(middle["x"]) == pytest.approx(4 * 25 - 16, abs=2)
+    assert float(middle["left"]) == pytest.approx(4 * 25 - 16, abs=2)
     assert float(middle["width"]) == pytest.approx(16, abs=2)
     events = [json.loads(line) for line in Path("e.jsonl").read_text().splitlines()]
     assert [event["event"] for event in events] == ["appears", "crosses", "disappears"]
@@ -125,8 +125,8 @@ def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
     rows = [row for row in rows if row["status"] == "tracking"]
     assert len(lines) == len(rows) > 30
     for line, row in zip(lines, rows, strict=True):
-        box = [row["x"] + 1, row["y"] + 1, row["width"], row["height"]]
-        np.testing.assert_allclose(line[:6], [row["frame"] + 1, row["identity"], *box], atol=6e-3)
+        box = [row["left"] + 1, row["top"] + 1, row["width"], row["height"]]
+        np.testing.assert_allclose(line[:6], [row["frame"] + 1, row["id"], *box], atol=6e-3)
 
 
 def test_detections_of_a_file_and_default_output(go: Go) -> None:
@@ -263,7 +263,7 @@ def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
         error = process.communicate()[1]
     assert process.returncode == 130, error
     assert "interrupted after" in error
-    assert all(json.loads(line)["identity"] for line in rows.read_text().splitlines())
+    assert all(json.loads(line)["id"] for line in rows.read_text().splitlines())
 
 
 def test_the_table_is_by_the_minute() -> None:
@@ -319,7 +319,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     assert "appears walker 1" in error
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert {row["class"] for row in rows} == {"walker"}
+    assert {row["label"] for row in rows} == {"walker"}
     events = [json.loads(each) for each in Path("e.jsonl").read_text().splitlines()]
     assert {each["class"] for each in events} == {"walker"}
     code, _, error = go(f"{line} --classes cat --overwrite")

@@ -15,7 +15,7 @@ from motes.core.spreadsheet import MARKS, guarded, unguarded
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import recording_of
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 from motes_lab import scores
 from recordings import FACTS
 
