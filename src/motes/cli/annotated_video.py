@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.cli.frame_loop import Moment
+from motes.core.frame import FRAME_INTERVAL
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
 from motes.output.painters import ScenePainter, TrackPainter
@@ -21,16 +22,7 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 
-class Framed(Protocol):
-    """The result of a frame."""
-
-    @property
-    def frame(self) -> Frame:
-        """The frame."""
-        ...
-
-
-T_contra = TypeVar("T_contra", bound=Framed, contravariant=True)
+T_contra = TypeVar("T_contra", bound=Moment, contravariant=True)
 
 
 def painted_scene(places: Regions) -> Callable[[FrameResult], Draw]:

@@ -62,8 +62,9 @@ class Given:
 
     @property
     def last(self) -> int:
-        """The last frame that has an object; -1 without any."""
-        return max((frame for frame, row in self.rows.items() if row.objects), default=-1)
+        """The last frame that has a row; -1 without any."""
+        rows = self.rows.values()
+        return max((row.frame for row in rows if row.objects or self.timed), default=-1)
 
     def objects(self, frame: Frame) -> Sequence[ObjectRow]:
         """Return the objects in a frame."""

@@ -7,10 +7,11 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Self
 
 from msgspec.structs import replace
 
+from motes.cli.frame_loop import Moment
 from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
@@ -53,15 +54,6 @@ class FrameResult:
     def picture(self) -> FrameRow:
         """The rows of the frame."""
         return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
-
-
-class Pictured(Protocol):
-    """What outputs of rows take: the result of a frame, of one target or of several objects."""
-
-    @property
-    def picture(self) -> FrameRow:
-        """The rows of the frame."""
-        ...
 
 
 def rows_output(
@@ -141,7 +133,7 @@ class RowsOutput:
     def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
         self._writer, self._resume, self._complete = writer, resume, False
 
-    def write(self, moment: Pictured) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
         self._writer.add(moment.picture)
 
@@ -166,7 +158,7 @@ class RowsOutput:
 class MotOutput(Lines):
     """Results of the MOTChallenge: a line for each visible object in each frame."""
 
-    def write(self, moment: Pictured) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
         picture = moment.picture
         self.put([result_line(picture.frame, each) for each in visible(picture)])
@@ -199,7 +191,7 @@ class DocumentOutput:
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
 
-    def write(self, moment: Pictured) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's objects to the journal."""
         self.add(moment.picture)
 

@@ -13,7 +13,7 @@ from typing import Any
 from motes.core.errors import FormatError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
 from motes.rows.journal import Journal, ObjectRow
@@ -22,7 +22,7 @@ from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
 
 
 def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
-    """Return the further columns and the rows of a recording, with the values of all columns.
+    """Return the columns and the rows of a recording.
 
     If there is one object, it has a row in all frames: it is searched for where it is not there.
     """
@@ -31,7 +31,8 @@ def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]
         for each in row.objects:
             identities.add(each.identity)
             further |= dict.fromkeys(each.more)
-    usual = [ObjectRow.nowhere(each) for each in identities] if len(identities) == 1 else []
+    alone = len(identities) == 1 and ANONYMOUS not in identities
+    usual = [ObjectRow.nowhere(each) for each in identities] if alone else []
     values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
     return (*COLUMNS, *further), values
 
