@@ -7,7 +7,7 @@ import math
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import FilmFacts, Recording, recording_of
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)
 

@@ -25,6 +25,7 @@ ORDER = [
     {"sot"},
     {"mot", "testing"},
     {"synthetic"},
+    {"rows"},
     {"output"},
     {"correction"},
     {"formats"},
@@ -39,8 +40,9 @@ ORDER = [
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
     "core": 2600, "kernels": 300, "video": 2410, "cues": 2150, "sot": 7200, "mot": 8100,
-    "testing": 310, "synthetic": 2350, "output": 3130, "correction": 2120, "formats": 3050,
-    "cluster": 3300, "services": 460, "studio": 6150, "cli": 8350, "filtering": 90, "lab": 14350,
+    "testing": 310, "synthetic": 2350, "rows": 870, "output": 2410, "correction": 2210,
+    "formats": 2970, "cluster": 3300, "services": 460, "studio": 6110, "cli": 8060, "filtering": 90,
+    "lab": 14350,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 

@@ -96,7 +96,7 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
             if output and "--resume" not in command:
                 rows = (folder / output[1]).read_text().splitlines()
                 assert len(rows) == 1 + 30 * max(1, command.count("--init")), command
-                assert rows[-1].split(",")[8] == "tracking", command
+                assert rows[-1].split(",")[14] == "tracking", command
     assert run >= (1 if page.stem == "detectors" else 4)
 
 

@@ -35,7 +35,8 @@ PACKAGES = {
     "mot": "Many objects",
     "video": "Sources and writers of frames",
     "correction": "Corrected tracks",
-    "output": "Rows and drawings",
+    "rows": "Rows",
+    "output": "Drawings",
     "core": "Frames, results and errors",
 }
 """Headings of the API page by the package that a name comes from, in order."""

@@ -17,7 +17,7 @@ from motes import Tracker, open_source
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
 from motes.formats.regions import ABSENT, TruthRegion, read_mask, read_regions
-from motes.output.track_rows import TrackWriter
+from motes.rows.writer import TrackWriter
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
 
 NAN = [math.nan] * 4

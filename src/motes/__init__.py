@@ -68,9 +68,9 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.mot.scene_tracks import SceneTracks as SceneTracks
     from motes.mot.tracked_object import SceneTrack as SceneTrack
     from motes.output.overlay import draw as draw
-    from motes.output.read_rows import read_track as read_track
+    from motes.rows.reader import read_track as read_track
     from motes.output.scene_overlay import draw_scene as draw_scene
-    from motes.output.track_rows import TrackWriter as TrackWriter
+    from motes.rows.writer import TrackWriter as TrackWriter
     from motes.sot.algorithm import Algorithm as Algorithm
     from motes.sot.batch import Trackers as Trackers
     from motes.sot.discriminative.state import DiscriminativeInfo as DiscriminativeInfo
@@ -120,9 +120,9 @@ _NAMES = {
     "mot.scene_tracks": "SceneTracks",
     "mot.tracked_object": "SceneTrack",
     "output.overlay": "draw",
-    "output.read_rows": "read_track",
+    "rows.reader": "read_track",
     "output.scene_overlay": "draw_scene",
-    "output.track_rows": "TrackWriter",
+    "rows.writer": "TrackWriter",
     "sot.algorithm": "Algorithm",
     "sot.batch": "Trackers",
     "sot.discriminative.state": "DiscriminativeInfo",

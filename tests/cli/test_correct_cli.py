@@ -7,6 +7,7 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 from PIL import Image
@@ -16,7 +17,8 @@ from motes.core.errors import FormatError
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
-from motes.output.track_rows import COLUMNS, CORRECTED, GROUND, TrackWriter
+from motes.rows.schema import COLUMNS, GROUND, HINDSIGHT
+from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
@@ -60,7 +62,7 @@ def test_rows_between_keyframes(go: Go) -> None:
     assert code == 0
     assert f"{FRAMES} frames, 4 keyframes, tracking in 22, absent in 2; wrote rows.csv." in said
     found = rows("rows.csv")
-    assert tuple(found[0]) == CORRECTED
+    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
     assert [int(row["frame"]) for row in found] == [*range(FRAMES)]
     assert [row["status"] for row in found if row["frame"] in ("10", "11")] == ["absent"] * 2
     assert found[10]["x"] == found[10]["x_std"] == ""
@@ -106,7 +108,7 @@ def test_metres_masks_and_figures(go: Go) -> None:
         True,
     )
     found = rows("m.csv")
-    assert tuple(found[0]) == (*CORRECTED, *GROUND)
+    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
     assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
     assert found[10]["x_m"] == ""
     with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
@@ -148,12 +150,11 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
     def stopped_at(row: int) -> None:
         """Run until a row, half of which is written; then nothing more, as after a kill."""
 
-        def write(writer: TrackWriter, line: bytes) -> None:
-            assert writer._file is not None
-            if line.startswith(b"%d," % row):
-                writer._file.write(line[:9])
+        def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
+            if data.startswith(b"%d," % row):
+                file.write(data[:9])
                 raise RuntimeError
-            writer._file.write(line)
+            file.write(data)
 
         with monkeypatch.context() as patched:
             patched.setattr(TrackWriter, "_write", write)
@@ -257,7 +258,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     after = Path("rows.csv").read_text().splitlines()
     changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
     assert min(changed) > 12
-    assert after[19].split(",")[2] == "45.500"
+    assert after[19].split(",")[8] == "45.500"
     history = History.load(Path("rows.csv.run.json"))
     assert [len(marks) for marks in history.corrections] == [2, 3]
     # The history repeats the run.
@@ -323,7 +324,7 @@ def test_smoothed_rows(go: Go) -> None:
     Path("rows.csv").write_text("\n".join(lines) + "\n")
     code, said = go("smooth rows.csv -o smooth.csv")
     assert (code, "tracking in 21, interpolated in 3, 0 outliers" in said) == (0, True)
-    assert tuple(rows("smooth.csv")[0]) == CORRECTED
+    assert tuple(rows("smooth.csv")[0]) == (*COLUMNS, *HINDSIGHT)
     assert [row["frame"] for row in rows("smooth.csv") if row["status"] == "interpolated"] == [
         "9", "10", "11",
     ]  # fmt: skip
@@ -404,7 +405,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("smooth huge.csv -o a.csv", 3, "huge.csv has 1e+300 as a in frame 0; correct that row"),
         ("smooth tiny.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
         ("smooth below.csv -o a.csv", 3, "below.csv has a frame twice, out of order, or below 0"),
-        ("smooth long.csv -o a.csv", 3, "row 1: frame is 99999999999999999999"),
+        ("smooth long.csv -o a.csv", 3, "row 1: frame: 99999999999999999999"),
         ("check FILM untimed.csv", 3, "untimed.csv has frame 0 at nan s, but"),
         ("track FILM --at 3=BOX --start -2", 2, "No frame is from -2; start at 0 or later"),
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
@@ -429,7 +430,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
             for frame, _ in still((96, 80), target=(30, 40), frames=frames):
                 writer.write(frame.pixels, frame.index / fps)
     head = ",".join(COLUMNS) + "\n"
-    row = "0,0,{x},40,{a},8,0,1,{status},,\n"
+    row = "0,0,1,,22,32,16,16,{x},40,{a},8,0,1,{status},,,\n"
     rows = {"head": "", "negative": row.format(x=30, a=-8, status="tracking"),
             "huge": row.format(x=30, a=1e300, status="tracking"),
             "tiny": row.format(x=30, a=1e-300, status="tracking"),
@@ -440,7 +441,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
             "status": row.format(x=30, a=8, status="flying")}  # fmt: skip
     for name, text in rows.items():
         Path(f"{name}.csv").write_text(head + text)
-    Path("objects.csv").write_text("frame,time,identity,x,y\n0,0,1,2,3\n")
+    Path("objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     if "metres.csv" in line or "alone.csv" in line:

@@ -108,11 +108,11 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
 
 def objects(count: int = FRAMES) -> str:
     """Return rows of two objects with names, of which one walks over the line."""
-    lines = ["frame,time,identity,x,y,width,height,confidence,status,occluded_by,class"]
+    lines = ["frame,time,id,label,left,top,width,height,confidence,status,occluded_by"]
     for index in range(count):
         time = f"{index / 25:.6f}"
-        lines.append(f"{index},{time},1,{20 + 2 * index},20,20,20,0.9,tracking,,car")
-        lines.append(f"{index},{time},2,90,2,9,12,0.9,tracking,,")
+        lines.append(f"{index},{time},1,car,{20 + 2 * index},20,20,20,0.9,tracking,")
+        lines.append(f"{index},{time},2,,90,2,9,12,0.9,tracking,")
     return "\n".join(lines) + "\n"
 
 

@@ -52,7 +52,7 @@ def test_each_is_followed_as_if_alone(go: Go, film: str) -> None:
     assert f"{FRAMES} frames, object 1 tracked in" in error
     assert "wrote o.mkv, r.csv" in error
     rows = list(csv.DictReader(Path("r.csv").read_text().splitlines()))
-    assert [(row["frame"], row["identity"]) for row in rows] == [
+    assert [(row["frame"], row["id"]) for row in rows] == [
         (str(frame), who) for frame in range(FRAMES) for who in "12"
     ]
     for i, box in enumerate(BOXES):
@@ -60,7 +60,9 @@ def test_each_is_followed_as_if_alone(go: Go, film: str) -> None:
         with open_source(film) as source:
             frames = list(source)
         tracks = [tracker.init(frames[0], box), *map(tracker.update, frames[1:])]
-        found = np.array([[float(row[c]) for c in ("x", "y", "width", "height")] for row in rows])
+        found = np.array(
+            [[float(row[c]) for c in ("left", "top", "width", "height")] for row in rows]
+        )
         np.testing.assert_allclose(found[i::2], [track.box for track in tracks], atol=6e-4)
     with open_source("o.mkv") as overlay:
         assert sum(1 for _ in overlay) == FRAMES

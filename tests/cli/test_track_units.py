@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.output.read_rows import read_track
+from motes.rows.reader import read_track
 from motes.synthetic.clips import crowd
 
 Go = Callable[[str], tuple[int, str]]

@@ -14,10 +14,10 @@ from PIL import Image
 from motes import open_source
 from motes.cli import main
 from motes.cli.watch_counting import table
-from motes.formats.rows import OBJECT_COLUMNS as COLUMNS
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
+from motes.rows.schema import COLUMNS
 from motes.video.writer import VideoWriter
 from sightings import seen, told
 
@@ -71,9 +71,9 @@ def test_one_walks_by(go: Go) -> None:
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == COLUMNS
-    assert {row["identity"] for row in rows} == {"1"}
+    assert {row["id"] for row in rows} == {"1"}
     middle = next(row for row in rows if row["frame"] == "60")
-    assert float(middle["x"]) == pytest.approx(4 * 25 - 16, abs=2)
+    assert float(middle["left"]) == pytest.approx(4 * 25 - 16, abs=2)
     assert float(middle["width"]) == pytest.approx(16, abs=2)
     events = [json.loads(line) for line in Path("e.jsonl").read_text().splitlines()]
     assert [event["event"] for event in events] == ["appears", "crosses", "disappears"]
@@ -278,7 +278,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     assert "appears walker 1" in error
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert {row["class"] for row in rows} == {"walker"}
+    assert {row["label"] for row in rows} == {"walker"}
     events = [json.loads(each) for each in Path("e.jsonl").read_text().splitlines()]
     assert {each["class"] for each in events} == {"walker"}
     code, _, error = go(f"{line} --classes cat --overwrite")

@@ -9,7 +9,8 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.cli.watch_outputs import FrameResult, SceneOverlay
+from motes.cli.annotated_video import AnnotatedVideo, painted_scene
+from motes.cli.watch_outputs import FrameResult
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
@@ -83,7 +84,7 @@ def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
         writer.write(frame(0))
     counter = EventCounter(regions)
     with open_source(tmp_path / "a.mkv") as film:
-        drawn = SceneOverlay(tmp_path / "o.mkv", film, 1, regions, overwrite=False)
+        drawn = AnnotatedVideo(tmp_path / "o.mkv", film, 1, painted_scene(regions), overwrite=False)
         with drawn:
             for index in range(8):
                 tracks = [seen(index, (42 + 4 * index, 30))]

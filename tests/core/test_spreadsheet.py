@@ -15,7 +15,7 @@ from motes.core.spreadsheet import MARKS, guarded, unguarded
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import recording_of
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 from motes_lab import scores
 from recordings import FACTS
 
@@ -36,8 +36,8 @@ def test_names_of_classes_are_no_formulas(name: str, tmp_path: Path) -> None:
     rows = recording_of(FACTS, [(0, ObjectRow(1, place, 1.0, Status.TRACKING, label=name))])
     registry.write(tmp_path / "a.csv", "csv", rows)
     last = (tmp_path / "a.csv").read_text().splitlines()[-1]
-    assert "1,-9.0,9.0" in last  # and numbers are as they were
-    assert last.rpartition(",1.0,tracking,,")[2].lstrip('"').startswith("'")
+    assert "-9.000,9.000" in last  # and numbers are as they were
+    assert last.removeprefix("0,0.000000,1,").lstrip('"').startswith("'")
     (row,) = registry.read(tmp_path / "a.csv", "csv", FACTS)
     assert row.objects[0].label == name
 

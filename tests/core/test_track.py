@@ -13,7 +13,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.tracked_object import SceneTrack
-from motes.output.track_rows import COLUMNS
+from motes.rows.schema import BOX, COLUMNS
 
 ELLIPSE = Ellipse(30.0, 40.0, 10.0, 5.0)
 TRACK = Track(7, 0.28, ELLIPSE, np.zeros((5, 5)), 0.875, Status.TRACKING, 0.1, 50.0)
@@ -61,8 +61,8 @@ def test_a_track_as_plain_values() -> None:
 def test_an_object_as_plain_values() -> None:
     values = OBJECT.to_dict()
     assert json.loads(json.dumps(values)) == values
-    assert (values["identity"], values["occluded_by"]) == (3, 4)
-    assert tuple(values[name] for name in ("x", "y", "width", "height")) == TRACK.box
+    assert (values["id"], values["occluded_by"]) == (3, 4)
+    assert tuple(values[name] for name in BOX) == TRACK.box
     assert SceneTrack(3, TRACK).to_dict()["occluded_by"] is None
 
 

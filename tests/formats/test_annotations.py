@@ -22,7 +22,7 @@ from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
 from motes.formats.registry import write
 from motes.mot.tracked_object import SceneTrack
-from motes.output.journal import FrameRow, Header, Journal, JournalWriter, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, ObjectRow, object_rows
 from sightings import seen
 
 SIZE = (100, 60)

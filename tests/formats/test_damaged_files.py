@@ -20,7 +20,7 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
 from motes.formats.registry import FORMATS
-from motes.output.journal import FrameRow, Header, JournalWriter, ObjectRow
+from motes.rows.journal import FrameRow, Header, JournalWriter, ObjectRow
 
 
 class Sample(NamedTuple):
@@ -55,7 +55,6 @@ class Sample(NamedTuple):
 
 TRACK = "frame,time,x,y,a,b,theta,confidence,status,distance,effective_sample_size\n"
 TRACK_ROW = "1,0.04,12.5,40.0,40.5,9.0,0.1,0.9,tracking,0.1,99.0\n"
-WATCH = "frame,time,identity,x,y,width,height,confidence,status,occluded_by,class\n"
 JSON_ROW = (
     '{"frame": 1, "time": 0.04, "x": 12.5, "y": 40.0, "a": 40.5, "b": 9.0, "theta": 0.1, '
     '"confidence": 0.9, "status": "tracking", "distance": 0.1, "effective_sample_size": 99.0}\n'
@@ -331,7 +330,7 @@ def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -
 
 LONG = "1" * 200_000
 WRONG = [
-    ("csv", TRACK, TRACK.replace("x,y", "left,top"), "its columns are"),
+    ("csv", TRACK, TRACK.replace("x,y", "east,north"), "its columns are"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
     ("csv", "0.9,tracking,0.1,99.0\n", "0.9,followed,0.1,99.0\n", "row .: 'followed' is not"),
     ("csv", "1,0.04,12.5,40.0", "1,,12.5,40.0", "row 2: it has no time"),
@@ -421,25 +420,25 @@ def test_a_folder_of_labels_is_wrong(
     check_refused(convert("yolo", b""), message)
 
 
-PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "x": [10.0, 12.5], "y": [1.0, 1.0],
-           "width": [9.0, 9.0], "height": [9.0, 9.0], "identity": [1, 1]}  # fmt: skip
+PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "left": [10.0, 12.5], "top": [1.0, 1.0],
+           "width": [9.0, 9.0], "height": [9.0, 9.0], "id": [1, 1]}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("column", "values", "message"),
     [
-        ("frame", None, "its columns are time, x, y"),
+        ("frame", None, "its columns are time, left, top"),
         ("frame", [0, 0], "frame 0 has the object 1 twice"),
         ("frame", [0, -4], "no film has a frame -4"),
         ("frame", [0.0, 1.5], "row 2: '1.5' is not a whole number"),
         ("frame", ["a", "b"], "row 1: 'a' is not a number"),
-        ("x", None, "row 1: it has no x"),
-        ("x", [10.0, float("nan")], "row 2: it has no x"),
-        ("x", [10.0, float("inf")], "row 2: a number of the object is not finite"),
-        ("x", [10.0, 1e300], "row 2: a number of the object"),
-        ("x", [[1], [2]], "row 1: "),
+        ("left", None, "row 1: it has no left"),
+        ("left", [10.0, float("nan")], "row 2: it has no left"),
+        ("left", [10.0, float("inf")], "row 2: a number of the object is not finite"),
+        ("left", [10.0, 1e300], "row 2: a number of the object"),
+        ("left", [[1], [2]], "row 1: "),
         ("width", [9.0, 0.0], "row 2: an object of 0x9 pixels has no area"),
-        ("identity", [1.0, 1.5], "row 2: '1.5' is not a whole number"),
+        ("id", [1.0, 1.5], "row 2: '1.5' is not a whole number"),
         ("time", [0.0, float("inf")], "frame 1 has the time inf"),
         ("speed", [[1], [2]], "row 1: speed is not a number"),
     ],

@@ -22,7 +22,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recorded, recording_of
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 12
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
@@ -117,11 +117,11 @@ def test_pandas_reads_rows(name: str, tmp_path: Path) -> None:
     registry.write(path, name, street())
     table = readers[name](path)
     found = {
-        (row.frame, row.identity): [row.x, row.y, row.width, row.height]
+        (row.frame, row.id): [row.left, row.top, row.width, row.height]
         for row in table.itertuples()
     }
     same(found, expected(cut=False, hidden=True, lost=True), 6e-4)
-    states = {(row.frame, row.identity): row.status for row in table.itertuples()}
+    states = {(row.frame, row.id): row.status for row in table.itertuples()}
     assert [states[frame, 7] for frame in (7, 8, 10)] == ["tracking", "occluded", "lost"]
     np.testing.assert_allclose(table.time, table.frame / 10)
     registry.write(path, name, one())

@@ -14,7 +14,7 @@ from PIL import Image
 
 from crowds import from_files
 from motes.formats import registry, runs
-from motes.output.read_rows import read_track
+from motes.rows.reader import read_track
 from motes_lab.datasets.sot import load_dataset
 from recordings import FACTS, crowd, ellipse, turning
 

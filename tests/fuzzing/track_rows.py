@@ -9,7 +9,7 @@ import numpy as np
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.output.track_rows import TrackWriter
+from motes.rows.writer import TrackWriter
 
 from .outcomes import REFUSED, DefectError, outcome, put, scratch
 

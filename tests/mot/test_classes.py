@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes.cli.options import OutputOptions
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import FrameResult, ObjectRows
+from motes.cli.watch_outputs import FrameResult, rows_output
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -28,7 +30,8 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
-from motes.output.journal import FrameRow, Header, Journal, JournalWriter, object_rows
+from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, object_rows
+from motes.video.sources import Source
 from scene_objects import RED, config, picture
 from sightings import seen
 
@@ -137,7 +140,8 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     import motes
 
     path = tmp_path / f"rows.{form}"
-    with ObjectRows(str(path), form, False) as rows:
+    options, film = OutputOptions(format=form), cast(Source, None)
+    with rows_output(str(path), film, options) as rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
             rows.write(FrameResult(frame, tracks, []))
@@ -145,7 +149,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
         lines = path.read_text().splitlines()
         assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]
     else:
-        assert motes.read_track(path)["class"].tolist() == ["", "van, old", "", "car"]
+        assert motes.read_track(path)["label"].tolist() == ["", "van, old", "", "car"]
 
 
 @pytest.mark.parametrize("ending", ["json", "xml"])

@@ -20,7 +20,7 @@ from motes import open_source
 from motes.cli import main
 from motes.core.errors import SourceError
 from motes.formats.coco import write as coco
-from motes.output.journal import FrameRow, Header, Journal, JournalWriter
+from motes.rows.journal import FrameRow, Header, Journal, JournalWriter
 from motes.synthetic.clips import crowd
 
 Go = Callable[..., tuple[int, str, str]]

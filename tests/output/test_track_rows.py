@@ -15,13 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.cli.watch_outputs import Lines
 from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable, form_of
+from motes.rows.schema import BOX, COLUMNS, ELLIPSE, Form, form_of
+from motes.rows.writer import Lines, TrackWriter, check_writable
 
-DIGITS = {"time": 6, "x": 3, "y": 3, "a": 3, "b": 3, "effective_sample_size": 2}
+DIGITS = {"time": 6, "effective_sample_size": 2} | dict.fromkeys((*BOX, *ELLIPSE[:-1]), 3)
 
 
 def made(index: int = 0, value: float = 1.0, status: Status = Status.TRACKING) -> Track:
@@ -56,9 +56,9 @@ def test_rows_say_what_the_tracks_say_in_both_forms(tmp_path: Path) -> None:
     assert tuple(table[0]) == tuple(objects[0]) == COLUMNS
     for (index, time, track), texts, values in zip(rows(4), table, objects, strict=True):
         expected: dict[str, object] = dict.fromkeys(COLUMNS)
-        expected |= {"frame": index, "time": time, "status": "searching"}
+        expected |= {"frame": index, "time": time, "id": 1, "status": "searching"}
         if track is not None:
-            expected |= track.ellipse._asdict()
+            expected |= track.ellipse._asdict() | dict(zip(BOX, track.box, strict=True))
             for name in ("confidence", "distance", "effective_sample_size", "status"):
                 expected[name] = getattr(track, name)
         for name, value in expected.items():
@@ -72,7 +72,10 @@ def test_rows_say_what_the_tracks_say_in_both_forms(tmp_path: Path) -> None:
 
 def test_numbers_have_fixed_digits(tmp_path: Path) -> None:
     write(tmp_path / "r.csv", [(7, 0.28, made(7, -0.00001))])
-    expected = "7,0.280000,0.000,0.000,3.250,4.500,0.00000,0.50000,tracking,0.00000,100.00"
+    expected = (
+        "7,0.280000,1,,-2.750,-4.000,6.500,9.000,0.000,0.000,3.250,4.500,0.00000,0.50000,tracking,"
+        "0.00000,100.00,"
+    )
     assert (tmp_path / "r.csv").read_text().splitlines()[1] == expected
 
 
@@ -85,7 +88,7 @@ def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> 
         write(Path(folder, "r.jsonl"), [(0, 0.0, track)])
         texts = next(csv.DictReader(io.StringIO(Path(folder, "r.csv").read_text())))
         read = json.loads(Path(folder, "r.jsonl").read_text())
-    for name in set(COLUMNS) - {"frame", "status"}:
+    for name in set(COLUMNS) - {"frame", "id", "status"}:
         assert read[name] is None or math.isfinite(read[name])
         assert (texts[name] == "") == (read[name] is None)
     assert (read["x"] is None) == (not math.isfinite(x))
@@ -177,11 +180,11 @@ def test_a_cut_file_is_resumed_to_the_same_bytes(form: Form, data: st.DataObject
 @pytest.mark.parametrize(
     ("change", "where"),
     [
-        (lambda text: text.replace("2.200", "2.300"), "the row of frame 2 differs"),
-        (lambda text: text.replace("frame,", "number,"), "its first line differs"),
-        (lambda text: "precious", "its first line differs"),
-        (lambda text: text[: text.index("2.200")] + "9", "the row of frame 2 differs"),
-        (lambda text: text + "5,0.2,,,,,,,searching,,\n", "more than the 5 rows"),
+        (lambda text: text.replace("2.200", "2.300"), "its line 4 differs"),
+        (lambda text: text.replace("frame,", "number,"), "its line 1 differs"),
+        (lambda text: "precious", "its line 1 differs"),
+        (lambda text: text[: text.index("2.200")] + "9", "its line 4 differs"),
+        (lambda text: text + "5,0.2,1\n", "more than the 6 lines"),
     ],
 )
 def test_other_rows_cannot_be_resumed_and_stay(tmp_path: Path, change, where: str) -> None:  # type: ignore[no-untyped-def]
@@ -201,7 +204,7 @@ def test_an_exception_is_not_hidden_by_closing(tmp_path: Path) -> None:
     writer = TrackWriter(tmp_path / "r.csv", resume=True)
     writer.write(*rows(1)[0])
     writer.__exit__(KeyboardInterrupt, None, None)  # though four rows were not compared
-    with pytest.raises(FormatError, match="more than the 1 rows"):
+    with pytest.raises(FormatError, match="more than the 2 lines"):
         write(tmp_path / "r.csv", rows(1), resume=True)
 
 
@@ -211,7 +214,7 @@ def test_a_row_that_does_not_fit_leaves_whole_rows(tmp_path: Path) -> None:
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(text) // 2, limit[1]))
     try:
-        with pytest.raises(FormatError, match=r"r\.csv cannot be written: .*rows so far are kept"):
+        with pytest.raises(FormatError, match=r"r\.csv cannot be written: .*lines so far are kept"):
             write(tmp_path / "r.csv", rows(50))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)

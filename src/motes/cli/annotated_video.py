@@ -1,22 +1,60 @@
-"""A video with what was found drawn into its frames: what the overlays of all commands share."""
+"""What is drawn into the frames of a run, and the video of it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
+from motes.cli.frame_loop import Moment
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.types import Bytes
-from motes.output.track_rows import check_writable
+from motes.mot.analytics.regions import Regions
+from motes.output.overlay import Draw
+from motes.output.painters import ScenePainter, TrackPainter
+from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.cli.track_loop import Step
+    from motes.cli.watch_outputs import FrameResult
     from motes.video.film import Film
     from motes.video.sources import Source
 
 
-class AnnotatedVideo:
+T_contra = TypeVar("T_contra", bound=Moment, contravariant=True)
+
+
+def painted_scene(places: Regions) -> Callable[[FrameResult], Draw]:
+    """Return what paints several objects, the time, and the crossings, entries and exits so far."""
+    painter = ScenePainter(places)
+    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
+
+
+def painted_target(unit: str | None = None) -> Callable[[Step], Draw]:
+    """Return what paints one object; with a unit of length, it shows the speed."""
+    painter = TrackPainter()
+
+    def painted(step: Step) -> Draw:
+        note = ""
+        if unit is not None and step.place is not None and isfinite(step.place.speed):
+            note = f"{step.place.speed:.2f} {unit}/s"
+        return painter.painted(step.frame, step.info, note)
+
+    return painted
+
+
+class AnnotatedVideo(Generic[T_contra]):
     """A video that begins at 0; checks on construction that it can be written.
+
+    Parameters
+    ----------
+    path, overwrite
+        The file, and whether it may be replaced.
+    source, stride
+        The source, of which every n-th frame is used.
+    painted
+        Returns a function that draws a result; called with each of them.
 
     Raises
     ------
@@ -24,16 +62,26 @@ class AnnotatedVideo:
         If the file exists and must not be overwritten, or cannot be made.
     """
 
-    def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        source: Source | Film,
+        stride: int,
+        painted: Callable[[T_contra], Draw],
+        *,
+        overwrite: bool,
+    ) -> None:
         check_writable(path, overwrite)
+        self._painted = painted
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._start: float | None = None
 
-    def add(self, pixels: Bytes, time: float) -> None:
-        """Add a picture, with the time of its frame."""
+    def write(self, step: T_contra) -> None:
+        """Add a picture, at the time of its frame."""
+        time = step.frame.time
         if self._start is None:
             self._start = time
-        self._writer.write(pixels, time - self._start)
+        self._writer.write(self._painted(step)(), time - self._start)
 
     @property
     def result(self) -> str | None:

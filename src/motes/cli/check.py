@@ -12,7 +12,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
-from motes.cli.known_run import TrackerOptions, corrected_run, history_beside
+from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from motes.video.film import Film
 
 COUNT = 20
-HEAD = ("rank", "frame", "time", "gain", "reasons", "x", "y", "width", "height")
+HEAD = ("rank", "frame", "time", "gain", "reasons", "left", "top", "width", "height")
 
 app = App(name="check", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
@@ -65,9 +65,10 @@ def check(
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
     from motes.core.files import write_whole, writing
+    from motes.correction.history import history_beside
     from motes.correction.rows import KnownRows
     from motes.correction.suspects import doubts
-    from motes.output.track_rows import check_writable
+    from motes.rows.writer import check_writable
 
     check_counts(count=count)
     for path, ending in ((output, ".csv"), (sheet, ".png")):

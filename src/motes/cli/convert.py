@@ -79,8 +79,8 @@ def convert(
     target
         The file or folder to make.
     """
-    from motes.cli.known_run import check_beside, hand_on, history_beside
     from motes.cli.watch_outputs import check_place, format_of
+    from motes.correction.history import check_beside, hand_on, history_beside
     from motes.formats import registry
     from motes.formats.aspects import TIMES, aspects
 

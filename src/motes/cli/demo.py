@@ -39,7 +39,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.output.overlay import draw, font
-from motes.output.track_rows import TrackWriter
+from motes.rows.writer import TrackWriter
 from motes.sot.tracker import Tracker
 from motes.synthetic.clips import Truth
 from motes.video.sources import open_source

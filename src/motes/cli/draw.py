@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.input_checks import check_not_source, prepare_folder
-from motes.cli.known_run import history_beside, units_of
+from motes.cli.known_run import units_of
 from motes.cli.options import OUTPUT, Fps, Overwrite, say_rate
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
@@ -63,7 +63,8 @@ def draw(
         The rows: of motes track, refine, smooth or watch, or another tool's.
     """
     from motes.cli.draw_rows import draw_objects, draw_target, rows_in
-    from motes.output.track_rows import check_writable
+    from motes.correction.history import history_beside
+    from motes.rows.writer import check_writable
 
     if output is None and figures is None:
         raise ConfigError("Nothing is to be made; give -o film.mp4, --figures FOLDER, or both.")
@@ -78,10 +79,10 @@ def draw(
         prepare_folder(figures, [], overwrite)
     with _opened(source, fps, known) as film:
         say_rate(film)
-        given = rows_in(rows, from_, film)
+        given = rows_in(rows, from_, film, known)
         plane = units_of(rows, False, units, known)
         check_size(plane, film)
-        if given.tracks is not None:
+        if given.single:
             return draw_target(film, given, plane, output, figures, overwrite=overwrite)
         return draw_objects(film, given, plane, known, output, figures, overwrite=overwrite)
 

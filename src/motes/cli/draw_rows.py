@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,29 +11,27 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from msgspec.structs import replace
 
+from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
 from motes.cli.frame_loop import Sink, exit_code, run, summarize
 from motes.cli.messages import counted
-from motes.cli.track_keyframes import Hindsight
-from motes.cli.track_loop import Step
-from motes.cli.track_outputs import TrackOverlay
+from motes.cli.track_loop import Hindsight, Step
 from motes.cli.track_units import MOTION, MotionFigures
-from motes.cli.watch_outputs import FrameResult, SceneOverlay
+from motes.cli.watch_outputs import FrameResult
 from motes.cli.watch_pictures import Heatmap, Paths, Slits
 from motes.core.errors import ConfigError, InputError
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
-from motes.core.types import Floats
+from motes.core.geometry import Ellipse
+from motes.core.track import Track
 from motes.correction.history import History
-from motes.correction.rows import TIME_TOLERANCE, KnownRows
+from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded
+from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import PIXELS, GroundMotion, GroundPlace, RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
-from motes.output.journal import ObjectRow
-from motes.output.read_rows import read_track
-from motes.output.track_rows import GROUND
+from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.schema import GROUND
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
@@ -50,30 +47,32 @@ class Given:
     ----------
     path
         Their file.
-    tracks
-        Those of one target, by frame; None for several objects.
-    objects
-        Several objects in each frame.
-    times
-        The times of frames, where the file has them.
-    places
-        Places on the ground, where the file has them.
+    rows
+        Those of each frame.
+    single
+        Whether they are of one target, whose ellipse is drawn.
+    timed
+        Whether the file has the times of frames.
     """
 
     path: Path
-    tracks: Mapping[int, Track] | None
-    objects: Mapping[int, Sequence[ObjectRow]]
-    times: Mapping[int, float]
-    places: Mapping[int, GroundPlace]
+    rows: Mapping[int, FrameRow]
+    single: bool
+    timed: bool
 
     @property
     def last(self) -> int:
-        """The last frame of the rows; -1 without any."""
-        return max(self.tracks if self.tracks is not None else self.objects, default=-1)
+        """The last frame that has a row; -1 without any."""
+        rows = self.rows.values()
+        return max((row.frame for row in rows if row.objects or self.timed), default=-1)
+
+    def objects(self, frame: Frame) -> Sequence[ObjectRow]:
+        """Return the objects in a frame."""
+        return self.rows[frame.index].objects if frame.index in self.rows else ()
 
 
-def rows_in(path: Path, form: str | None, film: Source) -> Given:
-    """Return the rows in a file of any format.
+def rows_in(path: Path, form: str | None, film: Source, known: History | None) -> Given:
+    """Return the rows in a file of any format; those of one target if no scene was watched.
 
     Raises
     ------
@@ -81,55 +80,17 @@ def rows_in(path: Path, form: str | None, film: Source) -> Given:
         If it cannot be read.
     """
     form = form or registry.recognized(path)
-    if form in ("csv", "jsonl"):
-        names = read_track(path).dtype.names or ()
-        if "identity" not in names and "theta" in names:
-            return _target(path)
     facts = FilmFacts(
         source=film.name, width=film.width, height=film.height, frames=None, fps=film.fps
     )
-    recorded = registry.read(path, form, facts)
-    timed = form in ("csv", "jsonl", "parquet", "journal")
-    times = {row.frame: row.time for row in recorded} if timed else {}
-    objects = {row.frame: row.objects for row in recorded if row.objects}
-    tracks = _single(recorded) if _is_target(form, recorded) else None
-    return Given(path, tracks, objects, times, {})
-
-
-def _target(path: Path) -> Given:
-    """Return the rows of one target that motes has written."""
-    table = KnownRows(path)
-    tracks = {track.frame: track for track in table.tracks}
-    places = {}
-    if table.metres:
-        for row in read_track(path):
-            if math.isfinite(row["x_m"]):
-                places[int(row["frame"])] = GroundPlace(*(float(row[name]) for name in GROUND))
-    return Given(path, tracks, {}, {each.frame: each.time for each in table.tracks}, places)
-
-
-def _is_target(form: str, recorded: Recorded) -> bool:
-    """Return whether rows of another tool are of one target, whose ellipse is drawn."""
-    objects = itertools.chain.from_iterable(row.objects for row in recorded)
-    if registry.FORMATS.resolve(form).single:
-        return True
-    found = list(objects)
-    return len({each.identity for each in found}) == 1 and any(each.ellipse.theta for each in found)
-
-
-def _single(recorded: Recorded) -> dict[int, Track]:
-    unknown = np.full((5, 5), np.nan)
-    return {
-        row.frame: _track(row.frame, row.time, each, unknown)
-        for row in recorded
-        for each in row.objects[:1]
-    }
-
-
-def _track(frame: int, time: float, each: ObjectRow, covariance: Floats) -> Track:
-    return Track(
-        frame, time, each.ellipse, covariance, each.confidence, each.status, math.nan, math.nan
+    rows = {row.frame: row for row in registry.read(path, form, facts)}
+    objects = [each for row in rows.values() for each in row.objects]
+    alone = len({each.identity for each in objects}) == 1 and any(
+        each.ellipse.theta or each.distance is not None for each in objects
     )
+    watched = known is not None and known.places is not None
+    single = registry.FORMATS.resolve(form).single or (alone and not watched)
+    return Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
 
 
 def draw_target(
@@ -142,26 +103,32 @@ def draw_target(
     overwrite: bool,
 ) -> int:
     """Draw one target; return the exit code."""
-    assert given.tracks is not None
-    tracks, motion = given.tracks, _Motion(units or PIXELS)
-    unit = "pixels" if units is None and not given.places else "m"
+    motion = _Motion(units or PIXELS)
+    metres = any(GROUND[0] in each.more for row in given.rows.values() for each in row.objects)
+    unit = "pixels" if units is None and not metres else "m"
     outputs: list[Sink[Step]] = []
     if output is not None:
-        shown = None if unit == "pixels" else unit
-        outputs.append(TrackOverlay(output, film, 1, unit=shown, overwrite=overwrite))
+        paint = painted_target(None if unit == "pixels" else unit)
+        outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
     if figures is not None:
         outputs.append(MotionFigures(figures / given.path.stem, MOTION, unit, overwrite=overwrite))
 
     def steps(frames: Iterator[Frame]) -> Generator[Step, None, None]:
         for frame in _checked(frames, given, film):
-            track = tracks.get(frame.index)
-            if track is None or not all(map(math.isfinite, track.ellipse)):
-                track = track if track is not None and track.status is Status.ABSENT else None
-            place = given.places.get(frame.index) if given.places else motion.update(track)
+            each = next(iter(given.objects(frame)), None)
+            track = None if each is None else each.track(frame.index, frame.time)
+            place = _ground(each) if metres else motion.update(track)
             info = None if track is None else Hindsight(track)
             yield Step(frame, info, 0.0, place)
 
     return _run(film, outputs, steps)
+
+
+def _ground(row: ObjectRow | None) -> GroundPlace | None:
+    """Return the place on the ground that a row has; None without one."""
+    if row is None or GROUND[0] not in row.more:
+        return None
+    return GroundPlace(*map(row.number, GROUND))
 
 
 class _Motion(GroundMotion):
@@ -194,26 +161,23 @@ def draw_objects(
     counter = EventCounter(regions)
     outputs: list[Sink[FrameResult]] = []
     if output is not None:
-        outputs.append(SceneOverlay(output, film, 1, regions, overwrite=overwrite))
+        paint = painted_scene(regions)
+        outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
     if figures is not None:
         stem = figures / given.path.stem
         outputs.append(Heatmap(_named(stem, "heatmap"), overwrite=overwrite))
         outputs.append(Paths(_named(stem, "paths"), overwrite=overwrite))
         if regions.line:
             outputs.append(Slits(_named(stem, "slit"), regions, overwrite=overwrite))
-    unknown = np.full((5, 5), np.nan)
 
     def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         for frame, following in _paired(_checked(frames, given, film)):
-            tracks = [
-                SceneTrack(
-                    each.identity,
-                    _track(frame.index, frame.time, each, unknown),
-                    each.occluded_by,
-                    label=each.label,
-                )
-                for each in given.objects.get(frame.index, ())
-            ]
+            tracks = []
+            for each in given.objects(frame):
+                # The box has all digits of the file; those of an ellipse are half as exact.
+                ellipse = Ellipse.from_box(each.box)
+                track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
+                tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
             events = counter.update([each for each in tracks if each.identity != ANONYMOUS])
             yield FrameResult(frame, tracks, events if following else events + counter.finish())
 
@@ -239,7 +203,8 @@ def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Fr
     """Yield the frames; raise an InputError if the rows are not of this film."""
     last = -1
     for frame in frames:
-        last, time = frame.index, given.times.get(frame.index, frame.time)
+        last, row = frame.index, given.rows.get(frame.index)
+        time = row.time if row is not None and given.timed else frame.time
         if not abs(time - frame.time) <= TIME_TOLERANCE:
             raise InputError(
                 f"{given.path} has frame {last} at {time:g} s, but {film.name} at {frame.time:g} "

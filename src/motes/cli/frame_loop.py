@@ -14,6 +14,7 @@ from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.rows.journal import FrameRow
 from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
@@ -21,6 +22,20 @@ from motes.video.sources import Source
 
 T = TypeVar("T")
 T_contra = TypeVar("T_contra", contravariant=True)
+
+
+class Moment(Protocol):
+    """The result of a frame, of one target or of several objects."""
+
+    @property
+    def frame(self) -> Frame:
+        """The frame."""
+        ...
+
+    @property
+    def picture(self) -> FrameRow:
+        """The rows of the frame."""
+        ...
 
 
 class Sink(AbstractContextManager[object], Protocol[T_contra]):

@@ -193,7 +193,7 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
     FormatError
         If the folder or a file cannot be written.
     """
-    from motes.output.track_rows import check_writable
+    from motes.rows.writer import check_writable
 
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ import glob
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
@@ -27,7 +27,7 @@ from motes.core.errors import ConfigError
 from motes.core.files import is_special, remove_leftovers
 
 if TYPE_CHECKING:
-    from motes.correction.history import History
+    from motes.correction.history import History, Remembered
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.analytics.regions import Regions
@@ -53,53 +53,6 @@ class TrackerOptions:
         return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
 
 
-class Remembered:
-    """Writes what is to be remembered of a run, before its first row.
-
-    Parameters
-    ----------
-    rows
-        The file of the rows.
-    history
-        What is remembered.
-    overwrite
-        Whether an existing file may be replaced.
-
-    Raises
-    ------
-    FormatError
-        If the file exists and must not be overwritten, or cannot be made.
-    """
-
-    result = None
-
-    def __init__(self, rows: str, history: "History", *, overwrite: bool) -> None:
-        from motes.correction.history import history_path
-        from motes.output.track_rows import check_writable
-
-        self._rows, self._history, self._done = Path(rows), history, False
-        self._path = history_path(self._rows)
-        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
-        check_writable(self._path, overwrite)
-
-    def write(self, _: object) -> None:
-        """Write the file before the first frame."""
-        if not self._done:
-            self._history.save(self._path)
-            self._done = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Note how many lines the rows have, unless the run failed."""
-        from motes.correction.history import line_count
-
-        ended = exception[1] is None or isinstance(exception[1], KeyboardInterrupt)
-        if self._done and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
-            self._history.save(self._path, line_count(self._rows))
-
-
 def remembered(
     output: str,
     outputs: OutputOptions,
@@ -112,7 +65,7 @@ def remembered(
     units: "RealUnits | None" = None,
     places: "Regions | None" = None,
     resume: bool = False,
-) -> list[Remembered]:
+) -> "list[Remembered]":
     """Return what writes the history of rows, in a list; empty for streams and documents.
 
     Parameters
@@ -129,7 +82,7 @@ def remembered(
         Whether the file may be there, of the same run.
     """
     from motes.cli.watch_outputs import STREAMED, format_of
-    from motes.correction.history import History, history_path
+    from motes.correction.history import History, Remembered, history_path
 
     special = output == "-" or is_special(output)
     if special or format_of(output, outputs.format) not in STREAMED:
@@ -142,49 +95,6 @@ def remembered(
         beside = history_path(Path(output))
         remove_leftovers(beside.with_name(glob.escape(beside.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume)]
-
-
-def history_beside(rows: Path) -> "History | None":
-    """Return what is remembered of rows; None if there is nothing beside them.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
-    from motes.correction.history import History, check_whole, history_path
-
-    path = history_path(rows)
-    if not path.exists():
-        return None
-    known = History.load(path)
-    check_whole(rows, known)
-    return known
-
-
-def check_beside(rows: Path, overwrite: bool) -> None:
-    """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
-    from motes.correction.history import history_path
-    from motes.output.track_rows import check_writable
-
-    if history_path(rows).exists():
-        check_writable(history_path(rows), overwrite)
-
-
-def hand_on(known: "History | None", rows: Path) -> None:
-    """Write what is known of new rows beside them; what is there of older rows goes.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
-    """
-    from motes.correction.history import history_path, line_count
-
-    if known is None:
-        history_path(rows).unlink(missing_ok=True)
-    else:
-        known.save(history_path(rows), line_count(rows))
 
 
 def units_of(

@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
 from motes.cli.keyframe_options import Absent, At, File, marks
-from motes.cli.known_run import TrackerOptions, corrected_run, history_beside
+from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
 from motes.cli.options import OUTPUT, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
@@ -57,10 +57,10 @@ def refine(
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
-    from motes.cli.refine_run import refine_rows
-    from motes.correction.history import history_path
+    from motes.cli.correct_run import refine_rows
+    from motes.correction.history import history_beside, history_path
     from motes.correction.rows import KnownRows
-    from motes.output.track_rows import check_writable
+    from motes.rows.writer import check_writable
 
     known = history_beside(rows)
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))

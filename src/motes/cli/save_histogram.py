@@ -39,7 +39,7 @@ def save_histogram(
         If the file exists and must not be overwritten, or cannot be written.
     """
     from motes.core.geometry import region_within
-    from motes.output.track_rows import check_writable
+    from motes.rows.writer import check_writable
     from motes.sot.discriminative.tracker import Discriminative
     from motes.sot.known_target import KnownTarget
     from motes.video.sources import open_source

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from motes.cli.messages import log
-from motes.cli.watch_outputs import FrameResult
-from motes.mot.analytics.regions import Regions
 from motes.output.live_picture import View, view
 from motes.output.overlay import Draw
-from motes.output.painters import ScenePainter, TrackPainter
-
-if TYPE_CHECKING:
-    from motes.cli.track_loop import Step
 
 T = TypeVar("T")
 
@@ -47,15 +41,3 @@ class Show(Generic[T]):
     def __exit__(self, *_: object) -> None:
         if self._view is not None:
             self._view.close()
-
-
-def show_scene(places: Regions) -> Show[FrameResult]:
-    """Return the live picture of several objects, and of lines and zones."""
-    painter = ScenePainter(places)
-    return Show(lambda moment: painter.painted(moment.frame, moment.tracks, moment.events))
-
-
-def show_track() -> Show[Step]:
-    """Return the live picture of one object."""
-    painter = TrackPainter()
-    return Show(lambda step: painter.painted(step.frame, step.info))

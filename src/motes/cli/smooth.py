@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.known_run import check_beside, hand_on, history_beside, units_of
+from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
 from motes.cli.track_units import UnitOptions
@@ -48,9 +48,11 @@ def smooth(
         A .csv or .jsonl file that motes track has written.
     """
     from motes.correction.correct import smooth as smoothed
+    from motes.correction.history import check_beside, hand_on, history_beside
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import GroundMotion
-    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter
+    from motes.rows.schema import GROUND, HINDSIGHT
+    from motes.rows.writer import TrackWriter
 
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
@@ -60,8 +62,8 @@ def smooth(
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
     motion = None if plane is None else GroundMotion(plane)
-    columns = CORRECTED if motion is None else (*CORRECTED, *GROUND)
-    with TrackWriter(output, overwrite=overwrite, columns=columns) as writer:
+    further = HINDSIGHT if motion is None else (*HINDSIGHT, *GROUND)
+    with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track in tracks:
             place = None if motion is None else motion.update(track)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)

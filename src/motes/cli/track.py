@@ -236,10 +236,11 @@ def _track_several(
     preset: str,
 ) -> int:
     """Track the objects in several regions of the first frame."""
+    from motes.cli.annotated_video import AnnotatedVideo, painted_scene
     from motes.cli.known_run import remembered
-    from motes.cli.show import show_scene
+    from motes.cli.show import Show
     from motes.cli.track_batch import track_several
-    from motes.cli.watch_outputs import SceneOverlay, objects_output
+    from motes.cli.watch_outputs import rows_output
     from motes.mot.analytics.regions import Regions
     from motes.sot.batch import Trackers
 
@@ -248,13 +249,11 @@ def _track_several(
         say_rate(film)
         opened: list[Sink[FrameResult]] = []
         if outputs.overlay is not None:
-            stride = frames.stride
-            opened.append(
-                SceneOverlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite)
-            )
+            stride, paint = frames.stride, painted_scene(Regions())
+            opened.append(AnnotatedVideo(outputs.overlay, film, stride, paint, overwrite=overwrite))
         if outputs.show:
-            opened.append(show_scene(Regions()))
+            opened.append(Show(painted_scene(Regions())))
         if output is not None:
             opened += remembered(output, outputs, film, frames, config, seed, preset)
-            opened.append(objects_output(output, film, outputs))
+            opened.append(rows_output(output, film, outputs))
         return track_several(film, Trackers(config, seed), regions, opened)

@@ -6,17 +6,17 @@ import contextlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Sink, summarize
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
 from motes.cli.track_loop import Step
-from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
+from motes.cli.track_outputs import pictures_outputs
 from motes.cli.track_units import check_size, motion_names
-from motes.cli.watch_outputs import STREAMED, format_of
+from motes.cli.watch_outputs import STREAMED, format_of, rows_output
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import is_special
@@ -24,7 +24,8 @@ from motes.correction.history import History, Marks, history_path
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import PIXELS, GroundMotion, RealUnits
-from motes.output.track_rows import CORRECTED, check_writable
+from motes.rows.schema import GROUND, HINDSIGHT
+from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
@@ -156,8 +157,10 @@ def track_film(
         run.states.update(track.status for track in table.tracks)
         _replay(Outputs(None, None, others, pictures), film, table, motion, run)
         return
-    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, units)
-    if rows is not None:
+    rows = None
+    if output is not None:
+        further = HINDSIGHT if units is None else (*HINDSIGHT, *GROUND)
+        rows = rows_output(output, film, outputs, further=further)
         opened.append(rows)
     each = Outputs(rows, path, others, pictures)
     write_stretches(film, history, each, motion, run, quiet=quiet, bar=bar)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,28 +14,16 @@ from motes.cli.correct_run import run_stretches
 from motes.cli.frame_loop import Sink
 from motes.cli.messages import counted
 from motes.cli.progress import FrameProgress
-from motes.cli.track_loop import Step
+from motes.cli.track_loop import Hindsight, Step
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
-from motes.core.types import Floats
 from motes.correction.correct import stretches
 from motes.correction.history import History, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import GroundMotion
 from motes.video.film import Film
-
-
-class Hindsight(NamedTuple):
-    """What is known of a frame in hindsight, in the form of a `StepInfo`: no particles."""
-
-    track: Track
-    ellipses: Floats = np.empty((0, 5))
-    weights: Floats = np.empty(0)
-    n_supporting: None = None
-    models: Mapping[str, Any] = {}
-    cue_weights: Mapping[str, float] = {}
 
 
 @dataclass

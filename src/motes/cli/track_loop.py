@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from motes.core.detection import Detector
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
+from motes.core.types import Floats
 from motes.mot.analytics.real_units import GroundPlace
+from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.schema import hindsight
 from motes.sot.known_target import KnownTarget
 from motes.sot.places import Place
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker
+
+
+class Hindsight(NamedTuple):
+    """What is known of a frame in hindsight, in the form of a `StepInfo`: no particles."""
+
+    track: Track
+    ellipses: Floats = np.empty((0, 5))
+    weights: Floats = np.empty(0)
+    n_supporting: None = None
+    models: Mapping[str, Any] = {}
+    cue_weights: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +55,12 @@ class Step:
     place: GroundPlace | None = None
 
     @property
-    def ground(self) -> dict[str, float | None]:
-        """The columns of the place."""
-        return {} if self.place is None else self.place.columns
+    def picture(self) -> FrameRow:
+        """The row of the frame."""
+        known = hindsight(self.info.track) if isinstance(self.info, Hindsight) else {}
+        further = known if self.place is None else known | self.place.columns
+        target = ObjectRow.of_target(self.track, further)
+        return FrameRow(self.frame.index, self.frame.time, (target,))
 
     @property
     def track(self) -> Track | None:

@@ -19,8 +19,8 @@ from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.registry import check_replaced
 from motes.formats.shapes import frame_name
-from motes.output.journal import FrameRow, ObjectRow, journal_of
-from motes.output.track_rows import check_writable
+from motes.rows.journal import FrameRow, ObjectRow, journal_of
+from motes.rows.writer import check_writable
 from motes.sot.segmentation import Mask, Segmenter
 
 if TYPE_CHECKING:

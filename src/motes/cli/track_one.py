@@ -12,13 +12,13 @@ from motes.cli.known_run import remembered
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
 from motes.cli.track_loop import Begin, Step, Steps, follow
-from motes.cli.track_opened import pictures_outputs, rows_output
 from motes.cli.track_options import TrackOutputs
+from motes.cli.track_outputs import pictures_outputs
 from motes.cli.track_units import check_size, measured, motion_names
-from motes.cli.watch_outputs import format_of, row_form
+from motes.cli.watch_outputs import format_of, rows_output
 from motes.core.errors import ConfigError
 from motes.mot.analytics.real_units import PIXELS
-from motes.output.track_rows import COLUMNS
+from motes.rows.schema import FORMS, GROUND
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 
@@ -46,7 +46,8 @@ def track_one(
         If an option makes no sense with the source or the output.
     """
     resume = outputs.resume
-    if resume and not row_form(None if output is None else format_of(output, outputs.format)):
+    form = None if output is None else format_of(output, outputs.format)
+    if resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     with frames.open(source) as film:
         if resume and film.live:
@@ -64,7 +65,8 @@ def track_one(
                 output, outputs, film, frames, tracker.config, seed, preset, units=units,
                 resume=resume,
             )  # fmt: skip
-            opened.append(rows_output(output, film, outputs, COLUMNS, units, resume=resume))
+            further = () if units is None else GROUND
+            opened.append(rows_output(output, film, outputs, further=further, resume=resume))
         return _run(film, tracker, steps, opened, quiet=output == "-")
 
 

@@ -1,111 +1,85 @@
-"""The outputs of `motes track`: rows, an annotated video, figures."""
+"""The outputs of `motes track` beside the rows: overlay, figures, masks and the live picture."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from motes.cli.annotated_video import AnnotatedVideo
+from motes.cli.annotated_video import AnnotatedVideo, painted_target
+from motes.cli.frame_loop import Sink
+from motes.cli.input_checks import stem_of
 from motes.cli.track_loop import Companion, Step
-from motes.cli.watch_outputs import ObjectsOutput
+from motes.cli.track_options import TrackOutputs
+from motes.cli.track_units import MotionFigures, motion_names
 from motes.core.errors import FormatError
-from motes.core.track import Status
-from motes.output.journal import FrameRow, ObjectRow
-from motes.output.painters import TrackPainter
-from motes.output.track_rows import COLUMNS, Form, TrackWriter
-from motes.sot.presets import TrackerConfig
 
 if TYPE_CHECKING:
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.sot.presets import TrackerConfig
     from motes.video.film import Film
     from motes.video.sources import Source
 
 
-class TrackRows:
-    """Rows in a file or on standard output; checks on construction that they can be written."""
+def pictures_outputs(
+    film: Source | Film,
+    source: str,
+    output: str | None,
+    outputs: TrackOutputs,
+    units: RealUnits | None,
+    *,
+    config: TrackerConfig | None = None,
+    stride: int = 1,
+) -> list[Sink[Step]]:
+    """Return the outputs beside the rows: overlay, figures, masks and the live picture.
 
-    def __init__(
-        self,
-        path: str,
-        form: Form | None,
-        *,
-        overwrite: bool,
-        resume: bool = False,
-        columns: Sequence[str] = COLUMNS,
-    ) -> None:
-        self._name, self._resume, self._complete = path, resume, False
-        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume, columns=columns)
+    Parameters
+    ----------
+    film, source
+        The film, and its name on the command line.
+    output
+        The file of the rows, or -; None without rows.
+    outputs
+        The options.
+    units
+        How pixels become metres, for the figures of the motion; None for pixels.
+    config
+        The tracker, for the figures of the papers.
+    stride
+        Every n-th frame of the film is used.
 
-    def write(self, step: Step) -> None:
-        """Add a row."""
-        self._writer.write(step.frame.index, step.frame.time, step.track, step.ground)
+    Raises
+    ------
+    ConfigError
+        If a name has a wrong ending.
+    FormatError
+        If a file exists and must not be overwritten, or cannot be made.
+    """
+    opened: list[Sink[Step]] = []
+    anew = outputs.overwrite or outputs.resume
+    if outputs.overlay is not None:
+        unit = None if units is None else "m"
+        opened.append(
+            AnnotatedVideo(outputs.overlay, film, stride, painted_target(unit), overwrite=anew)
+        )
+    if names := motion_names(outputs.figures):
+        stem = Path(stem_of(source) if output in (None, "-") else str(output)).with_suffix("")
+        unit = "pixels" if units is None else "m"
+        opened.append(MotionFigures(stem, names, unit, overwrite=anew))
+    elif outputs.figures is not None and config is not None:
+        opened.append(Figures(Path(outputs.figures), config, overwrite=anew))
+    if outputs.masks is not None:
+        from motes.cli.track_masks import masks_output
 
-    @property
-    def result(self) -> str | None:
-        """The file, and the number of rows that it had before."""
-        rows, resumed = self._writer.rows, self._writer.resumed
-        if self._name == "-":
-            return None
-        if rows == resumed:
-            return f"{self._name} (it had all {rows} rows already)" if self._complete else None
-        return f"{self._name} (rows from {resumed + 1} on)" if self._resume else self._name
+        masks = masks_output(
+            outputs.masks, film, outputs.label, overwrite=anew, resume=outputs.resume
+        )
+        opened.append(masks)
+    if outputs.show:
+        from motes.cli.show import Show
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
-        self._writer.__exit__(kind, *rest)
-        self._complete = kind is None
-
-
-class AsObjects:
-    """The target as one of several objects, in a format that only they have."""
-
-    def __init__(self, inner: ObjectsOutput) -> None:
-        self._inner = inner
-
-    def write(self, step: Step) -> None:
-        """Add a frame."""
-        there = step.track is not None and step.track.status is not Status.ABSENT
-        objects = (ObjectRow.of_target(step.track, step.ground),) if step.track and there else ()
-        self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
-
-    @property
-    def result(self) -> str | None:
-        """The file, or the one written in its place."""
-        return self._inner.result
-
-    def __enter__(self) -> Self:
-        self._inner.__enter__()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._inner.__exit__(*exception)
-
-
-class TrackOverlay(AnnotatedVideo):
-    """An annotated video; with a unit of length, it shows the speed."""
-
-    def __init__(
-        self,
-        path: Path,
-        source: Source | Film,
-        stride: int,
-        *,
-        overwrite: bool,
-        unit: str | None = None,
-    ) -> None:
-        super().__init__(path, source, stride, overwrite=overwrite)
-        self._painter, self._unit = TrackPainter(), unit
-
-    def write(self, step: Step) -> None:
-        """Add a picture."""
-        note = ""
-        if self._unit is not None and step.place is not None and isfinite(step.place.speed):
-            note = f"{step.place.speed:.2f} {self._unit}/s"
-        self.add(self._painter.painted(step.frame, step.info, note)(), step.frame.time)
+        opened.append(Show(painted_target()))
+    return opened
 
 
 class Figures:

@@ -171,7 +171,7 @@ class MotionFigures:
     """
 
     def __init__(self, stem: Path, names: Sequence[str], unit: str, *, overwrite: bool) -> None:
-        from motes.output.track_rows import check_writable
+        from motes.rows.writer import check_writable
 
         try:
             import matplotlib  # noqa: F401

@@ -144,7 +144,7 @@ def watch(
         opened = _opened(outputs, names.events, film, frames.stride, where, sending, page)
         if names.rows is not None:
             from motes.cli.known_run import remembered
-            from motes.cli.watch_outputs import objects_output
+            from motes.cli.watch_outputs import rows_output
             from motes.mot.analytics.real_units import RealUnits
 
             ground = None if where.ground is None else RealUnits(where.ground)
@@ -152,7 +152,7 @@ def watch(
                 names.rows, outputs, film, frames, config, values.seed, preset, units=ground,
                 places=replace(where, ground=None),
             )  # fmt: skip
-            opened.append(objects_output(names.rows, film, outputs))
+            opened.append(rows_output(names.rows, film, outputs))
         return watch_scene(film, scene, counter, opened)
 
 
@@ -167,7 +167,7 @@ class _Names(NamedTuple):
 def _names(source: str, outputs: WatchOutputs) -> _Names:
     """Return where a run writes, checked; the rows have a name of their own if nothing else has."""
     from motes.cli.watch_outputs import check_several, is_document
-    from motes.output.journal import journal_of
+    from motes.rows.journal import journal_of
 
     output = outputs.output
     written, sent = outputs.destinations()
@@ -232,18 +232,19 @@ def _opened(
     page: MetricsPage | None,
 ) -> list[Sink[FrameResult]]:
     """Return all outputs but the rows; `sending` and `page` are among them if they are there."""
-    from motes.cli.show import show_scene
-    from motes.cli.watch_outputs import Events, SceneOverlay
+    from motes.cli.annotated_video import AnnotatedVideo, painted_scene
+    from motes.cli.show import Show
+    from motes.cli.watch_outputs import Events
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
 
     opened: list[Sink[FrameResult]] = []
     overwrite = outputs.overwrite
     if outputs.overlay is not None:
-        overlay = SceneOverlay(outputs.overlay, film, stride, where, overwrite=overwrite)
-        opened.append(overlay)
+        paint = painted_scene(where)
+        opened.append(AnnotatedVideo(outputs.overlay, film, stride, paint, overwrite=overwrite))
     opened += [Events(name, overwrite) for name in events]
     opened += [] if sending is None else [sending]
-    opened += [show_scene(where)] if outputs.show else []
+    opened += [Show(painted_scene(where))] if outputs.show else []
     opened += [] if page is None else [page]
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))

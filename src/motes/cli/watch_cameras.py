@@ -11,52 +11,36 @@ from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context, load_target
 from motes.cli.messages import counted, log
-from motes.cli.watch_outputs import Lines
 from motes.core import interrupts
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import SourceError
+from motes.core.geometry import Ellipse
 from motes.core.interrupts import check, deferred
-from motes.formats.rows import OBJECT_COLUMNS, object_line
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 from motes.mot.pipeline_config import check_code
-from motes.output.track_rows import Form
+from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.schema import CAMERA
+from motes.rows.writer import TrackWriter
 from motes.sot.known_target import KnownTarget
 
 if TYPE_CHECKING:
     from motes.cluster.rig_on_ray import ClusterRig
 
 
-class RigRows(Lines):
-    """A row for each object in each frame of each camera, as CSV or JSON Lines."""
-
-    def __init__(self, name: str, overwrite: bool) -> None:
-        ending = ".csv" if name == "-" else Path(name).suffix.lower()
-        if ending not in (".csv", ".jsonl"):
-            raise ConfigError(f"{name} ends neither in .csv nor in .jsonl; rename it.")
-        super().__init__(name, overwrite)
-        self._form: Form = "csv" if ending == ".csv" else "jsonl"
-        self._columns = ("camera", *OBJECT_COLUMNS)
-
-    def begin(self) -> None:
-        """Write the header."""
-        if self._form == "csv":
-            self.put([",".join(self._columns)])
-
-    def write(self, report: CameraReport, identities: Mapping[int, int]) -> None:
-        """Add the rows of a camera's frame."""
-        lines = []
-        for each in report.sightings:
-            if each.identity not in identities:
-                continue
-            values = [
-                report.camera, report.frame, round(report.time, 6), identities[each.identity],
-                *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-                identities.get(each.occluded_by or 0), each.label,
-            ]  # fmt: skip
-            lines.append(object_line(self._form, self._columns, values))
-        self.put(lines)
+def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
+    """Return the rows of a camera's frame, with the identities of the rig."""
+    rows = [
+        ObjectRow(
+            identities[each.identity], Ellipse.from_box(each.box), each.confidence, each.status,
+            identities.get(each.occluded_by or 0), each.label, more={CAMERA: report.camera},
+            bounds=each.box,
+        )
+        for each in report.sightings
+        if each.identity in identities
+    ]  # fmt: skip
+    return FrameRow(report.frame, report.time, tuple(rows))
 
 
 @contextlib.contextmanager
@@ -96,13 +80,12 @@ def watch_rig(
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):
             check_not_source(source, Path(output))
-    rows = RigRows(output, overwrite)
+    rows = TrackWriter(output, overwrite=overwrite, further=[CAMERA])
     frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
     dropped, found, failures = 0, set[int](), list[str]()
     interrupted: KeyboardInterrupt | None = None
     with contextlib.ExitStack() as opened:
         opened.enter_context(rows)
-        rows.begin()
         try:
             with deferred():
                 watching = opened.enter_context(watcher(rig, seed, target, cluster))
@@ -111,7 +94,7 @@ def watch_rig(
                 with deferred():
                     if isinstance(news, tuple):
                         report, identities = news
-                        rows.write(report, identities)
+                        rows.add(picture(report, identities))
                         frames[report.camera] += 1
                         found.update(identities.values())
                     elif isinstance(news, CameraMessage):

@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Self
+from typing import TYPE_CHECKING, Self
 
 from msgspec.structs import replace
 
-from motes.cli.annotated_video import AnnotatedVideo
+from motes.cli.frame_loop import Moment
 from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import open_rows, write_all
 from motes.core.frame import Frame
 from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
-from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.formats.visibility import visible
 from motes.mot.analytics.events import Event
-from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
-from motes.output.journal import (
+from motes.rows.journal import (
     FrameRow,
     Header,
     Journal,
@@ -33,9 +29,8 @@ from motes.output.journal import (
     journal_of,
     object_rows,
 )
-from motes.output.painters import ScenePainter
-from motes.output.track_rows import Form as RowForm
-from motes.output.track_rows import check_not_deleted, check_writable
+from motes.rows.schema import Form as RowForm
+from motes.rows.writer import Lines, TrackWriter, check_writable
 
 if TYPE_CHECKING:
     from motes.video.film import Film
@@ -55,66 +50,20 @@ class FrameResult:
     tracks: Sequence[SceneTrack]
     events: Sequence[Event]
 
-
-class Lines:
-    """Lines in a file or on standard output, without a buffer.
-
-    The file is made with the first line, or at the end of a run that had none.
-    """
-
-    def __init__(self, name: str, overwrite: bool) -> None:
-        self.name = name
-        self._overwrite = overwrite
-        self._file: BinaryIO | None = None
-        if name != "-":
-            check_writable(name, overwrite)
-
-    def put(self, lines: Sequence[str]) -> None:
-        """Write lines; raise a FormatError if that fails."""
-        file = self._file or self._open()
-        if self.name != "-":
-            check_not_deleted(file, self.name)
-        try:
-            write_all(file, "".join(line + "\n" for line in lines).encode())
-        except BrokenPipeError:  # the reader has closed the pipe
-            raise
-        except OSError as error:
-            raise self._failure(error) from error
-
     @property
-    def result(self) -> str | None:
-        """The file."""
-        return self.name if self._file is not None and self.name != "-" else None
-
-    def _failure(self, error: OSError) -> FormatError:
-        return FormatError(
-            f"{self.name} cannot be written: {error.strerror}; make room, or choose another place. "
-            f"Existing lines are kept."
-        )
-
-    def _open(self) -> BinaryIO:
-        screen = self.name == "-"
-        try:
-            if screen:
-                file: BinaryIO = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
-            else:
-                file = open_rows(self.name, self._overwrite)
-        except OSError as error:
-            raise self._failure(error) from error
-        self._file = file
-        return file
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        if self._file is None and exception[0] is None:
-            self._open()
-        if self._file is not None:
-            self._file.close()
+    def picture(self) -> FrameRow:
+        """The rows of the frame."""
+        return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
 
 
-def objects_output(name: str, film: Source | Film, options: OutputOptions) -> ObjectsOutput:
+def rows_output(
+    name: str,
+    film: Source | Film,
+    options: OutputOptions,
+    *,
+    further: Sequence[str] = (),
+    resume: bool = False,
+) -> RowsOutput | MotOutput | DocumentOutput:
     """Return the output of all objects of each frame.
 
     Parameters
@@ -125,6 +74,10 @@ def objects_output(name: str, film: Source | Film, options: OutputOptions) -> Ob
         The film.
     options
         The format, the class of the objects, and whether a file may be overwritten.
+    further
+        Further columns of rows.
+    resume
+        Whether an existing file is the beginning of these rows.
 
     Raises
     ------
@@ -134,10 +87,14 @@ def objects_output(name: str, film: Source | Film, options: OutputOptions) -> Ob
         If a file exists and must not be overwritten, or cannot be made.
     """
     form = format_of(name, options.format)
-    if form in STREAMED:
-        return ObjectRows(name, form, options.overwrite)
-    label = options.label or LABEL
-    return DocumentOutput(name, form, film, label, options.overwrite, options.keyframe_error)
+    if form == "mot":
+        return MotOutput(name, options.overwrite)
+    if form not in STREAMED:
+        label = options.label or LABEL
+        return DocumentOutput(name, form, film, label, options.overwrite, options.keyframe_error)
+    rows: RowForm = "csv" if form == "csv" else "jsonl"
+    writer = TrackWriter(name, rows, overwrite=options.overwrite, resume=resume, further=further)
+    return RowsOutput(writer, resume=resume)
 
 
 def format_of(name: str, form: str | None = None) -> str:
@@ -157,12 +114,6 @@ def format_of(name: str, form: str | None = None) -> str:
     return form
 
 
-def row_form(form: str | None) -> RowForm | None:
-    """Return the form of a format that has the rows of one target as it is written; or None."""
-    forms: dict[str | None, RowForm] = {"csv": "csv", "jsonl": "jsonl"}
-    return forms.get(form)
-
-
 def is_document(name: str, form: str | None = None) -> bool:
     """Return whether an output is made at the end of a run."""
     forms = [form] if form is not None else _usual_format(name)
@@ -176,33 +127,41 @@ def check_several(name: str, form: str | None) -> None:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
-class ObjectRows(Lines):
-    """A row for each object in each frame, in one of the formats `STREAMED`."""
+class RowsOutput:
+    """Rows of motes in a file or on standard output."""
 
-    def __init__(self, name: str, form: str, overwrite: bool) -> None:
-        super().__init__(name, overwrite)
-        self._form = form
-        self._begun = False
+    def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
+        self._writer, self._resume, self._complete = writer, resume, False
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        self.add(FrameRow(moment.frame.index, moment.frame.time, object_rows(moment.tracks)))
+        self._writer.add(moment.picture)
 
-    def add(self, picture: FrameRow) -> None:
-        """Add a frame's rows."""
-        if self._form == "csv" and not self._begun:
-            self.put([",".join(OBJECT_COLUMNS)])
-        self._begun = True
-        if self._form == "mot":
-            self.put([result_line(picture.frame, each) for each in visible(picture)])
-        else:
-            form: RowForm = "csv" if self._form == "csv" else "jsonl"
-            self.put(
-                [
-                    object_line(form, OBJECT_COLUMNS, object_values(picture, each))
-                    for each in picture.objects
-                ]
-            )
+    @property
+    def result(self) -> str | None:
+        """The file, and the number of rows that it had before."""
+        name, rows, resumed = self._writer.name, self._writer.rows, self._writer.resumed
+        if not self._resume or name == "-":
+            return self._writer.result
+        if rows == resumed:
+            return f"{name} (it had all {rows} rows already)" if self._complete else None
+        return f"{name} (rows from {resumed + 1} on)"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._writer.__exit__(kind, *rest)
+        self._complete = kind is None
+
+
+class MotOutput(Lines):
+    """Results of the MOTChallenge: a line for each visible object in each frame."""
+
+    def write(self, moment: Moment) -> None:
+        """Add a frame's lines."""
+        picture = moment.picture
+        self.put([result_line(picture.frame, each) for each in visible(picture)])
 
 
 class DocumentOutput:
@@ -232,18 +191,20 @@ class DocumentOutput:
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's objects to the journal."""
-        self.add(FrameRow(moment.frame.index, moment.frame.time, object_rows(moment.tracks)))
+        self.add(moment.picture)
 
     def add(self, picture: FrameRow) -> None:
-        """Add the rows of a frame to the journal, with the name of the frame's image."""
+        """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, file = self._film, self._film.file_of(picture.frame)
+        objects = tuple(each for each in picture.objects if each.placed)
         try:
             if self._journal is None:
                 head = Header(_text(film.name), film.width, film.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
-            self._journal.add(replace(picture, file=None if file is None else _text(file)))
+            name = None if file is None else _text(file)
+            self._journal.add(replace(picture, objects=objects, file=name))
         except OSError as error:
             self._failed = True
             raise self._failure(error) from error
@@ -316,28 +277,9 @@ def _text(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-ObjectsOutput = ObjectRows | DocumentOutput
-"""An output of the objects of each frame; it also takes rows that are made already."""
-
-
 class Events(Lines):
     """A line of JSON for each event."""
 
     def write(self, moment: FrameResult) -> None:
         """Add a frame's events."""
         self.put([event.json() for event in moment.events])
-
-
-class SceneOverlay(AnnotatedVideo):
-    """An annotated video, with the time, and the crossings, entries and exits so far."""
-
-    def __init__(
-        self, path: Path, source: Source, stride: int, places: Regions, *, overwrite: bool
-    ) -> None:
-        super().__init__(path, source, stride, overwrite=overwrite)
-        self._painter = ScenePainter(places)
-
-    def write(self, moment: FrameResult) -> None:
-        """Add a picture."""
-        pixels = self._painter.painted(moment.frame, moment.tracks, moment.events)()
-        self.add(pixels, moment.frame.time)

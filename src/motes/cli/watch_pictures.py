@@ -20,7 +20,7 @@ from motes.mot.analytics.events import foot_of
 from motes.mot.analytics.regions import Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
-from motes.output.track_rows import check_writable
+from motes.rows.writer import check_writable
 
 Pixels = NDArray[np.uint8]
 

@@ -81,17 +81,23 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     def to_dict(self) -> dict[str, Any]:
         """Return the columns of a row file, with values that `json.dumps` takes.
 
-        The keys are frame, time, x, y, a, b, theta, confidence, status, distance and
-        effective_sample_size. Numbers are not rounded; one that is not finite is None.
+        The keys are frame, time, id (1), label (None), those of the box (left, top, width, height)
+        and of the ellipse (x, y, a, b, theta), confidence, status, distance, effective_sample_size
+        and occluded_by (None). Numbers are not rounded; one that is not finite is None.
         """
+        sides = zip(("left", "top", "width", "height"), self.box, strict=True)
         return {
             "frame": int(self.frame),
             "time": finite(self.time),
+            "id": 1,
+            "label": None,
+            **{name: finite(value) for name, value in sides},
             **{name: finite(value) for name, value in self.ellipse._asdict().items()},
             "confidence": finite(self.confidence),
             "status": str(self.status),
             "distance": finite(self.distance),
             "effective_sample_size": finite(self.effective_sample_size),
+            "occluded_by": None,
         }
 
     def __repr__(self) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 from msgspec.structs import replace
@@ -19,6 +20,7 @@ from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
+from motes.rows.writer import check_writable
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
@@ -170,8 +172,13 @@ class History(msgspec.Struct, frozen=True):
             If the file cannot be written.
         """
         with writing(path):
-            data = msgspec.json.encode(replace(self, lines=lines))
-            write_whole(path, msgspec.json.format(data, indent=1) + b"\n")
+            write_whole(path, self.encoded(lines))
+
+    def encoded(self, lines: int | None = None) -> bytes:
+        """Return the content of the file."""
+        return (
+            msgspec.json.format(msgspec.json.encode(replace(self, lines=lines)), indent=1) + b"\n"
+        )
 
     def check_frames(self) -> None:
         """Raise a ConfigError if the frames that are used are none."""
@@ -261,20 +268,6 @@ def line_count(rows: Path) -> int:
         return sum(part.count(b"\n") for part in iter(lambda: file.read(1 << 20), b""))
 
 
-def check_whole(rows: Path, known: History) -> None:
-    """Raise an InputError if rows have fewer lines than when their run ended."""
-    try:
-        count = line_count(rows)
-    except OSError:
-        return  # who reads the rows says why they cannot be read
-    if known.lines is not None and count < known.lines:
-        beside = history_path(rows).name
-        raise InputError(
-            f"{rows} has {count} lines of {known.lines}, by {beside}: it is cut off; make it anew, "
-            f"or if that is meant, correct the lines there."
-        )
-
-
 def history_path(rows: Path) -> Path:
     """Return the path of the history beside a file of rows."""
     return rows.with_name(rows.name + ENDING)
@@ -283,3 +276,87 @@ def history_path(rows: Path) -> Path:
 def rows_path(history: Path) -> Path:
     """Return the path of the rows beside which a history is."""
     return history.with_name(history.name.removesuffix(ENDING))
+
+
+def history_beside(rows: Path) -> History | None:
+    """Return what is remembered of rows; None if there is nothing beside them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or the rows have fewer lines than when their run ended.
+    """
+    path = history_path(rows)
+    if not path.exists():
+        return None
+    known = History.load(path)
+    with contextlib.suppress(OSError):  # who reads the rows says why they cannot be read
+        count = line_count(rows)
+        if known.lines is not None and count < known.lines:
+            raise InputError(
+                f"{rows} has {count} lines of {known.lines}, by {path.name}: it is cut off; make "
+                f"it anew, or if that is meant, correct the lines there."
+            )
+    return known
+
+
+def check_beside(rows: Path, overwrite: bool) -> None:
+    """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
+    if history_path(rows).exists():
+        check_writable(history_path(rows), overwrite)
+
+
+def hand_on(known: History | None, rows: Path) -> None:
+    """Write what is known of new rows beside them; what is there of older rows goes.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    if known is None:
+        history_path(rows).unlink(missing_ok=True)
+    else:
+        known.save(history_path(rows), line_count(rows))
+
+
+class Remembered:
+    """An output that writes what is to be remembered of a run, before its first row.
+
+    Parameters
+    ----------
+    rows
+        The file of the rows.
+    history
+        What is remembered.
+    overwrite
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    FormatError
+        If the file exists and must not be overwritten, or cannot be made.
+    """
+
+    result = None
+
+    def __init__(self, rows: str, history: History, *, overwrite: bool) -> None:
+        self._rows, self._history, self._done = Path(rows), history, False
+        self._path = history_path(self._rows)
+        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
+        check_writable(self._path, overwrite)
+
+    def write(self, _: object) -> None:
+        """Write the file before the first frame."""
+        if not self._done:
+            self._history.save(self._path)
+            self._done = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Note how many lines the rows have, unless the run failed."""
+        ended = kind is None or issubclass(kind, KeyboardInterrupt)
+        if self._done and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
+            self._history.save(self._path, line_count(self._rows))

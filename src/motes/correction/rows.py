@@ -14,8 +14,19 @@ from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundMotion, RealUnits
-from motes.output.read_rows import read_text, table_of
-from motes.output.track_rows import COLUMNS, DEVIATIONS, GROUND, fields_of, form_of, line_of
+from motes.mot.tracked_object import SceneTrack
+from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.reader import read_text, table_of
+from motes.rows.schema import (
+    COLUMNS,
+    DEVIATIONS,
+    ELLIPSE,
+    GROUND,
+    NUMBERS,
+    form_of,
+    hindsight,
+    line,
+)
 from motes.video.film import Film
 
 LARGEST = 1e9
@@ -57,12 +68,14 @@ class KnownRows:
             text = text[: text.rfind("\n") + 1]
         table = table_of(text, path, self._form)
         self.columns = tuple(table.dtype.names or ())
-        if not set(COLUMNS) <= set(self.columns) or "identity" in self.columns:
+        if not set(COLUMNS) <= set(self.columns) or len({*table["id"].tolist()}) > 1:
             raise InputError(
                 f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
             )
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
+        self._further = tuple(name for name in self.columns if name not in COLUMNS)
+        self._id, self._label = int(table["id"][0]), str(table["label"][0]) or None
         self.tracks = [
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
         ]
@@ -73,7 +86,9 @@ class KnownRows:
             )
         lines = text.splitlines(keepends=True)
         self._head = lines[: self._form == "csv"]
-        kept = [line for line in lines[len(self._head) :] if line.strip()]
+        kept = [text for text in lines[len(self._head) :] if text.strip()]
+        if len(kept) != len(frames):
+            raise InputError(f"{path} has a row of several lines; give its object a plain label.")
         self._lines = dict(zip(frames, kept, strict=True))
 
     @property
@@ -153,9 +168,11 @@ class KnownRows:
         for track in self.tracks:
             place = None if motion is None else motion.update(as_read(track))
             if track.frame in new:
-                further = {} if place is None else place.columns
-                fields = fields_of(track.frame, track.time, track, self.columns, further)
-                self._lines[track.frame] = line_of(self._form, self.columns, fields) + "\n"
+                columns = (*COLUMNS, *self._further)
+                further = hindsight(track) if place is None else hindsight(track) | place.columns
+                target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)
+                values = FrameRow(track.frame, track.time, ()).values(target, self._further)
+                self._lines[track.frame] = line(self._form, columns, values) + "\n"
 
     def write(self, path: Path) -> None:
         """Write all rows.
@@ -191,9 +208,7 @@ def as_read(track: Track) -> Track:
 
 
 def _track(path: Path, row: dict[str, float | int | str]) -> Track:
-    number = {
-        name: float(row.get(name, math.nan)) for name in (*COLUMNS, *DEVIATIONS) if name != "status"
-    }
+    number = {name: float(row.get(name, math.nan)) for name in ("frame", *NUMBERS)}
     try:
         status = Status(str(row["status"]))
     except ValueError:
@@ -206,7 +221,7 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
             f"{path} has {number[huge[0]]:g} as {huge[0]} in frame {row['frame']}; correct that "
             f"row."
         )
-    ellipse = Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta")))
+    ellipse = Ellipse(*(number[name] for name in ELLIPSE))
     placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) >= LEAST_HALF
     if status is Status.TRACKING and not placed:
         raise InputError(

@@ -23,7 +23,7 @@ def aspects(recorded: Recorded) -> set[str]:
     """Return those of `ASPECTS` that a recording has."""
     found: set[str] = {TIMES}
     for row in recorded:
-        for each in row.objects:
+        for each in (each for each in row.objects if each.placed):
             held = {
                 ANGLES: each.ellipse.theta != 0 and each.ellipse.a != each.ellipse.b,
                 CONFIDENCES: each.confidence != 1,
@@ -32,7 +32,7 @@ def aspects(recorded: Recorded) -> set[str]:
                 HIDDEN: each.status is Status.OCCLUDED,
                 GUESSES: each.status not in SHOWN,
                 MASKS: each.mask is not None,
-                COLUMNS: bool(each.more),
+                COLUMNS: bool(each.more) or each.distance is not None,
             }
             found.update(name for name, has in held.items() if has)
     return found

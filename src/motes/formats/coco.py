@@ -31,7 +31,7 @@ from motes.formats.shapes import (
     visible_box,
 )
 from motes.formats.text import at, read_json
-from motes.output.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""

@@ -31,7 +31,7 @@ from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, 
 from motes.formats.text import at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

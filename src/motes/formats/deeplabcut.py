@@ -20,7 +20,7 @@ from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")
 NAME = "object_"

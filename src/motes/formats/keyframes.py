@@ -20,7 +20,7 @@ from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
 from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import only_object
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
 """Those of boxes, and of ellipses."""

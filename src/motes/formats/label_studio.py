@@ -34,7 +34,7 @@ from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
 from motes.formats.text import at, counted, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import visible
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 REGION = "videorectangle"
 VIDEO, BOX = "video", "box"

@@ -15,7 +15,7 @@ from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, r
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
 from motes.formats.visibility import shown, visible
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 CLASSES = {
     "pedestrian": 1, "person on vehicle": 2, "car": 3, "bicycle": 4, "motorbike": 5,

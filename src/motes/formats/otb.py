@@ -15,7 +15,7 @@ from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
 from motes.formats.regions import ABSENT, read_regions
 from motes.formats.text import read_text
 from motes.formats.visibility import only_object
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 FIRST_PIXEL = 1
 

@@ -6,12 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from motes.core.errors import FormatError, MissingDependencyError
 from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.rows import recording_of_rows, table_of
-from motes.output.read_rows import TYPES
+from motes.rows.schema import TEXT, WHOLE
 
 
 def _pyarrow() -> Any:
@@ -32,7 +30,7 @@ def write(recorded: Recorded) -> Iterator[bytes]:
     columns = list(zip(*rows, strict=True)) or [()] * len(names)
     kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
     arrays = [
-        pyarrow.array(values, kinds[_kind(name)])
+        pyarrow.array(values, kinds[_kind(name)], from_pandas=True)  # NaN is null
         for name, values in zip(names, columns, strict=True)
     ]
     sink = pyarrow.BufferOutputStream()
@@ -41,9 +39,7 @@ def write(recorded: Recorded) -> Iterator[bytes]:
 
 
 def _kind(name: str) -> type:
-    if name == "occluded_by":
-        return int
-    return {np.int64: int, np.str_: str}.get(TYPES.get(name, np.float64), float)
+    return int if name in (*WHOLE, "occluded_by") else str if name in TEXT else float
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:

@@ -13,7 +13,7 @@ from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
 from motes.formats.regions import MAX_FRAME
-from motes.output.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
@@ -162,7 +162,7 @@ def recording_of(
 
 def sound(each: ObjectRow) -> ObjectRow:
     """Return an object of a file; raise a ValueError if it has no place, size or confidence."""
-    if not all(abs(value) <= FARTHEST for value in (*each.ellipse, each.confidence)):
+    if not all(abs(value) <= FARTHEST for value in (*each.ellipse, *each.box, each.confidence)):
         raise ValueError("a number of the object is not finite, or too large")
     if not min(each.ellipse.a, each.ellipse.b) > 0:
         width, height = 2 * each.ellipse.a, 2 * each.ellipse.b

@@ -67,7 +67,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     - no target: NaN, a box or polygon without width or height, an empty mask, or VOT's codes 0, 1
       and 2.
 
-    Empty lines are skipped. Tracks written by `motes.output.track_rows`, in CSV or JSON Lines, are
+    Empty lines are skipped. Tracks written by `motes.rows.writer`, in CSV or JSON Lines, are
     recognized by their first character or column. They have a target in the frames with the status
     `tracking`.
 

@@ -132,7 +132,7 @@ OWN: dict[str, Format] = {
         read="keyframes:read", write="keyframes:write", holds=(ANGLES,), thinned=True, single=True,
     ),
     "journal": Format(
-        title="rows of a run that was killed", endings=(".rows.jsonl",), read="journal:read",
+        title="rows of a run that was killed", endings=(".rows.jsonl",), read="rows:read_journal",
         holds=ASPECTS,
     ),
 }  # fmt: skip

@@ -1,131 +1,56 @@
-"""Rows of motes: CSV and JSON Lines, with the columns of `motes track` or of `motes watch`.
+"""Rows of motes: CSV and JSON Lines, with the columns of `motes.rows.schema`.
 
-Rows of `motes track` have an ellipse for each frame, those of `motes watch` a box for each object.
-Rows made from other files have the ellipse if there is one object and it is turned, else the box.
+Rows of others may lack the ellipse, if they have a box, and all else but the frame.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
-
-import msgspec
+from typing import Any
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Box, Ellipse
-from motes.core.spreadsheet import guarded
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
-from motes.output.journal import FrameRow, ObjectRow
-from motes.output.read_rows import read_track
-from motes.output.track_rows import COLUMNS, Form, line_of
-
-OBJECT_COLUMNS = (
-    "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by",
-    "class",
-)  # fmt: skip
-DIGITS = {"time": 6, "x": 3, "y": 3, "a": 3, "b": 3, "distance": 5, "effective_sample_size": 2}
-"""Digits of the columns of `motes track`; all others have 5."""
-Values = Sequence[Any]
-"""The fields of a row: numbers, texts, or None where a field is empty."""
+from motes.rows.journal import Journal, ObjectRow
+from motes.rows.reader import read_track
+from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
 
 
-def object_values(picture: FrameRow, each: ObjectRow) -> list[Any]:
-    """Return the fields of an object's row, in order of `OBJECT_COLUMNS`."""
-    return [
-        picture.frame, round(picture.time, 6), each.identity,
-        *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status.value,
-        each.occluded_by, each.label,
-    ]  # fmt: skip
+def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
+    """Return the columns and the rows of a recording.
 
-
-def object_line(form: Form, columns: Sequence[str], values: Values) -> str:
-    """Return the row of an object as a line of CSV or of JSON Lines."""
-    if form == "csv":
-        return csv_line(values)
-    return msgspec.json.encode(dict(zip(columns, values, strict=True))).decode()
-
-
-def csv_line(values: Sequence[object]) -> str:
-    """Return values as a line of CSV: None is empty, and a text that needs quotes has them.
-
-    No text is a formula to a spreadsheet.
+    If there is one object, it has a row in all frames: it is searched for where it is not there.
     """
-    return ",".join(map(_csv_field, values))
-
-
-def _csv_field(value: object) -> str:
-    text = "" if value is None else guarded(str(value))
-    if not any(mark in text for mark in ',"\r\n'):
-        return text
-    return '"' + text.replace('"', '""') + '"'
-
-
-def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Values]]:
-    """Return the columns and the rows of a recording."""
-    identities, more, turned = set[int](), dict[str, None](), False
+    identities, further = set[int](), dict[str, None]()
     for row in recorded:
         for each in row.objects:
             identities.add(each.identity)
-            more |= dict.fromkeys(each.more)
-            turned = turned or each.ellipse.theta != 0
-    single = len(identities) <= 1 and (turned or "distance" in more)
-    columns = COLUMNS if single else OBJECT_COLUMNS
-    further = [name for name in more if name not in columns]
-    values = _track_values(recorded, further) if single else _object_values(recorded, further)
-    return (*columns, *further), values
-
-
-def _track_values(recorded: Recorded, further: Sequence[str]) -> Iterator[Values]:
-    for row in recorded:
-        if not row.objects:
-            empty = [None] * 6
-            yield [row.frame, row.time, *empty, Status.SEARCHING.value, None, None,
-                   *(None for _ in further)]  # fmt: skip
-        for each in row.objects:
-            yield [
-                row.frame, row.time, *each.ellipse, each.confidence, each.status.value,
-                *(each.more.get(name) for name in (*COLUMNS[-2:], *further)),
-            ]  # fmt: skip
-
-
-def _object_values(recorded: Recorded, further: Sequence[str]) -> Iterator[Values]:
-    for row in recorded:
-        for each in row.objects:
-            yield [*object_values(row, each), *(each.more.get(name) for name in further)]
+            further |= dict.fromkeys(each.more)
+    alone = len(identities) == 1 and ANONYMOUS not in identities
+    usual = [ObjectRow.nowhere(each) for each in identities] if alone else []
+    values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
+    return (*COLUMNS, *further), values
 
 
 def write_csv(recorded: Recorded) -> Iterator[bytes]:
     """Yield a line of titles, and a line for each row."""
-    yield from _lines(recorded, "csv")
+    return _lines(recorded, "csv")
 
 
 def write_jsonl(recorded: Recorded) -> Iterator[bytes]:
     """Yield an object of JSON for each row."""
-    yield from _lines(recorded, "jsonl")
+    return _lines(recorded, "jsonl")
 
 
-def _lines(recorded: Recorded, form: Literal["csv", "jsonl"]) -> Iterator[bytes]:
+def _lines(recorded: Recorded, form: Form) -> Iterator[bytes]:
     columns, rows = table_of(recorded)
-    if form == "csv":
-        yield ",".join(columns).encode() + b"\n"
-    for values in rows:
-        if "theta" in columns:
-            fields = [_digits(name, value) for name, value in zip(columns, values, strict=True)]
-            line = line_of(form, columns, fields)
-        else:
-            line = object_line(form, columns, values)
-        yield line.encode() + b"\n"
-
-
-def _digits(name: str, value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:z.{DIGITS.get(name, 5)}f}"
-    return "" if value is None else str(value)
+    for text in (*head(form, columns), *(line(form, columns, values) for values in rows)):
+        yield f"{text}\n".encode()
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
@@ -133,61 +58,80 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     table = read_track(path)
     names = table.dtype.names or ()
     return recording_of_rows(
-        (dict(zip(names, row.tolist(), strict=True)) for row in table), names, facts
+        (dict(zip(names, row, strict=True)) for row in table.tolist()), names, facts
     )
 
 
+def read_journal(path: Path, facts: FilmFacts) -> Journal:
+    """Return the rows of a document whose run was killed; they hold all that is known of it."""
+    del facts
+    found = Journal(path)
+    for offset, row in found.rows():
+        with at(f"byte {offset}"):
+            for each in row.objects:
+                sound(each)
+    return found
+
+
 def recording_of_rows(
-    rows: Iterator[Mapping[str, Any]], names: Sequence[str], facts: FilmFacts
+    rows: Iterable[Mapping[str, Any]], names: Sequence[str], facts: FilmFacts
 ) -> Recording:
-    """Return the objects of rows, each with a value for each name; NaN and "" are empty.
+    """Return the objects of rows, each with a value for each name; NaN, None and "" are empty.
 
     Raises
     ------
     FormatError
-        If they are rows of several cameras.
+        If a value is missing or damaged, or they are rows of several cameras.
     """
-    if "camera" in names:
+    if CAMERA in names:
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
+    place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
+    further = [name for name in names if name not in COLUMNS]
     objects = []
-    for place, row in enumerate(rows, start=1):
+    for number, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
         known = {name: value for name, value in known.items() if value == value}  # NaN is empty
-        with at(f"row {place}"):
+        with at(f"row {number}"):
             frame = whole(str(known["frame"]))
-            if frame in times and "identity" not in names:
-                raise ValueError(f"frame {frame} is there twice")
             times[frame] = float(known["time"]) if "time" in names else None
-            each = _object(known, names)
+            each = _object(known, place, further, rated="confidence" in names)
             objects += [] if each is None else [(frame, each)]
     return recording_of(facts, objects, times)
 
 
-def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow | None:
+def _object(
+    row: Mapping[str, Any], place: Sequence[str], further: Sequence[str], *, rated: bool
+) -> ObjectRow | None:
     """Return the object of a row; None where it has no place, as one that is searched for."""
-    turned = "theta" in names
-    fields = Ellipse._fields if turned else Box._fields
+    identity = whole(str(row.get("id", 1)))
     status = Status(row.get("status", Status.TRACKING))
-    if status not in SHOWN and not any(name in row for name in fields):
-        return None
-    numbers = [float(row[name]) for name in fields]
-    used = (*Ellipse._fields, *COLUMNS[:-2]) if turned else OBJECT_COLUMNS
-    behind = row.get("occluded_by")
-    more = {name: row[name] for name in names if name not in used and name in row}
+    more = {name: row[name] for name in further if name in row}
     for name, value in more.items():
         if not isinstance(value, str | int | float):
             raise ValueError(f"{name} is not a number")
         if isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{name} is {value}")
-    sure = row["confidence"] if "confidence" in names and status is Status.TRACKING else 1.0
+    absent = status is Status.ABSENT
+    if not absent and status not in SHOWN and not any(name in row for name in place):
+        return None
+    numbers = [math.nan if absent else float(row[name]) for name in place]
+    behind = row.get("occluded_by")
+    sure = row["confidence"] if rated and status is Status.TRACKING else math.nan if absent else 1.0
     found = ObjectRow(
-        whole(str(row.get("identity", 1))),
-        Ellipse(*numbers) if turned else Ellipse.from_box(numbers),
+        identity,
+        Ellipse(*numbers) if place is ELLIPSE else Ellipse.from_box(numbers),
         float(row.get("confidence", sure)),
         status,
         None if behind is None else whole(str(behind)),
-        row.get("class"),
+        row.get("label"),
         more=more,
+        distance=_number(row, "distance"),
+        effective_sample_size=_number(row, "effective_sample_size"),
+        bounds=Box(*(float(row[name]) for name in BOX)) if "left" in row else None,
     )
-    return sound(found)
+    return found if absent else sound(found)
+
+
+def _number(row: Mapping[str, Any], name: str) -> float | None:
+    return float(row[name]) if name in row else None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motes.core.geometry import Ellipse, area, clipped
 from motes.formats.recording import Recorded
 from motes.formats.visibility import SHOWN
-from motes.output.journal import Header, ObjectRow
+from motes.rows.journal import Header, ObjectRow
 
 MIN_AREA = 0.01
 """Smallest area inside the frame of an object that is annotated, in square pixels."""

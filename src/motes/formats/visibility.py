@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from motes.core.errors import FormatError
 from motes.core.track import Status
 from motes.formats.recording import Recorded
-from motes.output.journal import FrameRow, ObjectRow
+from motes.rows.journal import FrameRow, ObjectRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
 """The states of an object that is in the picture."""

@@ -18,7 +18,7 @@ from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, r
 from motes.formats.shapes import frame_name, label_or_none, labels_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 NAMES = "data.yaml"
 CLASSES = "classes.txt"

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track, finite
+from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.cues.hog import HogModel
 from motes.mot.expected import CUE, Expected
@@ -62,23 +62,9 @@ class SceneTrack:
         return self.track.xyxy
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the columns of a row file of objects, with values that `json.dumps` takes.
-
-        The keys are frame, time, identity, x, y, width, height, confidence, status, occluded_by and
-        class; x and y are those of the box. Numbers are not rounded; one that is not finite is
-        None.
-        """
-        each = self.track.to_dict()
-        return {
-            "frame": each["frame"],
-            "time": each["time"],
-            "identity": int(self.identity),
-            **{name: finite(value) for name, value in self.box._asdict().items()},
-            "confidence": each["confidence"],
-            "status": each["status"],
-            "occluded_by": self.occluded_by,
-            "class": self.label,
-        }
+        """Return the columns of a row file, as `Track.to_dict` does."""
+        own = {"id": int(self.identity), "label": self.label, "occluded_by": self.occluded_by}
+        return self.track.to_dict() | own
 
     def __repr__(self) -> str:
         hidden = "" if self.occluded_by is None else f", occluded_by={self.occluded_by}"

@@ -24,8 +24,8 @@ from motes.core.track import Status
 from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
-from motes.output.journal import ObjectRow
 from motes.output.local_server import Server, reply
+from motes.rows.journal import ObjectRow
 from motes.sot.tracker import Tracker
 from motes.video.sources import open_source
 

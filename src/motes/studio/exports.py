@@ -18,16 +18,14 @@ from motes.core.track import Status, Track
 from motes.correction.history import FORMAT, History
 from motes.formats import registry
 from motes.formats.recording import Recording
-from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
-from motes.output.journal import FrameRow, Header, ObjectRow
-from motes.output.track_rows import CORRECTED, Form, fields_of, line_of
+from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.schema import hindsight
 from motes.studio.commands import Places, Watch
 from motes.studio.document import DrawnTarget, places_toml
 from motes.studio.messages import OpenFilm
 from motes.studio.scenes import watch_config
 
 LABEL = "object"
-ROW_FORMS: dict[str, Form] = {"csv": "csv", "jsonl": "jsonl"}
 
 
 class Reproduction(msgspec.Struct, frozen=True):
@@ -55,18 +53,8 @@ def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
     FormatError
         If the format cannot hold them.
     """
-    if form in ROW_FORMS:
-        lines = [",".join(CORRECTED)] if form == "csv" else []
-        for track in tracks:
-            fields = fields_of(track.frame, track.time, track, CORRECTED)
-            lines.append(line_of(ROW_FORMS[form], CORRECTED, fields))
-        return "".join(f"{line}\n" for line in lines).encode()
     frames = [
-        FrameRow(
-            track.frame,
-            track.time,
-            () if track.status is Status.ABSENT else (ObjectRow.of_target(track),),
-        )
+        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
         for track in tracks
     ]
     return recorded_file(form, film, frames)
@@ -90,18 +78,7 @@ def objects_file(
                 row = ObjectRow.of_target(track)
                 objects.append(msgspec.structs.replace(row, identity=number, label=name))
     rows = [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
-    return scene_file(form, rows, film)
-
-
-def scene_file(form: str, frames: Sequence[FrameRow], film: OpenFilm) -> bytes:
-    """Return the objects of the many-object mode, as `motes watch -o` writes them."""
-    if form not in ROW_FORMS:
-        return recorded_file(form, film, frames)
-    lines = [",".join(OBJECT_COLUMNS)] if form == "csv" else []
-    for picture in frames:
-        for each in picture.objects:
-            lines.append(object_line(ROW_FORMS[form], OBJECT_COLUMNS, object_values(picture, each)))
-    return "".join(f"{line}\n" for line in lines).encode()
+    return recorded_file(form, film, rows)
 
 
 def recorded_file(form: str, film: OpenFilm, frames: Sequence[FrameRow]) -> bytes:
@@ -152,7 +129,7 @@ def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:
         config=to_dict(target.tracker),
         seed=target.seed,
     ).corrected([*target.marks.items()])
-    return msgspec.json.format(msgspec.json.encode(history), indent=1) + b"\n"
+    return history.encoded()
 
 
 def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:

@@ -12,6 +12,7 @@ import numpy as np
 
 from motes.core.config import to_dict
 from motes.core.errors import ConfigError
+from motes.rows.schema import FORMS
 from motes.studio import exports, imports
 from motes.studio.document import DrawnTarget, regions_of
 from motes.studio.sessions import LiveSession
@@ -71,7 +72,9 @@ async def export_scene(session: LiveSession, form: str) -> File:
         return File(exports.file_name(film, "events", "jsonl"), b"".join(lines))
     exports.check_formats(form, several=True)
     frames = session.watching.frames()
-    data = await asyncio.to_thread(exports.scene_file, form, frames, film)
+    if form in FORMS.values():  # as `motes watch` writes them: a row for each object
+        frames = [row for row in frames if row.objects]
+    data = await asyncio.to_thread(exports.recorded_file, form, film, frames)
     return File(exports.file_name(film, "watched", form), data)
 
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from motes.core.errors import ConfigError, FormatError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.visibility import VISIBLE
-from motes.output.journal import ObjectRow
-from motes.output.track_rows import DEVIATIONS
+from motes.rows.journal import ObjectRow
 from motes.studio import messages
 from motes.studio.document import Document, DrawnTarget
 from motes.studio.document import appended as appended_to
@@ -90,10 +85,10 @@ def taken(
             {frame: tuple(rows[frame].ellipse) for frame in keys},
         )  # fmt: skip
         document = appended_to(document, target)
-        cues = len(target.tracker.cues)
+        cues, missing = len(target.tracker.cues), ObjectRow.nowhere(identity, Status.ABSENT)
         tables[number] = table_of(
             (
-                line(_track(frame, times[frame], rows.get(frame)), [0.0] * cues, final=True)
+                line(rows.get(frame, missing).track(frame, times[frame]), [0.0] * cues, final=True)
                 for frame in range(first, last + 1)
             ),
             cues,
@@ -101,20 +96,3 @@ def taken(
     if not tables:
         raise ConfigError("The file has no object that is visible; choose another one.")
     return document, tables
-
-
-def _track(frame: int, time: float, row: ObjectRow | None) -> Track:
-    nan = math.nan
-    if row is None:
-        nowhere = Ellipse(nan, nan, nan, nan, nan)
-        return Track(frame, time, nowhere, np.full((5, 5), nan), nan, Status.ABSENT, nan, nan)
-
-    def number(name: str) -> float:
-        value = row.more.get(name)
-        return float(value) if isinstance(value, int | float) else nan
-
-    return Track(
-        frame, time, row.ellipse, np.diag([number(name) ** 2 for name in DEVIATIONS]),
-        row.confidence, row.status, number("distance"), number("effective_sample_size"),
-        outlier=number("outlier") == 1,
-    )  # fmt: skip

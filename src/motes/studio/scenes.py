@@ -18,7 +18,7 @@ from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig, detector_values
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
-from motes.output.journal import FrameRow, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, ObjectRow, object_rows
 from motes.studio.commands import Watch
 from motes.studio.messages import SceneFrame, SceneObject
 

@@ -10,7 +10,7 @@ import msgspec
 
 from motes.core.config import to_dict
 from motes.core.errors import MotesError
-from motes.output.journal import FrameRow
+from motes.rows.journal import FrameRow
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
 from motes.studio.job import Desk, StudioJob

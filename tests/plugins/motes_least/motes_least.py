@@ -13,7 +13,7 @@ from motes.filtering import Fusion, Weights
 from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
 from motes.formats.registry import Format
 from motes.formats.visibility import only_object
-from motes.output.journal import ObjectRow
+from motes.rows.journal import ObjectRow
 
 
 class Least(Fusion, Config, frozen=True, tag="least"):

@@ -34,7 +34,7 @@ def train(
         CSV file with a line picture,x,y,width,height for each face in each picture, or the
         picture's name alone if it shows none. Names are relative to the file.
     """
-    from motes.output.track_rows import check_writable
+    from motes.rows.writer import check_writable
     from motes_lab.face_training import read_examples, save_detector, train_faces
 
     check_not_source(str(faces), output)

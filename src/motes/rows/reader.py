@@ -16,17 +16,8 @@ from numpy.typing import NDArray
 from motes.core.errors import InputError, MissingDependencyError
 from motes.core.files import check_ended
 from motes.core.spreadsheet import unguarded
-from motes.output.track_rows import DEVIATIONS, GROUND, Form, form_of
+from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
-WHOLE = ("frame", "identity", "outlier")
-"""Columns of whole numbers."""
-TEXT = ("status", "camera", "class")
-"""Columns of text."""
-NUMBERS = (
-    "time", "x", "y", "a", "b", "theta", "width", "height", "confidence", "distance",
-    "effective_sample_size", "occluded_by", *DEVIATIONS, *GROUND,
-)  # fmt: skip
-"""Columns of floating-point numbers."""
 TYPES: dict[str, type] = {
     **dict.fromkeys(WHOLE, np.int64),
     **dict.fromkeys(TEXT, np.str_),
@@ -50,10 +41,10 @@ def read_track(path: str | Path, *, pandas: Literal[True]) -> Any:  # noqa: D418
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     """Return the rows of a file of tracks (.csv or .jsonl), in the order of the file.
 
-    The columns have the names in the file: those of `Track.to_dict`, or of `SceneTrack.to_dict` for
-    a file of many objects. `frame` and `identity` are whole numbers, `status`, `camera` and `class`
-    text, all others floating-point numbers. An empty field is NaN, as the position where there was
-    no track yet, or `occluded_by` where no object is in front.
+    The columns have the names in the file, which are those of `Track.to_dict` and
+    `SceneTrack.to_dict`. `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
+    `camera` text, all others floating-point numbers. An empty field is NaN, as the position where
+    there was no track yet, or `occluded_by` where no object is in front.
 
     Parameters
     ----------
@@ -154,12 +145,10 @@ def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
     for number, row in enumerate(lines, start=1):
         if len(row) != len(names):
             raise ValueError(f"row {number} has {len(row)} fields instead of {len(names)}")
-        try:
-            rows.append([_value(name, value) for name, value in zip(names, row, strict=True)])
-        except ValueError as error:
-            raise ValueError(f"row {number}: {error}") from None
+        rows.append(row)
     columns: dict[str, NDArray[Any]] = {
-        name: np.array([row[i] for row in rows], TYPES[name]) for i, name in enumerate(names)
+        name: np.array(_values(name, [row[i] for row in rows]), TYPES[name])
+        for i, name in enumerate(names)
     }
     table = np.empty(len(rows), [(name, column.dtype) for name, column in columns.items()])
     for name, column in columns.items():
@@ -167,17 +156,32 @@ def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
     return table
 
 
-def _value(name: str, field: str | float | None) -> str | float:
-    """Return a field of a column as a value of the column's type."""
-    if name in NUMBERS:
-        return math.nan if field is None or field == "" else float(field)
-    if name == "class" and field is None:
-        return ""
-    if name in WHOLE and isinstance(field, str):
-        number = int(field)
-        if abs(number) >= 1 << 63:
-            raise ValueError(f"{name} is {field}, too large")
-        return number
-    if not isinstance(field, int if name in WHOLE else str):
-        raise ValueError(f"{name} is {field}")
-    return field
+def _values(name: str, fields: Sequence[str | float | None]) -> list[str | float]:
+    """Return the fields of a column as values of its type."""
+    value = _number if name in NUMBERS else _whole if name in WHOLE else _text
+    if name == "outlier":
+        fields = [field or 0 for field in fields]
+    found: list[str | float] = []
+    try:
+        for field in fields:
+            found.append(value(field))
+    except ValueError as error:
+        raise ValueError(f"row {len(found) + 1}: {name}: {error}") from None
+    return found
+
+
+def _number(field: str | float | None) -> float:
+    return math.nan if field is None or field == "" else float(field)
+
+
+def _whole(field: str | float | None) -> int:
+    number = int(field) if isinstance(field, str) else field
+    if not isinstance(number, int) or abs(number) >= 1 << 63:
+        raise ValueError(f"{field} is no whole number, or too large")
+    return number
+
+
+def _text(field: str | float | None) -> str:
+    if isinstance(field, float | int):
+        raise ValueError(f"{field} is no text")
+    return field or ""

@@ -7,19 +7,21 @@ is killed loses no frame. The first line is a `Header`, each other line a `Frame
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import msgspec
-from msgspec.structs import replace
+import numpy as np
 
 from motes.core.errors import SourceError
 from motes.core.files import write_all
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
 from motes.mot.tracked_object import SceneTrack
+from motes.rows.schema import DEVIATIONS
 
 ENDING = ".rows.jsonl"
 """Added to the name of a document, this is the name of its journal."""
@@ -33,9 +35,13 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     mask
         Its pixels, in the compressed runs of COCO (`motes.formats.runs`); None without a mask.
     more
-        Further columns of its row, by name, such as `distance`.
+        Further columns of its row, by name, such as `speed`.
     keyframe
         Whether a user has drawn it, or would have to: a tool that interpolates needs this one.
+    distance, effective_sample_size
+        As in `Track`; None where they are not known.
+    bounds
+        The box around the ellipse, where a file says it more exactly than the ellipse does.
     """
 
     identity: int
@@ -47,35 +53,70 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     mask: str | None = None
     more: dict[str, float | str | None] = {}
     keyframe: bool = True
+    distance: float | None = None
+    effective_sample_size: float | None = None
+    bounds: Box | None = None
 
     @classmethod
-    def of(cls, each: SceneTrack) -> Self:
-        """Return the row of an object."""
+    def of(cls, each: SceneTrack, further: Mapping[str, float | None] = {}) -> Self:
+        """Return the row of an object, with further columns."""
         track = each.track
-        ellipse = Ellipse(*map(float, track.ellipse))  # a caller may give NumPy numbers
         return cls(
             each.identity,
-            ellipse,
+            Ellipse(*map(float, track.ellipse)),  # a caller may give NumPy numbers
             float(track.confidence),
             track.status,
             each.occluded_by,
             each.label,
+            more={**further},
+            distance=finite(track.distance),
+            effective_sample_size=finite(track.effective_sample_size),
         )
 
     @classmethod
-    def of_target(cls, track: Track, further: Mapping[str, float | None] = {}) -> Self:
-        """Return the row of the one target of a tracker, with the identity 1."""
-        more = {
-            "distance": finite(track.distance),
-            "effective_sample_size": finite(track.effective_sample_size),
-            **further,
-        }
-        return replace(cls.of(SceneTrack(1, track)), more=more)
+    def of_target(cls, track: Track | None, further: Mapping[str, float | None] = {}) -> Self:
+        """Return the row of the one target of a tracker, with the identity 1.
+
+        Without a track it is searched for, and has no place.
+        """
+        if track is None:
+            return cls.nowhere(1)
+        return cls.of(SceneTrack(1, track), further)
+
+    @classmethod
+    def nowhere(cls, identity: int, status: Status = Status.SEARCHING) -> Self:
+        """Return the row of an object that has no place in a frame."""
+        return cls(identity, Ellipse(*[math.nan] * 5), math.nan, status)
+
+    def number(self, name: str) -> float:
+        """Return the number in a further column; NaN where it is not known."""
+        value = self.more.get(name)
+        return float(value) if isinstance(value, int | float) else math.nan
+
+    def track(self, frame: int, time: float) -> Track:
+        """Return it as a track of that frame; what is not known is NaN."""
+        size = self.effective_sample_size
+        return Track(
+            frame,
+            time,
+            self.ellipse,
+            np.diag([self.number(name) ** 2 for name in DEVIATIONS]),
+            self.confidence,
+            self.status,
+            math.nan if self.distance is None else self.distance,
+            math.nan if size is None else size,
+            outlier=self.number("outlier") == 1,
+        )
 
     @property
     def box(self) -> Box:
         """The axis-parallel box around the ellipse."""
-        return self.ellipse.box
+        return self.ellipse.box if self.bounds is None else self.bounds
+
+    @property
+    def placed(self) -> bool:
+        """Whether it has a place, perhaps only a guess."""
+        return math.isfinite(self.ellipse.x)
 
 
 class FrameRow(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -85,6 +126,14 @@ class FrameRow(msgspec.Struct, frozen=True, omit_defaults=True):
     time: float
     objects: tuple[ObjectRow, ...]
     file: str | None = None
+
+    def values(self, each: ObjectRow, further: Sequence[str] = ()) -> list[Any]:
+        """Return the fields of an object's row: those of `COLUMNS`, and of further columns."""
+        return [
+            self.frame, self.time, each.identity, each.label, *each.box, *each.ellipse,
+            each.confidence, each.status.value, each.distance, each.effective_sample_size,
+            each.occluded_by, *(each.more.get(name) for name in further),
+        ]  # fmt: skip
 
 
 class Header(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):

@@ -1,0 +1,115 @@
+"""The columns of rows: the same for one object and for many, tracked, corrected or converted.
+
+A row is an object in a frame. Numbers have fixed digits and are never NaN or infinite, so equal
+runs give equal bytes; what is not known is an empty field in CSV, and null in JSON Lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from math import isfinite, sqrt
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from motes.core.errors import ConfigError
+from motes.core.spreadsheet import guarded
+from motes.core.track import Track
+
+Form = Literal["csv", "jsonl"]
+FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
+"""The form of each file ending."""
+
+BOX = ("left", "top", "width", "height")
+"""The axis-parallel box around the object, in pixels."""
+ELLIPSE = ("x", "y", "a", "b", "theta")
+"""Its center and half-axes in pixels, and the angle of a in radians."""
+COLUMNS = (
+    "frame", "time", "id", "label", *BOX, *ELLIPSE, "confidence", "status", "distance",
+    "effective_sample_size", "occluded_by",
+)  # fmt: skip
+"""The columns of all rows."""
+DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
+"""Columns of standard deviations, in the order of an ellipse."""
+HINDSIGHT = (*DEVIATIONS, "outlier")
+"""Further columns of tracks that are known in hindsight: smoothed or corrected ones."""
+GROUND = ("x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std")
+"""Further columns of places in metres and speeds in metres per second."""
+CAMERA = "camera"
+"""The further column of rows of several cameras."""
+
+WHOLE = ("frame", "id", "outlier")
+"""Columns of whole numbers. Only an outlier may be empty, which is then none."""
+TEXT = ("label", "status", CAMERA)
+"""Columns of text."""
+NUMBERS = tuple(
+    name for name in (*COLUMNS, *HINDSIGHT, *GROUND) if name not in WHOLE and name not in TEXT
+)
+"""Columns of numbers, which may be empty."""
+DIGITS = {"time": "z.6f", "effective_sample_size": "z.2f"}
+DIGITS |= dict.fromkeys((*BOX, *ELLIPSE[:-1]), "z.3f")
+"""How the numbers of a column are written; all others have five digits after the point."""
+
+
+def form_of(path: str | Path, form: Form | None = None) -> Form:
+    """Return the form of a file: `form` if given, else that of the file's ending; `-` is CSV.
+
+    Raises
+    ------
+    ConfigError
+        If the ending is unknown.
+    """
+    if form is not None:
+        return form
+    if str(path) == "-":
+        return "csv"
+    ending = Path(path).suffix.lower()
+    if ending not in FORMS:
+        raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it or give a format.")
+    return FORMS[ending]
+
+
+def hindsight(track: Track) -> dict[str, float | int]:
+    """Return the columns `HINDSIGHT` of a track."""
+    deviations = [sqrt(each) for each in track.covariance.diagonal().tolist()]
+    return dict(zip(DEVIATIONS, deviations, strict=True)) | {"outlier": int(track.outlier)}
+
+
+def head(form: Form, columns: Sequence[str]) -> list[str]:
+    """Return the lines before the first row."""
+    return [",".join(columns)] if form == "csv" else []
+
+
+def line(form: Form, columns: Sequence[str], values: Sequence[Any]) -> str:
+    """Return a row as a line; a value is a number, a text, or None where the field is empty.
+
+    Numbers have the digits of their columns, and zero has no sign; what is not finite is empty.
+    """
+    csv = form == "csv"
+    fields = [
+        "" if value is None
+        else (quoted(value) if csv else _json(value)) if isinstance(value, str)
+        else str(value) if isinstance(value, int)
+        else format(value, DIGITS.get(name, "z.5f")) if isfinite(value) else ""
+        for name, value in zip(columns, values, strict=True)
+    ]  # fmt: skip
+    if csv:
+        return ",".join(fields)
+    pairs = zip(columns, fields, strict=True)
+    return "{" + ", ".join([f'"{name}": {field or "null"}' for name, field in pairs]) + "}"
+
+
+@lru_cache(1000)
+def quoted(text: str) -> str:
+    """Return a text as a field of CSV: it has quotes if need be, and is no formula."""
+    text = guarded(text)
+    if not any(mark in text for mark in ',"\r\n'):
+        return text
+    return '"' + text.replace('"', '""') + '"'
+
+
+@lru_cache(1000)
+def _json(text: str) -> str:
+    return msgspec.json.encode(text).decode()
