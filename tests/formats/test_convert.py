@@ -50,6 +50,19 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
     assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
 
 
+def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None:
+    Path("film").mkdir()
+    for frame in range(5):
+        Image.effect_noise((32, 24), 40).convert("RGB").save(f"film/{frame}.png")
+    assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
+    assert go("convert run.csv run.json")[0] == 0
+    document = json.loads(Path("run.json").read_text())
+    assert {(each["width"], each["height"]) for each in document["images"]} == {(32, 24)}
+    assert len(document["images"]) == 5
+    assert go("convert run.csv other.json --size 64x48")[0] == 0
+    assert json.loads(Path("other.json").read_text())["images"][0]["width"] == 64
+
+
 def test_one_of_several_objects(go: Go) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)

@@ -16,6 +16,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
 
 if TYPE_CHECKING:
+    from motes.correction.history import History
     from motes.formats.recording import FilmFacts, Recorded
 
 app = App(name="convert", help_format="plaintext")
@@ -94,7 +95,8 @@ def convert(
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
-    facts = _facts(video, size, fps, frames, label)
+    known = history_beside(rows) if source in ("csv", "jsonl") else None
+    facts = _facts(video, size, fps, frames, label, known)
     recorded = registry.read(rows, source, facts)
     left_out, assumed = recorded.left_out, recorded.assumed
     recorded = _checked(recorded, rows, facts)
@@ -102,12 +104,10 @@ def convert(
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
     point_out_leftovers(target)
-    known = history_beside(rows) if source in ("csv", "jsonl") else None
-    known = known if form in ("csv", "jsonl") else None
     check_beside(target, overwrite)
     with writing(target):
         registry.write(target, form, recorded, keyframe_error)
-    hand_on(known, target)
+    hand_on(known if form in ("csv", "jsonl") else None, target)
     count = sum(1 for _ in recorded)
     written = registry.FORMATS.resolve(form)
     log(f"wrote {target} ({written.title}) with the {count} frames in {rows}.")
@@ -134,9 +134,14 @@ def _table() -> list[str]:
 
 
 def _facts(
-    video: str | None, size: str | None, fps: float | None, frames: int | None, label: str
+    video: str | None,
+    size: str | None,
+    fps: float | None,
+    frames: int | None,
+    label: str,
+    known: History | None,
 ) -> FilmFacts:
-    """Return the facts of the film; an option replaces what the film itself has."""
+    """Return the facts of the film: by the options, by the film, or as known beside the rows."""
     from motes.formats.recording import FilmFacts
 
     if fps is not None and not 0 < fps < float("inf"):
@@ -152,6 +157,9 @@ def _facts(
             say_rate(film)
             name, fps, frames = film.name, film.fps, frames or film.frame_count
             width, height = (width, height) if size else (film.width, film.height)
+    elif known is not None:
+        name, fps, frames = known.film, fps or known.fps, frames or known.frames
+        width, height = (width, height) if size else (known.width, known.height)
     return FilmFacts(source=name, width=width, height=height, frames=frames, fps=fps, label=label)
 
 
