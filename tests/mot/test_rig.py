@@ -286,9 +286,9 @@ def test_a_killed_process_is_started_again_and_none_outlives_the_program(
             os.kill(children[0], signal.SIGKILL)
             # Rows of the killed process may still be on their way, so its return is waited for.
             _until(lambda: "camera one: it is back after" in messages.read_text())
-            seen = [rows.read_text().count(f"{name},") for name in ("one", "two")]
-            _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
-            _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
+            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
+            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
             children = _children(program.pid)
             os.kill(program.pid, signal.SIGKILL)
             program.wait()
@@ -300,7 +300,7 @@ def test_a_killed_process_is_started_again_and_none_outlives_the_program(
         assert "Traceback" not in error
         *lines, _ = rows.read_text().splitlines()
         assert all(line.count(",") == lines[0].count(",") for line in lines)
-        frames = [int(line.split(",")[1]) for line in lines if line.startswith("one,")]
+        frames = [int(line.split(",")[0]) for line in lines if line.endswith(",one")]
         assert all(a <= b for a, b in itertools.pairwise(frames))
         _until(lambda: not any(map(_runs, children)))
 
@@ -314,9 +314,9 @@ def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
             for child in children:
                 os.kill(child, signal.SIGTERM)
                 os.kill(child, signal.SIGHUP)
-            seen = [rows.read_text().count(f"{name},") for name in ("one", "two")]
-            _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
-            _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
+            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
+            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
             os.kill(program.pid, signal.SIGTERM)
             program.wait()
             error = messages.read_text()
@@ -395,7 +395,7 @@ def test_a_process_that_dies_at_the_same_place_again_is_given_up(
 
 
 def _cameras(rows: Path) -> set[str]:
-    return {line.split(",")[0] for line in rows.read_text().splitlines()}
+    return {line.rpartition(",")[2] for line in rows.read_text().splitlines()}
 
 
 def _children(pid: int) -> list[int]:

@@ -49,8 +49,10 @@ def write_jsonl(recorded: Recorded) -> Iterator[bytes]:
 
 def _lines(recorded: Recorded, form: Form) -> Iterator[bytes]:
     columns, rows = table_of(recorded)
-    for text in (*head(form, columns), *(line(form, columns, values) for values in rows)):
+    for text in head(form, columns):
         yield f"{text}\n".encode()
+    for values in rows:
+        yield f"{line(form, columns, values)}\n".encode()
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:

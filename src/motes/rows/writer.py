@@ -56,8 +56,8 @@ def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
 class Lines:
     """Lines in a file or on standard output, without a buffer; use it as a context manager.
 
-    The file is made with the first line, or at the end of a run that had none. Lines are in the
-    file when `put` returns.
+    The file is made by the first `put`, even of no line, or at the end of a run that had none.
+    Lines are in the file when `put` returns.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Lines:
         data = [text.encode() + b"\n" for text in lines]
         while data and self._old is not None:
             self._compare(self._old, data)
-        if not data:
+        if self._old is not None:
             return
         try:
             self._write(self._file or self._open("wb"), b"".join(data))
