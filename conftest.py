@@ -17,7 +17,7 @@ from motes.core.interrupts import SIGNALS
 needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
 collect_ignore_glob = [] if all(map(find_spec, needed)) else ["tests/studio/*"]
 
-# A busy machine is no failure. The examples are the same each time: more of them find no more.
+# A busy machine is no failure. The examples are the same each time; `make fuzz` looks for others.
 settings.register_profile("motes", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("motes")
 

@@ -225,6 +225,14 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     assert first.endswith(",0.1,1,1e-07,started,0.3333333333333333,-1e-09,2.0")
 
 
+def test_traces_of_before_have_no_covariance(tmp_path: Path) -> None:
+    text = "frame,x,y,a,b,theta,confidence,lost,seconds,event\n7,1,2,3,4,0,,1,,tracked\n"
+    (tmp_path / "a.csv").write_text(text)
+    read = load_trace(tmp_path / "a.csv")
+    assert read.ellipses.tolist() == [[1, 2, 3, 4, 0]]
+    assert np.isnan(read.covariances).tolist() == [[True] * 3]
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -368,6 +376,13 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
     assert [good.name for good in entries] == ["nummiaro"]
     assert [problem.where for problem in problems] == [f"tracker {name}"]
     assert error in problems[0].what
+
+
+def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    entries, problems = resolve(["cv2:csrt", "nummiaro"])
+    assert [good.name for good in entries] == ["nummiaro"]
+    assert "motes[opencv]" in problems[0].what
 
 
 def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

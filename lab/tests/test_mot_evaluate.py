@@ -199,6 +199,12 @@ def test_some_need_detections(home: Path, name: str) -> None:
     assert len(followed(crowd, "many:Blind").rows.ids) == 12
 
 
+def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trackers", None)
+    with pytest.raises(MissingDependencyError, match=r"motes-lab\[peers\]"):
+        mot_tracker_spec("trackers:sort")
+
+
 def test_an_older_package_does_not_have_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(SORTTracker=object))
     monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace())

@@ -320,6 +320,11 @@ def test_masks(tmp_path: Path) -> None:
     np.testing.assert_array_equal(annotated[0].boxes, boxes)
 
 
+def test_a_dataset_with_a_sequence_called_masks(tmp_path: Path) -> None:
+    otb(tmp_path / "masks", "1,1,5,5\n" * 2)
+    assert load(tmp_path).name == "masks"
+
+
 def test_first_pixel_by_pattern(tmp_path: Path) -> None:
     for name in ("seg-a", "seg-b", "c"):
         otb(tmp_path / name, "10,10,5,5\n" * 2)
@@ -391,6 +396,18 @@ def test_numbers_are_ordered_as_open_source_does(tmp_path: Path) -> None:
     (tmp_path / "groundtruth_rect.txt").write_text("1,1,5,5\n" * 20)
     with open_source(load(tmp_path).source) as source:
         assert [int(frame.pixels[0, 0, 0]) for frame in source] == list(range(20))
+
+
+def test_a_sequence_in_a_relative_folder_of_digits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames(tmp_path / "0")
+    (tmp_path / "0" / "groundtruth.txt").write_text("1,1,5,5\n" * 2)
+    monkeypatch.chdir(tmp_path)
+    with open_source(load(Path()).source) as source:  # not camera 0
+        assert source.frame_count == 2
+    monkeypatch.chdir(tmp_path / "0")
+    assert load(Path()).name == "0"
 
 
 # A video of one's own.
@@ -551,6 +568,17 @@ def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert load(tmp_path).name == "good"
+
+
+def test_frames_before_the_target_are_kept(tmp_path: Path) -> None:
+    sequence = load(otb(tmp_path, "0,0,0,0\nNaN,NaN,NaN,NaN\n5,6,7,8\n", 3))
+    np.testing.assert_array_equal(sequence.boxes, [NAN, NAN, [4, 5, 7, 8]])
+
+
+def test_byte_order_mark(tmp_path: Path) -> None:
+    otb(tmp_path, "")
+    (tmp_path / "groundtruth_rect.txt").write_text("3,4,5,6\n" * 2, encoding="utf-8-sig")
+    assert load(tmp_path).boxes[0].tolist() == [2, 3, 5, 6]
 
 
 def test_nothing_to_load(tmp_path: Path) -> None:

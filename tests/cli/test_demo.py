@@ -151,6 +151,13 @@ def test_any_file_there_is_enough_to_refuse_before_any_work(tmp_path: Path) -> N
         path.unlink()
 
 
+@pytest.mark.slow
+def test_old_files_are_replaced_on_demand(tmp_path: Path) -> None:
+    (tmp_path / "beetle.csv").write_text("old")
+    assert demo(out=tmp_path, frames=1, overwrite=True) == 0
+    assert len(rows(tmp_path / "beetle.csv")) == 1
+
+
 def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="give 1 or more"):
         demo(out=tmp_path / "a", frames=0)

@@ -107,7 +107,7 @@ def test_the_script_of_slurm_starts_a_cluster_and_returns_the_exit_code(tmp_path
     }
     command = ["bash", str(EXAMPLES / "motes.slurm"), "watch", "rig.toml", "-o", "rows.csv"]
     done = subprocess.run(
-        command, cwd=tmp_path, env=environment, check=False,
+        command, cwd=tmp_path, env=environment, timeout=600, check=False,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     assert done.returncode == 6

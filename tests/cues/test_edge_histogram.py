@@ -175,6 +175,16 @@ def test_without_any_strong_edge() -> None:
     assert not cue.histograms(flat, rows(outside)).any()
 
 
+@samplings
+def test_nan_ellipses_see_nothing(sampling: Sampling) -> None:
+    picture, nothing = edge((1, 1)), Ellipse(*[math.nan] * 5)
+    cue = Edges(sampling=sampling)
+    model = cue.learn(picture, MIDDLE)
+    assert cue.distances(model, picture, rows(nothing))[0] == 1
+    found = cue.distances(model, picture, rows(nothing, MIDDLE))
+    np.testing.assert_allclose(found, [1, 0], atol=1e-7)
+
+
 # Adaptation
 
 

@@ -148,6 +148,12 @@ def test_no_weight_at_all_becomes_uniform(bad: float) -> None:
     assert weights.effective_sample_size == pytest.approx(4)
 
 
+def test_the_input_is_not_changed() -> None:
+    log = np.array([np.nan, 1.0])
+    Weights.from_log(log)
+    np.testing.assert_array_equal(log, [np.nan, 1.0])
+
+
 @pytest.mark.parametrize(
     ("values", "size"),
     [([1, 0, 0], 1), ([0.25] * 4, 4), ([0.5, 0.5, 0, 0], 2), ([0.75, 0.25], 1.6), ([1], 1)],

@@ -204,6 +204,15 @@ def test_two_trackers_are_compared(page: Page) -> None:
     assert "follows" in str(page.ask("set_keyframe", object=twin, frame=3, region=BOX).error)
 
 
+def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    rows = page.rows[number].values()
+    assert all(row.milliseconds > 0 for row in rows)
+    assert all(0 <= row.supporting <= 1000 for row in rows)
+
+
 def test_layers_and_doubts(page: Page) -> None:
     number = page.drawn(preset="maggio")
     page.tracked(number)

@@ -157,6 +157,11 @@ def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, Any]
     assert "\n" not in str(caught.value)
 
 
+def test_a_selection_may_be_of_numpys_numbers(whole: Path) -> None:
+    frames, _ = read(whole, start=np.int64(3), end=np.int32(9), stride=np.uint8(2))
+    assert [frame.index for frame in frames] == [3, 5, 7]
+
+
 def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
     with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
         open_source(whole, start=12)
@@ -374,6 +379,16 @@ def test_a_damaged_mkv_is_read_to_its_end(tmp_path: Path) -> None:
     assert len(frames) == 97
     assert report.skipped == 3
     assert "skipped" in (report.problems or "")
+
+
+def test_a_damaged_file_reads_the_same_each_time(tmp_path: Path) -> None:
+    path = damage(clip(tmp_path / "damaged.mkv", 100, noisy=True))
+    readings = [read(path) for _ in range(3)]
+    assert readings[0][1].damaged > 0
+    for frames, report in readings[1:]:
+        assert report == readings[0][1]
+        for first, again in zip(readings[0][0], frames, strict=True):
+            assert np.array_equal(first.pixels, again.pixels)
 
 
 def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) -> None:

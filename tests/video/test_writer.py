@@ -113,6 +113,13 @@ def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> 
         assert len(list(source)) == 5
 
 
+def test_strided_pictures_can_be_written(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        writer.write(picture(0)[:, ::-1])
+    with open_source(tmp_path / "out.mp4") as source:
+        assert np.abs(next(source).pixels - picture(0)[:, ::-1].astype(int)).mean() < 6
+
+
 @pytest.mark.parametrize("name", ["a:b.mp4", "http:b.mp4", "http:b.mkv"])
 def test_a_name_with_a_colon_is_no_address(tmp_path: Path, name: str, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)

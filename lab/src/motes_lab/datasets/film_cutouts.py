@@ -81,9 +81,7 @@ def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:
     size = round(image.width * scale), round(image.height * scale)
     part = np.asarray(image.resize(size, Image.Resampling.LANCZOS))
     mask = grab_cut(part, (box - (left, top, 0, 0)) * scale)
-    mask = scipy.ndimage.binary_opening(
-        scipy.ndimage.binary_closing(mask, iterations=1), iterations=1
-    )
+    mask = scipy.ndimage.binary_opening(scipy.ndimage.binary_closing(mask))
     labels, _ = scipy.ndimage.label(mask)
     if not labels.any():
         return None
