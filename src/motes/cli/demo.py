@@ -165,11 +165,11 @@ def demo(
         except OSError as error:
             raise FormatError(f"{out} cannot be written: {error.strerror}; make room.") from None
     console.print(_table(in_order))
-    for line in (
+    for words in (
         f"Open {out / PAGE}: the films, what was followed and counted, and the next steps.",
         "Next: motes track your_video.mp4 --init x,y,w,h --overlay out.mp4",
     ):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(words, markup=False, highlight=False, soft_wrap=True)
     return DONE
 
 
