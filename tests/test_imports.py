@@ -38,9 +38,9 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2600, "kernels": 300, "video": 2410, "cues": 2150, "sot": 7200, "mot": 8100,
-    "testing": 310, "synthetic": 2350, "output": 3130, "correction": 2120, "formats": 3050,
-    "cluster": 3300, "services": 460, "studio": 6150, "cli": 8350, "filtering": 90, "lab": 14350,
+    "core": 2720, "kernels": 300, "video": 2410, "cues": 2150, "sot": 7200, "mot": 8100,
+    "testing": 310, "synthetic": 2335, "output": 3130, "correction": 2120, "formats": 3050,
+    "cluster": 3300, "services": 460, "studio": 6145, "cli": 8345, "filtering": 90, "lab": 14350,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 
