@@ -7,6 +7,8 @@ DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
 UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet)
+# Modules are compiled when they are imported: most never are.
+QUICK := $(INSTALL)$(if $(UV),, --no-compile)
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
 # Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
@@ -29,7 +31,7 @@ ONLY :=
 # Tests start many programs, each of which would compile its modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
+.PHONY: ready demo itself needed check test suite coverage lint docs gallery bench results fuzz kills clean
 
 demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
@@ -90,9 +92,16 @@ kills: ready
 $(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) 'setuptools>=77' 'numpy>=2'
-	$(INSTALL) --no-build-isolation --editable .
+	$(QUICK) 'setuptools>=77' 'numpy>=2'
+	@$(MAKE) --no-print-directory -j 2 itself needed
 	touch $@ $(KERNELS)
+
+# Others' packages are installed while motes' kernels are compiled.
+itself:
+	$(INSTALL) --no-build-isolation --no-deps --editable .
+
+needed:
+	$(QUICK) $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"])')
 
 # The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests
 # compare with; of what they ask for, an OpenCV would overwrite ours.

@@ -64,7 +64,6 @@ class Shown:
         self.context = browser.new_context(**given)
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
         self.context.set_default_timeout(PATIENCE)
-        self.context.add_init_script("localStorage.setItem('motes.toured', 'yes')")
         self.page: Page = self.context.new_page()
         self.wrong: list[str] = []
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))

@@ -393,8 +393,9 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="this system has no limit of memory")
 def test_the_memory_of_a_worker_is_limited() -> None:
     lines = (
+        "from motes.core.system import system",
         "from motes.studio import worker",
-        "worker.limit_memory(1 << 30)",
+        "system.limit_memory(1 << 30)",
         "try:",
         "    bytearray(2 << 30)",
         "except MemoryError as error:",

@@ -79,19 +79,15 @@ def _run(program: str, commands: Callable[[], App], tokens: Sequence[str]) -> in
 
 def _too_narrow() -> str | None:
     """Return which limit of the system motes cannot work in; None if there is none."""
-    try:
-        import resource
-    except ImportError:  # on Windows
-        return None
-    addresses, files = (
-        resource.getrlimit(each)[0] for each in (resource.RLIMIT_AS, resource.RLIMIT_NOFILE)
-    )
-    if addresses != resource.RLIM_INFINITY and addresses < LEAST_ADDRESSES:
+    from motes.core.system import system
+
+    addresses, files = system.limits()
+    if addresses < LEAST_ADDRESSES:
         return (
-            f"Memory is limited to {addresses >> 10} KB of addresses, and motes needs "
+            f"Memory is limited to {int(addresses) >> 10} KB of addresses, and motes needs "
             f"{LEAST_ADDRESSES >> 10}; raise the limit (ulimit -v)."
         )
-    if files != resource.RLIM_INFINITY and files < LEAST_FILES:
+    if files < LEAST_FILES:
         return (
             f"{files} open files are allowed, and motes needs {LEAST_FILES}; raise the limit "
             f"(ulimit -n)."

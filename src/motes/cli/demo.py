@@ -7,13 +7,14 @@ import html
 import importlib
 import io
 import json
+import math
 import multiprocessing
 import os
 import signal
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
 from itertools import islice
@@ -46,10 +47,12 @@ from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 
 Pixels = NDArray[np.uint8]
-Films = Callable[[int], Iterator[tuple[Frame, tuple[Truth, ...]]]]
+Films = Callable[[int], Iterable[tuple[Frame, tuple[Truth, ...]]]]
 
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
+PATIENCE = 25
+"""Frames off the target after which another tracker is stopped: OpenCV's do not search."""
 RIVALS = {"CSRT": (230, 159, 0), "KCF": (204, 121, 167), "mean shift": (230, 159, 0)}
 """Trackers beside the default one, and the colors of their boxes."""
 ROAD = 130, 235
@@ -78,22 +81,18 @@ class Story(NamedTuple):
     line: int | None = None
 
 
-def _beetle(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
-    return iter(synthetic.demo((480, 360), seed=seed))
-
-
-def _street(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
-    return iter(synthetic.Street(seed))
-
-
-def _player(seed: int) -> Iterator[tuple[Frame, tuple[Truth, ...]]]:
-    return iter(synthetic.Pitch(seed))
-
-
 STORIES = (
-    Story("beetle", "An animal hides behind a stem, turns, grows, leaps and leaves", _beetle),
-    Story("street", "A car passes behind a lorry, and cars are counted", _street, 150),
-    Story("player", "A player runs among others who look alike, before a moving camera", _player),
+    Story(
+        "beetle",
+        "An animal hides behind a stem, turns, grows, leaps and leaves",
+        lambda seed: synthetic.demo((480, 360), seed=seed),
+    ),
+    Story("street", "A car passes behind a lorry, and cars are counted", synthetic.Street, 150),
+    Story(
+        "player",
+        "A player runs among others who look alike, before a moving camera",
+        synthetic.Pitch,
+    ),
 )
 PAGE = "index.html"
 TRACKED = ".mp4", "-tracked.mp4", ".csv", "-truth.csv"
@@ -137,36 +136,40 @@ def demo(
     prepare_folder(out, FILES, overwrite)
     console = Console()
     told = Console(stderr=True)
-    processes, workers = (
-        multiprocessing.get_context("spawn"),
-        min(os.cpu_count() or 1, len(STORIES)),
-    )
-    # A film's files appear together, when it is done.
+    processes = multiprocessing.get_context("spawn")
+    workers = min(os.cpu_count() or 1, len(STORIES))
+    # A film's files appear together, when all are done.
     with tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder:
-        play = partial(_played, seed=seed, frames=frames, folder=Path(partial_folder))
+        folder = Path(partial_folder)
+        play = partial(_played, seed=seed, frames=frames, folder=folder)
+        plays: dict[int, Played] = {}
         try:
             with processes.Pool(workers, _leave_signals) as pool:
-                plays = []
-                for story, played in zip(
-                    STORIES, pool.imap(play, range(len(STORIES))), strict=True
-                ):
-                    plays.append(played)
-                    told.print(f"{story.title}.", highlight=False)
+                counts = {}
+                for number, played in pool.imap_unordered(play, range(len(STORIES))):
+                    name, title, _, line = STORIES[number]
+                    plays[number] = played
+                    told.print(f"{title}.", highlight=False)
+                    if line is not None:
+                        counts[number] = pool.apply_async(_counted, (name, line, folder))
+                for number, count in counts.items():
+                    plays[number] = plays[number]._replace(counted=count.get())
         except KeyboardInterrupt as interrupt:
             log(f"{interrupts.word(interrupt)}{len(plays)} films; nothing is kept of a part.")
             return interrupts.code(interrupt)
+        in_order = [plays[number] for number in range(len(STORIES))]
         try:
-            Path(partial_folder, PAGE).write_text(_page(plays), encoding="utf-8")
-            for path in sorted(Path(partial_folder).iterdir()):
+            (folder / PAGE).write_text(_page(in_order), encoding="utf-8")
+            for path in sorted(folder.iterdir()):
                 path.replace(out / path.name)
         except OSError as error:
             raise FormatError(f"{out} cannot be written: {error.strerror}; make room.") from None
-    console.print(_table(plays))
-    for line in (
+    console.print(_table(in_order))
+    for words in (
         f"Open {out / PAGE}: the films, what was followed and counted, and the next steps.",
         "Next: motes track your_video.mp4 --init x,y,w,h --overlay out.mp4",
     ):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(words, markup=False, highlight=False, soft_wrap=True)
     return DONE
 
 
@@ -180,13 +183,17 @@ class TrackerRun:
         Of the tracker.
     start, follow
         Start it on a box of a frame; return its box in the next frame, and whether it is sure.
+    patience
+        Frames in turn off the target after which it is stopped, and has no box.
     """
 
     name: str
     start: Callable[[Frame, Box], object]
     follow: Callable[[Frame], tuple[Sequence[float], bool]]
+    patience: float = PATIENCE
     box: Sequence[float] = ()
     sure: bool = True
+    off: int = 0
     overlaps: list[float] = field(default_factory=list)
     tracking: list[bool] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
@@ -194,13 +201,17 @@ class TrackerRun:
     def step(self, frame: Frame, truth: Truth) -> None:
         """Track the target in a frame; the first starts it on the true box, in whole pixels."""
         begun = time.perf_counter()
-        if self.seconds:
-            self.box, self.sure = self.follow(frame)
-        else:
+        if not self.seconds:
             self.box = Box(*(round(value) for value in truth.ellipse.box))
             self.start(frame, self.box)
-        self.seconds.append(time.perf_counter() - begun)
-        self.overlaps.append(float(iou(self.box, truth.ellipse.box)))
+        elif self.off >= self.patience:
+            self.box = ()
+        else:
+            self.box, self.sure = self.follow(frame)
+        if self.box:
+            self.seconds.append(time.perf_counter() - begun)
+        self.overlaps.append(float(iou(self.box, truth.ellipse.box)) if self.box else 0.0)
+        self.off = self.off + 1 if self.overlaps[-1] < HIT else 0
         self.tracking.append(self.sure)
 
 
@@ -259,8 +270,8 @@ def _leave_signals() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:
-    """Render a film into a folder, follow its target, and count what crosses its line."""
+def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tuple[int, Played]:
+    """Render a film into a folder and follow its target; return its number and what came of it."""
     story = STORIES[number]
     path = folder / f"{story.name}.mp4"
     shown = []
@@ -276,7 +287,7 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Play
     ]
     (folder / f"{story.name}-truth.csv").write_text("\n".join([TRUTH_COLUMNS, *rows, ""]))
     tracker = Tracker(seed=seed)
-    runs = [_motes("motes", tracker), *_rivals()]
+    runs = [replace(_motes("motes", tracker), patience=math.inf), *_rivals()]
     states = []
     with (
         open_source(path) as source,
@@ -291,11 +302,10 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Play
             states.append((str(track.status), round(track.confidence, 2)))
             view.write(_drawn(frame, tracker, runs[1:]))
     visible = [truth.visible for truth in truths]
-    return Played(
+    return number, Played(
         scores={run.name: score(run.overlaps, visible, run.tracking) for run in runs},
         milliseconds={run.name: 1000 * float(np.median(run.seconds)) for run in runs},
         states=states,
-        counted=None if story.line is None else _counted(story.name, story.line, folder),
         crossings=None if story.line is None else _crossings(story.line, shown[0], shown[-1]),
     )
 
@@ -350,6 +360,8 @@ def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixe
     image = Image.fromarray(frame.pixels)
     pen, letters = ImageDraw.Draw(image), font(11)
     for n, run in enumerate(rivals):
+        if not run.box:
+            continue
         x, y, width, height = run.box
         color = RIVALS[run.name]
         pen.rectangle((x, y, x + width, y + height), outline=color)
@@ -382,16 +394,14 @@ def _crossings(line: int, first: Sequence[Truth], last: Sequence[Truth]) -> int:
 def _table(plays: Sequence[Played]) -> Table:
     """Return the scores of all trackers in all films."""
     table = Table("", *(story.name for story in STORIES))
-    names = list(plays[0].scores)
-    for name in names:
-        scores = [played.scores[name] for played in plays]
-        table.add_row(f"{name}: frames with IoU > 0.5", *(f"{s.half:.0%}" for s in scores))
-    for name in names:
-        scores = [played.scores[name] for played in plays]
-        cells = [f"{s.admitted} of {s.missed}" for s in scores]
-        table.add_row(f"{name}: off the target, and says so", *cells)
-    for name in names:
-        table.add_row(f"{name}: time", *(f"{p.milliseconds[name]:.1f} ms" for p in plays))
+    cells: dict[str, Callable[[Played, str], str]] = {
+        "frames with IoU > 0.5": lambda p, name: f"{p.scores[name].half:.0%}",
+        "off the target, and says so": lambda p, name: "{1} of {0}".format(*p.scores[name][1:]),
+        "time": lambda p, name: f"{p.milliseconds[name]:.1f} ms",
+    }
+    for words, cell in cells.items():
+        for name in plays[0].scores:
+            table.add_row(f"{name}: {words}", *(cell(played, name) for played in plays))
     counts = ["" if p.counted is None else f"{p.counted} of {p.crossings}" for p in plays]
     table.add_row("counted by motes watch", *counts)
     return table

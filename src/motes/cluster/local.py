@@ -12,7 +12,6 @@ import math
 import multiprocessing
 import os
 import shutil
-import signal
 import socket
 import tempfile
 import threading
@@ -25,6 +24,7 @@ from typing import Any, Self
 
 from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome, timed_out
 from motes.cluster.resources import environment, thread_limits
+from motes.core.system import system
 from motes.core.worker_processes import blocked_signals, cause
 
 LONGEST_WAIT = 3600.0
@@ -155,8 +155,7 @@ class _Worker:
         """End the process and all processes that it started."""
         self.alive, self.done = False, True
         if self._process.pid is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+            system.end_group(self._process.pid)
         self._process.kill()
         self._process.join()
         self._pipe.close()
@@ -167,7 +166,7 @@ class _Worker:
 
 def _serve(pipe: Connection, scratch: str) -> None:
     """Run tasks as they arrive."""
-    os.setpgid(0, 0)  # a new process group, with all programs that tasks start
+    system.begin_group()  # with all programs that tasks start
     os.dup2(2, 1)  # standard output is for results
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
     score = Path("/proc/self/oom_score_adj")
@@ -188,4 +187,4 @@ def _end_with_parent(sentinel: int, scratch: str) -> None:
     """End this process group when the main program ends, and remove its files."""
     wait([sentinel])
     shutil.rmtree(scratch, ignore_errors=True)
-    os.killpg(0, signal.SIGKILL)
+    system.end_group(os.getpid())

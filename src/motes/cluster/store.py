@@ -8,7 +8,6 @@ it. So two workers with the same job, as after a node was taken for dead, leave 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import os
 import secrets
@@ -20,6 +19,7 @@ from pathlib import Path
 
 from motes.cluster.objects import Objects
 from motes.core.errors import FormatError
+from motes.core.system import system
 
 ATTEMPTS = "_attempts"
 """The folder of files that have no name yet. Datasets leave out names with this first letter."""
@@ -107,7 +107,7 @@ class Folder:
             ) from None
         with lock:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                system.lock(lock)
             except OSError:
                 raise FormatError(
                     f"Another motes batch writes into {self.path}; wait for it, or choose another "

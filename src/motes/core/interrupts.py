@@ -111,7 +111,7 @@ _state = _State()
 
 
 def _send(number: int) -> None:
-    if hasattr(signal, "pthread_kill"):  # it also wakes a thread that waits
+    if sys.platform != "win32":  # it also wakes a thread that waits
         signal.pthread_kill(threading.main_thread().ident, number)  # type: ignore[arg-type]
     else:
         signal.raise_signal(number)

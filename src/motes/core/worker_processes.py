@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
-from collections.abc import Iterator
-from multiprocessing import resource_tracker
+from contextlib import AbstractContextManager
 
 from motes.core.interrupts import SIGNALS
+from motes.core.system import system
 
 
-@contextlib.contextmanager
-def blocked_signals() -> Iterator[None]:
+def blocked_signals() -> AbstractContextManager[None]:
     """Block signals that ask to end; a process that is started meanwhile never receives them."""
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    try:
-        resource_tracker.ensure_running()  # every process starts it first, and it unblocks signals
-        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    return system.blocked_signals(SIGNALS)
 
 
 def cause(code: int | None) -> str:

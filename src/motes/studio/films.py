@@ -58,9 +58,9 @@ class Films:
                 found.append(FilmCard(name, size, uploaded))
         return found
 
-    def sample(self) -> FilmCard:
-        """Return the film of a first visit."""
-        return sample(self._uploads)
+    def sample(self, name: str) -> FilmCard:
+        """Return a film of `motes demo`: beetle, street or player."""
+        return sample(self._uploads, name)
 
     async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> FilmCard:
         """Write a film that arrives in parts, and return it; an interrupted one leaves nothing.

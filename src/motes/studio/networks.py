@@ -10,10 +10,10 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.import_callable import explain
+from motes.core.system import system
 from motes.core.worker_processes import blocked_signals, cause
 from motes.studio.processes import worker_context
 from motes.studio.safety import Limits, plain_name
-from motes.studio.worker import limit_memory
 
 
 class Networks:
@@ -112,7 +112,7 @@ def _open(files: Sequence[str], memory: int, found: Path) -> None:
     """Open a network, and write what is wrong with it."""
     from motes.sot.network.network import Network
 
-    limit_memory(memory)
+    system.limit_memory(memory)
     try:
         Network(tuple(files)).open()
     except Exception as error:

@@ -57,7 +57,7 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Mount("/static", StaticFiles(directory=PAGE), name="static"),
         Route("/api/films", _plain(api.films)),
         Route("/api/uploads", _plain(api.upload), methods=["POST"]),
-        Route("/api/sample", _plain(api.sample), methods=["POST"]),
+        Route("/api/samples/{name}", _plain(api.sample), methods=["POST"]),
         Route("/api/presets", _plain(api.presets)),
         Route("/api/networks", _plain(api.networks)),
         Route("/api/networks", _plain(api.take_network), methods=["POST"]),
@@ -153,8 +153,9 @@ class _Api:
         film = await self._studio.films.upload(name, size, request.stream())
         return _json(film, 201)
 
-    async def sample(self, _: Request) -> Response:
-        return _json(await asyncio.to_thread(self._studio.films.sample), 201)
+    async def sample(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        return _json(await asyncio.to_thread(self._studio.films.sample, name), 201)
 
     async def presets(self, _: Request) -> Response:
         return _json(presets())

@@ -251,7 +251,9 @@ def data_folder() -> Path:
     """Return the user's folder for data of motes, where the system wants it."""
     home = Path.home()
     if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")) / "motes"
-    if sys.platform == "darwin":
-        return home / "Library" / "Application Support" / "motes"
-    return Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share") / "motes"
+        folder = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
+    elif sys.platform == "darwin":
+        folder = home / "Library" / "Application Support"
+    else:
+        folder = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    return folder / "motes"

@@ -12,6 +12,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from motes.core.import_callable import explain
+from motes.core.system import system
 from motes.studio.line import StoppedError, WorkerLine
 from motes.studio.safety import Limits
 from motes.studio.tasks import Done, Failed, Ready, Task
@@ -27,7 +28,7 @@ def main(
     pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool, whole: bool
 ) -> None:
     """Work until the pipe is closed: on pictures, or on all other tasks."""
-    limit_memory(limits.memory)
+    system.limit_memory(limits.memory)
     line = WorkerLine(pipe, wish)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         try:
@@ -68,7 +69,7 @@ def _pictures(path: str, limits: Limits, line: WorkerLine, whole: bool) -> Calla
 def _tracking(path: str, _: Limits, line: WorkerLine, whole: bool) -> Callable[[Task], Done]:
     from motes.studio.tracking import Work
 
-    os.nice(NICENESS)
+    system.lower_priority(NICENESS)
     work = Work(path, line, whole=whole)
     line.send(Ready(work.facts, []))
     return work.do
@@ -91,13 +92,3 @@ def give_back() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
     if trim is not None:
         trim(0)
-
-
-def limit_memory(most: int) -> None:
-    """Limit the memory of this process, in bytes, where the system can."""
-    try:
-        import resource
-    except ImportError:  # Windows has no such limit
-        return
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -102,10 +102,10 @@ class PaintedFilm(ABC):
 
     def __getitem__(self, index: int) -> tuple[Frame, tuple[Truth, ...]]:
         index = range(len(self))[index]
-        light = self.light(index) / len(SHUTTER)
-        mean: Singles = sum(
-            np.asarray(self.picture(index + shift).reduce(FINE), np.float32) for shift in SHUTTER
-        ) * (light * self._vignette)
+        total = np.zeros((self.size[1], self.size[0], 3), np.uint16)
+        for shift in SHUTTER:
+            total += np.asarray(self.picture(index + shift).reduce(FINE))
+        mean: Singles = total * (self.light(index) / len(SHUTTER) * self._vignette)
         dx, dy = np.random.default_rng((self.seed, 2, index)).integers(SHIFTS, size=2)
         mean += self._grain[dy : dy + self.size[1], dx : dx + self.size[0]]
         return Frame(index, index * FRAME_INTERVAL, to_bytes(mean)), self.truths(index)

@@ -25,6 +25,8 @@ class Lane(NamedTuple):
     way: int
 
 
+REACH = 8
+"""Pixels outside of a car's box that its shadow may reach."""
 FAR, NEAR = Lane(158, 66, -1), Lane(206, 88, 1)
 
 
@@ -93,7 +95,9 @@ class Street(PaintedFilm):
         image = self._backdrop.copy()
         brush = Brush(image)
         for car in sorted(self.cars, key=lambda car: car.lane.foot):
-            _paint(brush, car, car.box(time, self.size[0]))
+            box = car.box(time, self.size[0])
+            if -box.width - REACH < box.x < self.size[0] + REACH:
+                _paint(brush, car, box)
         lorry, left, top = self._lorry, FINE * (LORRY.x - 8), FINE * LORRY.y
         image.paste(lorry, (round(left), round(top)), lorry)
         return image

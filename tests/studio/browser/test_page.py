@@ -292,6 +292,36 @@ def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
     shown.until("s.view?.scale > 2")
 
 
+def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_path: Path) -> None:
+    """They are made after a click, and offered again when the first is there."""
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    program = Program(empty, tmp_path / "data")
+    try:
+        shown = Shown(browser, program.address)
+        page, films = shown.page, shown.page.get_by_label("Films", exact=True)
+        films.get_by_text("There is no film in the folder").wait_for()
+        films.get_by_role("button", name="A player among others").click()
+        shown.until("s.pictured === 0")
+        page.get_by_text("Draw a box or an ellipse around an object").wait_for()
+        assert shown.state("[s.film.name, s.film.frames]") == ["sample-player.mp4", 200]
+        assert not page.locator(".tour").count()  # who has not asked for it sees none
+        smoothing = "document.querySelector('.stage canvas').getContext('2d').imageSmoothingQuality"
+        assert page.evaluate(smoothing) == "high"
+        page.locator("#play").click()
+        page.wait_for_function(f"{smoothing} === 'low'")
+        page.keyboard.press("Home")
+        page.wait_for_function(f"{smoothing} === 'high'")
+        page.goto(program.address)
+        films.get_by_role("button", name="Cars to count").wait_for()
+        assert films.get_by_role("button").count() == 3
+        answer = page.evaluate("fetch('/api/samples/cat', {method: 'POST'}).then((a) => a.text())")
+        assert "There is no sample film 'cat'; take one of beetle, street, player." in answer
+        shown.close()
+    finally:
+        program.close()
+
+
 def test_the_tour_is_done_while_it_is_shown(shown: Shown) -> None:
     """It says at once that a film is made, and at each step that it was done."""
     page, tour = shown.page, shown.page.locator(".tour")

@@ -57,11 +57,18 @@ async function openFilm(app, film, uploaded = false) {
   }
 }
 
-/** Open the sample film; the server renders it when it is first asked for. */
-export async function openSample(app) {
+/** The films of `motes demo`. */
+const SAMPLES = {
+  beetle: "An animal hides, turns and grows",
+  street: "Cars to count; a lorry hides some",
+  player: "A player among others who look alike",
+};
+
+/** Open a sample film; the server renders it when it is first asked for. */
+export async function openSample(app, sample = "beetle") {
   const made = announce("The sample film is made and opened. This takes some seconds …");
   try {
-    const { name } = await ask("/api/sample", { method: "POST" });
+    const { name } = await ask(`/api/samples/${sample}`, { method: "POST" });
     await openFilm(app, name, true);
   } catch (error) {
     announce(error.message, "error");
@@ -73,13 +80,19 @@ export async function openSample(app) {
 function filmEntries(app, words) {
   const { films } = app.store.state;
   if (films === null) return element("li", { class: "muted empty" }, "…");
+  const own = films.some(({ name, uploaded }) => !uploaded || !name.startsWith("sample-"));
+  if (!own) return [element("li", { class: "muted empty" }, "There is no film in the folder. Drop one above, or try one that is made here:"), ...sampleEntries(app)];
   const found = films.filter(({ name }) => name.toLowerCase().includes(words.toLowerCase()));
-  if (!found.length) return element("li", { class: "muted empty" }, films.length ? "No film has this name." : "There is no film in the folder. Drop one above.");
+  if (!found.length) return element("li", { class: "muted empty" }, "No film has this name.");
   return found.map(({ name, bytes, uploaded }) => element("li", {},
     element("button", { type: "button", class: "entry", onclick: () => openFilm(app, name, uploaded) },
       icon("film"), element("span", { class: "grow name" }, name),
       element("span", { class: "muted" }, uploaded ? "uploaded" : ""), element("span", { class: "muted size" }, size(bytes)))));
 }
+
+const sampleEntries = (app) => Object.entries(SAMPLES).map(([name, words]) => element("li", {},
+  element("button", { type: "button", class: "entry", onclick: () => openSample(app, name) },
+    icon("film"), element("span", { class: "grow name" }, words))));
 
 const size = (bytes) => (bytes > 1e6 ? `${(bytes / 1e6).toFixed(1)} MB` : bytes ? `${Math.ceil(bytes / 1e3)} KB` : "");
 

@@ -21,7 +21,7 @@ import { Pictures } from "./pictures.js";
 import { Player } from "./player.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
-import { isToured, startTour } from "./tour.js";
+import { isDue, startTour } from "./tour.js";
 import { freshSession, initialState } from "./state.js";
 
 const part = (name) => document.getElementById(name);
@@ -122,9 +122,9 @@ function route() {
   refreshHome(app);
 }
 
-/** The first time, the tour begins as soon as there is a session. */
+/** A tour that was asked for on the first page begins as soon as there is a session. */
 store.on(["film"], ({ film }) => {
-  if (film && !isToured()) setTimeout(() => startTour(app), 0);
+  if (film && isDue()) setTimeout(() => startTour(app), 0);
 });
 
 addEventListener("hashchange", route);

@@ -40,6 +40,7 @@ export function mountStage(root, app, side) {
   const both = () => (below(), above());
   const offs = [
     store.on(["picture", "film"], both),
+    store.on(["playing", "following"], below),
     store.on(["view", "looks"], both),
     store.on(ABOVE, above),
     store.on(["rows"], calm(above)),
@@ -58,12 +59,13 @@ export function mountStage(root, app, side) {
   };
 }
 
-function paintFilm(canvas, { film, pictured }, pictures, view) {
+/** Paint the picture: the finest scaling takes a tenth of a moving picture's time, and shows at rest alone. */
+function paintFilm(canvas, { film, pictured, playing, following }, pictures, view) {
   const context = sized(canvas);
   const picture = pictured === null ? null : pictures.get(pictured);
   if (!picture) return;
   context.imageSmoothingEnabled = view.scale < 4;
-  context.imageSmoothingQuality = "high";
+  context.imageSmoothingQuality = playing || following ? "low" : "high";
   context.drawImage(picture, view.x, view.y, film.width * view.scale, film.height * view.scale);
 }
 

@@ -3,7 +3,7 @@
 import { button, element } from "./dom.js";
 import { openSample } from "./home.js";
 
-const KEY = "motes.toured";
+let due = false;
 const newest = ({ session }) => session?.objects.at(-1);
 /** The steps: the part of the page, what to do there, and how it shows that it was done. */
 const STEPS = [
@@ -25,15 +25,17 @@ const STEPS = [
     done: () => null },
 ];
 
-export const isToured = () => localStorage.getItem(KEY) !== null;
+/** Whether a tour waits for a session. */
+export const isDue = () => due;
 
 /** Begin the tour; it needs a session, and waits for one on the first page. */
 export function startTour(app) {
   if (!app.store.state.session) {
-    localStorage.removeItem(KEY);
+    due = true;
     openSample(app);
     return;
   }
+  due = false;
   document.querySelector(".tour")?.close();
   let [at, before] = [0, app.store.state];
   const title = element("h2", { id: "tour-title" });
@@ -47,7 +49,6 @@ export function startTour(app) {
   const off = app.store.on(["session", "jobs", "frame", "film"], look);
   card.addEventListener("keydown", (event) => event.key === "Escape" && card.close());
   card.addEventListener("close", () => {
-    localStorage.setItem(KEY, "yes");
     off();
     document.querySelector(".toured")?.classList.remove("toured");
     card.remove();
