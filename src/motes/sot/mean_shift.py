@@ -26,7 +26,12 @@ from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot.algorithm import Algorithm
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
+from motes.sot.filtering.appearance_rule import (
+    AppearanceRule,
+    BackgroundStatistics,
+    Calibration,
+    mean_rho,
+)
 from motes.sot.filtering.motion import LONGEST_INTERVAL
 
 
@@ -260,17 +265,19 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
         """Return the state and the report for the ellipse that was found."""
-        found = np.array([ellipse], float)
+        found = self.presence.regions(ellipse, frame)
         distances = self.color.distances(state.model, frame, found)
         counted = float(self.presence.counted(distances, found, frame)[0])
         appears = 1 - counted**2 > self.presence.threshold(state.background)
-        status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
+        rho, around = mean_rho(distances[:1]), mean_rho(distances[1:])
+        there = self.presence.holds(state.status, appears, rho, around, 0.0)
+        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=ellipse,
             covariance=np.zeros((5, 5)),
-            confidence=self.calibration.probability(float(distances[0])) * appears,
+            confidence=self.calibration.probability(float(distances[0])) * there,
             status=status,
             distance=float(distances[0]),
             effective_sample_size=1.0,

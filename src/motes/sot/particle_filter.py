@@ -355,7 +355,9 @@ class ParticleFilter(
         self, state: FilterState, frame: Frame, seen: Observation
     ) -> tuple[FilterState, FilterInfo]:
         """Decide whether the target is there, and learn from it if so."""
-        there = seen.appearing > self.presence.fraction * len(seen.states)
+        appears = seen.appearing > self.presence.fraction * len(seen.states)
+        rho = 1 - seen.distance**2
+        there = self.presence.holds(state.status, appears, rho, seen.around, seen.spread)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )

@@ -46,7 +46,8 @@ NUMMIARO = ParticleFilter(
     color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
     likelihood=Gaussian(sigma=0.1),  # equation 10
     resampling=Multinomial(threshold=1.0),  # figure 2
-    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
+    # Section V and equation 13. Contrast and spread of one half are round numbers from a plateau.
+    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7, contrast=0.5, spread=0.5),
     calibration=Calibration(middle=0.34, width=0.08),
 )
 
@@ -54,7 +55,7 @@ NUMMIARO = ParticleFilter(
 ADAPTIVE = replace(
     NUMMIARO,
     adaptation=ExponentialForgetting(learning_rate=0.05, anchor=0.4),  # sections IV and VIII
-    presence=replace(NUMMIARO.presence, margin=0.75),
+    presence=replace(NUMMIARO.presence, margin=0.75, contrast=0.0, spread=0.0),
     calibration=Calibration(middle=0.31, width=0.09),
 )
 
@@ -79,7 +80,7 @@ MAGGIO = ParticleFilter(
     fusion=Fixed(weights={"color": 0.66, "orientation": 0.34}),  # section 5
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Multinomial(threshold=1.0),  # section 4.1
-    presence=AppearanceRule(margin=0.7),
+    presence=AppearanceRule(margin=0.7, contrast=0.5),
     calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(
@@ -135,7 +136,7 @@ ZHAO_PEI = ParticleFilter(
     fusion=Product(),
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Multinomial(threshold=1.0),  # section 2.3
-    presence=AppearanceRule(margin=0.7),
+    presence=AppearanceRule(margin=0.7, contrast=0.5, spread=0.5),
     calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )

@@ -28,6 +28,11 @@ class BackgroundStatistics:
     deviation: float
 
 
+def mean_rho(distances: Floats) -> float:
+    """Return the mean similarity of regions by their distances (n,); 0 if there are none."""
+    return float((1 - distances**2).mean()) if distances.size else 0.0
+
+
 class AppearanceRule(Config, frozen=True):
     """A particle shows the target if its rho is above mu + 2 sigma of the background.
 
@@ -55,6 +60,16 @@ class AppearanceRule(Config, frozen=True):
         perfect match, 1. With a larger value a particle must be more similar to the target; 0 is
         the paper's rule. Mean and deviations describe random places, but particles gather where the
         background is most similar to the target.
+    contrast
+        How clearly the target must stand out from what is beside it in the same frame: the
+        estimate's rho must be this share of the way from the mean rho of regions at the corners of
+        its box to 1. With a larger value it counts as lost sooner. A target that is tracked need
+        not fulfill equation 13 then: light that changes lowers its rho, but theirs too. 0 is the
+        paper's rule.
+    spread
+        Largest standard deviation of the particles' places, in mean half-axes of the estimate: what
+        they do not tell from its surroundings is not the target. A tracker with one hypothesis has
+        none. With a smaller value it counts as lost sooner; 0 allows any, as the paper's rule does.
     max_threshold
         Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
         background is similar to the target, and the threshold would otherwise be above 1, which no
@@ -77,6 +92,8 @@ class AppearanceRule(Config, frozen=True):
     found_frames: Count = 5
     deviations: NonNegative = 2.0
     margin: Share = 0.0
+    contrast: Share = 0.0
+    spread: NonNegative = 0.0
     max_threshold: Share = 0.9
     in_frame: bool = False
     stride: Count = 1
@@ -122,6 +139,42 @@ class AppearanceRule(Config, frozen=True):
             background.mean + self.margin * (1 - background.mean),
         )
         return min(threshold, self.max_threshold)
+
+    def regions(self, estimate: Ellipse, frame: Frame) -> Floats:
+        """Return the estimate, and with a contrast what is beside it: (n, 5).
+
+        These are regions like it at the corners of its box, if their centers lie in the frame.
+        """
+        x, y, a, b, theta = estimate
+        cos, sin = math.cos(theta), math.sin(theta)
+        right, down = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+        signs = [(-1, -1), (1, -1), (-1, 1), (1, 1)] if self.contrast else []
+        corners = [(x + i * right, y + j * down) for i, j in signs]
+        inside = [(u, v) for u, v in corners if 0 <= u < frame.width and 0 <= v < frame.height]
+        return np.array([estimate, *[(u, v, a, b, theta) for u, v in inside]])
+
+    def holds(
+        self, before: Status, appears: bool, rho: float, around: float, spread: float
+    ) -> bool:
+        """Return whether the target is there.
+
+        Parameters
+        ----------
+        before
+            The status before the frame.
+        appears
+            Whether enough particles fulfill equation 13.
+        rho, around
+            Similarity of the estimate, and the mean of the regions beside it.
+        spread
+            Standard deviation of the particles' places, in mean half-axes.
+        """
+        if self.spread and spread > self.spread:
+            return False
+        if not self.contrast:
+            return appears
+        least = min(around + self.contrast * (1 - around), self.max_threshold)
+        return rho > least and (appears or before is Status.TRACKING)
 
     def counted(self, distances: Floats, ellipses: Floats, frame: Frame) -> Floats:
         """Return the distances (N,) that the rule counts; 1, the largest, where `in_frame` refuses.
