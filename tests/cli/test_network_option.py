@@ -51,7 +51,7 @@ def test_it_sets_the_files_of_the_network(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "settings", "words"),
     [
-        ("a.onnx,", {}, "give files with commas between them"),
+        ("a.onnx,", {}, "give files, with commas between them"),
         ("a.onnx", {"network": {"files": ["b"]}}, "--network and --network.files contradict"),
         ("a.onnx", {"network": {"threads": 1}}, "--threads and --network.threads contradict"),
     ],
@@ -147,7 +147,7 @@ def other_model(model: Any, kind: str) -> Any:
             "There is no file ",
             marks=pytest.mark.skipif(os.name == "nt", reason="no pipes"),
         ),
-        ("huge", 3, "bad.onnx has 2.0 GB; an ONNX file has less than 2 GB."),
+        ("huge", 3, "bad.onnx has 1.0 GB; motes runs networks of up to 1 GB."),
         ("zeros", 3, "bad.onnx is cut off or no ONNX file; copy or export it again."),
         ("cut", 3, "bad.onnx is cut off or no ONNX file; copy or export it again."),
         ("empty", 3, "bad.onnx is empty; copy or export it again."),

@@ -117,7 +117,7 @@ def damaged(kind: str, folder: Path, good: bytes) -> Path:
         ("cut", "is cut off or no ONNX file"),
         ("text", "is cut off or no ONNX file"),
         ("zeros", "is cut off or no ONNX file"),
-        ("large", "has 2.0 GB"),
+        ("large", "has 1.0 GB"),
         ("opset", "cannot be read as ONNX"),
     ],
 )

@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.sot.discriminative.network_expert import (
-    NO_OPINION,
+    NEUTRAL_SCORE,
     NetworkExpert,
     NetworkSight,
     NetworkTarget,
@@ -61,8 +61,8 @@ def test_its_score_is_a_voice_for_the_places_in_its_box() -> None:
     here, beside, away = (
         EXPERT.log_odds(seen, PLACE._replace(x=PLACE.x + shift)) for shift in (0.0, 15.0, 60.0)
     )
-    assert here == pytest.approx(EXPERT.weight * (0.9 - NO_OPINION))
-    assert here > beside > away == -EXPERT.weight * NO_OPINION
+    assert here == pytest.approx(EXPERT.weight * (0.9 - NEUTRAL_SCORE))
+    assert here > beside > away == -EXPERT.weight * NEUTRAL_SCORE
 
 
 def test_it_follows_by_itself_until_the_evidence_has_decided_against_it() -> None:
@@ -140,6 +140,7 @@ def test_files_alone_name_a_network(network: Network) -> None:
     frames = film(2)
     tracker = Tracker(network=network.files)
     assert tracker.config == Discriminative(network=network)
+    assert Tracker(network=",".join(network.files)).config == tracker.config
     peer = OpenCVTracker.create(network=network.files)
     peer.init(frames[0].pixels[:, :, ::-1], BOX)
     tracker.init(frames[0], BOX)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -42,6 +41,7 @@ def with_network(
     if given is None and threads is None:
         return settings
     from motes.sot import presets
+    from motes.sot.network.network import files_of
 
     option = "--threads" if given is None else "--network"
     if "network" not in presets.preset(preset).__struct_fields__:
@@ -50,9 +50,7 @@ def with_network(
         )
     values: dict[str, Any] = {}
     if given is not None:
-        values["files"] = [given] if Path(given).is_file() else given.split(",")
-        if not all(values["files"]):
-            raise ConfigError(f"--network is {given!r}; give files with commas between them.")
+        values["files"] = [*files_of(given)]
     if threads is not None:
         values["threads"] = threads
     others = settings.get("network", {})

@@ -15,8 +15,9 @@ import msgspec
 
 from motes.core.errors import SourceError
 
-LARGEST = 2**31 - 1
-"""Bytes of the largest file; a protocol buffer can have no more."""
+LARGEST = 2**30
+"""Bytes of the largest file. Running one takes three times as much memory, and no network of this
+size keeps up with a film on a processor. (A protocol buffer could have twice as many.)"""
 TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 10: "float16", 11: "float64"}
 """The names of numpy's types by ONNX's numbers."""
 
@@ -105,8 +106,8 @@ def read_onnx(path: str) -> OnnxFile:
         size = Path(path).stat().st_size
         if size > LARGEST:
             raise SourceError(
-                f"{path} has {size / 2**30:.1f} GB; an ONNX file has less than 2 GB. Check the "
-                f"name, or export the model with its weights in a file of their own."
+                f"{path} has {size / 2**30:.1f} GB; motes runs networks of up to 1 GB. Check the "
+                f"name, or choose a smaller network."
             )
         if not size:
             raise SourceError(f"{path} is empty; copy or export it again.")

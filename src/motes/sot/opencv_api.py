@@ -36,7 +36,7 @@ class OpenCVTracker:
         config: str | TrackerConfig = "default",
         seed: int = 0,
         *,
-        network: Sequence[str] = (),
+        network: str | Sequence[str] = (),
     ) -> None:
         self.tracker = Tracker(config, seed, network=network)
 
@@ -46,7 +46,7 @@ class OpenCVTracker:
         config: str | TrackerConfig = "default",
         seed: int = 0,
         *,
-        network: Sequence[str] = (),
+        network: str | Sequence[str] = (),
     ) -> Self:
         """Return a new tracker, as `cv2.TrackerCSRT.create()` does."""
         return cls(config, seed, network=network)

@@ -29,7 +29,7 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import KnownTarget
-from motes.sot.network.network import Network
+from motes.sot.network.network import Network, files_of
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
@@ -58,7 +58,8 @@ class Tracker:
         Whether frames come in reverse order, each before the last one. The algorithm sees the film
         run backward; tracks have the times of their frames.
     network
-        Files of a trained network that joins the default tracker (docs/network.md).
+        Files of a trained network that joins the default tracker (docs/network.md), in a sequence,
+        or in a text with commas between them.
 
     Attributes
     ----------
@@ -76,7 +77,7 @@ class Tracker:
         fps_target: float | None = None,
         *,
         backward: bool = False,
-        network: Sequence[str] = (),
+        network: str | Sequence[str] = (),
     ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, Algorithm):
@@ -84,7 +85,7 @@ class Tracker:
         if network:
             if not isinstance(self.config, Discriminative):
                 raise ConfigError("Only preset default takes a network; choose preset default.")
-            self.config = replace(self.config, network=Network(tuple(network)))
+            self.config = replace(self.config, network=Network(files_of(network)))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
         self._paced: tuple[ParticleFilter, SpeedBudget] | None = None

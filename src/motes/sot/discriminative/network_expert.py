@@ -21,8 +21,8 @@ from motes.sot.discriminative.expert import AGREES, Expert
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, NetworkView
 
-NO_OPINION = 0.5
-"""A score that speaks neither for the target nor against it."""
+NEUTRAL_SCORE = 0.6
+"""A score that speaks neither for a place nor against it."""
 
 
 class NetworkTarget(msgspec.Struct, frozen=True, eq=False):
@@ -72,7 +72,7 @@ class NetworkExpert(Expert, Config, frozen=True):
     """
 
     network: Network
-    weight: NonNegative = 5.0
+    weight: NonNegative = 4.0
 
     def learn(self, frame: Frame, box: Ellipse) -> NetworkTarget:
         """Return the target in a box."""
@@ -97,7 +97,7 @@ class NetworkExpert(Expert, Config, frozen=True):
     def log_odds(self, sight: NetworkSight, place: Ellipse) -> float:
         """Return by how much the network's score speaks for a place."""
         [score] = sight.view.score_at(np.array([place]))
-        return self.weight * (float(score) - NO_OPINION)
+        return self.weight * (float(score) - NEUTRAL_SCORE)
 
     def updated(
         self,

@@ -108,6 +108,21 @@ class Network(Config, frozen=True):
         return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place), reach)
 
 
+def files_of(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the files of one network: those of a sequence, or of a text with commas between them.
+
+    Raises
+    ------
+    ConfigError
+        If a name is empty.
+    """
+    if isinstance(given, str):
+        given = [given] if Path(given).is_file() else given.split(",")
+    if not all(given):
+        raise ConfigError(f"The network is {given!r}; give files, with commas between them.")
+    return tuple(given)
+
+
 class _Opened(msgspec.Struct, frozen=True):
     """A network's family, the family's name, and the files ready to run."""
 
