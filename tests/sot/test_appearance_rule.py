@@ -17,12 +17,7 @@ from motes.core.track import Status
 from motes.cues.base import Cue
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
-from motes.sot.filtering.appearance_rule import (
-    AppearanceRule,
-    BackgroundStatistics,
-    Calibration,
-    mean_rho,
-)
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.likelihood import Gaussian
 from oracles import bhattacharyya, every_pixel, frame, mosaic
 
@@ -252,5 +247,3 @@ def test_regions_beside_are_at_the_corners_of_the_box() -> None:
     corner = AppearanceRule(contrast=0.5).regions(Ellipse(1, 1, 6, 3), picture)
     np.testing.assert_allclose(corner[:, :2], [[1, 1], [7, 4]])
     assert AppearanceRule().regions(upright, picture).shape == (1, 5)
-    assert mean_rho(np.array([0.6, 0.8])) == pytest.approx(0.5)
-    assert mean_rho(np.zeros(0)) == 0

@@ -26,12 +26,7 @@ from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot.algorithm import Algorithm
-from motes.sot.filtering.appearance_rule import (
-    AppearanceRule,
-    BackgroundStatistics,
-    Calibration,
-    mean_rho,
-)
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
 
 
@@ -269,8 +264,9 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         distances = self.color.distances(state.model, frame, found)
         counted = float(self.presence.counted(distances, found, frame)[0])
         appears = 1 - counted**2 > self.presence.threshold(state.background)
-        rho, around = mean_rho(distances[:1]), mean_rho(distances[1:])
-        there = self.presence.holds(state.status, appears, rho, around, 0.0)
+        rho = 1 - distances**2
+        around = float(rho[1:].mean()) if rho.size > 1 else 0.0
+        there = self.presence.holds(state.status, appears, float(rho[0]), around, 0.0)
         status, missed = self.presence.next_status(state.status, there, state.frames_missed)
         track = Track(
             frame=frame.index,

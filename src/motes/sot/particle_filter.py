@@ -266,10 +266,8 @@ class ParticleFilter(
 
     def learn_also(self, state: FilterState, frame: Frame, region: Ellipse) -> FilterState:
         """Return the state with models of both looks, and the background of the other frame."""
-        models = {
-            name: cue.learn_also(state.models[name], frame, region)
-            for name, cue in self.cues.items()
-        }
+        models = state.models
+        models = {n: cue.learn_also(models[n], frame, region) for n, cue in self.cues.items()}
         backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
         return replace(state, models=models, backgrounds=backgrounds)
 

@@ -28,11 +28,6 @@ class BackgroundStatistics:
     deviation: float
 
 
-def mean_rho(distances: Floats) -> float:
-    """Return the mean similarity of regions by their distances (n,); 0 if there are none."""
-    return float((1 - distances**2).mean()) if distances.size else 0.0
-
-
 class AppearanceRule(Config, frozen=True):
     """A particle shows the target if its rho is above mu + 2 sigma of the background.
 
@@ -56,35 +51,30 @@ class AppearanceRule(Config, frozen=True):
         The threshold lies this many standard deviations above the mean similarity rho of the
         background. With a larger value a particle must be more similar to the target.
     margin
-        Least height of the threshold: share of the way from the background's mean similarity to a
-        perfect match, 1. With a larger value a particle must be more similar to the target; 0 is
-        the paper's rule. Mean and deviations describe random places, but particles gather where the
-        background is most similar to the target.
+        Least height of the threshold: share of the way from the background's mean similarity to 1.
+        With a larger value a particle must be more similar to the target; 0 is the paper's rule,
+        which is of random places, but particles gather where the background is most similar.
     contrast
-        How clearly the target must stand out from what is beside it in the same frame: the
-        estimate's rho must be this share of the way from the mean rho of regions at the corners of
-        its box to 1. With a larger value it counts as lost sooner. A target that is tracked need
-        not fulfill equation 13 then: light that changes lowers its rho, but theirs too. 0 is the
-        paper's rule.
+        Share of the way from the mean rho of the regions at the corners of its box to 1 that the
+        estimate's rho must be above. With a larger value the target counts as lost sooner. With 0,
+        the paper's rule, nothing is compared; else a target that is tracked need not fulfill
+        equation 13, as light that changes lowers all rho.
     spread
-        Largest standard deviation of the particles' places, in mean half-axes of the estimate: what
-        they do not tell from its surroundings is not the target. A tracker with one hypothesis has
-        none. With a smaller value it counts as lost sooner; 0 allows any, as the paper's rule does.
+        Largest standard deviation of the particles' places, in mean half-axes of the estimate. With
+        a smaller value a target counts as lost sooner. 0 allows any, as the paper's rule does.
     max_threshold
         Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
         background is similar to the target, and the threshold would otherwise be above 1, which no
         target reaches.
     in_frame
-        If true, a particle whose center lies outside the frame does not fulfill the rule. The mean
-        and the standard deviation are of regions whose centers lie in the frame (equations 11 and
-        12): they do not hold for others, of which only a few pixels are visible.
+        If true, a particle whose center lies outside the frame does not fulfill the rule: equations
+        11 and 12 are of regions whose centers lie in the frame.
     stride
         Distance in pixels, in x and y, between the positions at which the background is measured; 1
         is every pixel. A larger value is faster and less exact.
     max_positions
         Largest number of positions at which the background is measured. A smaller value is faster
-        and less exact: `stride` grows in frames with more positions. Neighboring regions share most
-        of their pixels, so that not every one is needed.
+        and less exact: `stride` grows in frames with more positions.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -141,40 +131,25 @@ class AppearanceRule(Config, frozen=True):
         return min(threshold, self.max_threshold)
 
     def regions(self, estimate: Ellipse, frame: Frame) -> Floats:
-        """Return the estimate, and with a contrast what is beside it: (n, 5).
-
-        These are regions like it at the corners of its box, if their centers lie in the frame.
-        """
-        x, y, a, b, theta = estimate
-        cos, sin = math.cos(theta), math.sin(theta)
-        right, down = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+        """Return the estimate, and with a contrast those at its corners in the frame, (n, 5)."""
+        right, down = estimate.box.width / 2, estimate.box.height / 2
         signs = [(-1, -1), (1, -1), (-1, 1), (1, 1)] if self.contrast else []
-        corners = [(x + i * right, y + j * down) for i, j in signs]
-        inside = [(u, v) for u, v in corners if 0 <= u < frame.width and 0 <= v < frame.height]
-        return np.array([estimate, *[(u, v, a, b, theta) for u, v in inside]])
+        corners = [(estimate.x + i * right, estimate.y + j * down) for i, j in signs]
+        inside = [(x, y) for x, y in corners if 0 <= x < frame.width and 0 <= y < frame.height]
+        return np.array([estimate, *((x, y, *estimate[2:]) for x, y in inside)])
 
-    def holds(
-        self, before: Status, appears: bool, rho: float, around: float, spread: float
-    ) -> bool:
-        """Return whether the target is there.
+    def holds(self, last: Status, appears: bool, rho: float, around: float, spread: float) -> bool:
+        """Return whether the target is there, whose status was `last`.
 
-        Parameters
-        ----------
-        before
-            The status before the frame.
-        appears
-            Whether enough particles fulfill equation 13.
-        rho, around
-            Similarity of the estimate, and the mean of the regions beside it.
-        spread
-            Standard deviation of the particles' places, in mean half-axes.
+        `appears`: enough particles fulfill equation 13. `rho` is the estimate's, `around` the mean
+        of the regions beside it. `spread` is in mean half-axes.
         """
         if self.spread and spread > self.spread:
             return False
         if not self.contrast:
             return appears
         least = min(around + self.contrast * (1 - around), self.max_threshold)
-        return rho > least and (appears or before is Status.TRACKING)
+        return rho > least and (appears or last is Status.TRACKING)
 
     def counted(self, distances: Floats, ellipses: Floats, frame: Frame) -> Floats:
         """Return the distances (N,) that the rule counts; 1, the largest, where `in_frame` refuses.

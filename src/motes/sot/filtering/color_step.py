@@ -84,7 +84,7 @@ class ColorStep:
             self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], self.color.target(model),
             self.likelihood, threshold, self.ring,
         )  # fmt: skip
-        return _observation(moved, *seen)
+        return _observation(moved, seen)
 
     def observe(
         self, frame: Frame, states: Floats, model: ColorModel, threshold: float
@@ -94,23 +94,10 @@ class ColorStep:
         seen = kernels.color_filter.observe(
             frame.pixels, states, target, self.likelihood, threshold, self.ring
         )
-        return _observation(states, *seen)
+        return _observation(states, seen)
 
 
-def _observation(
-    states: Floats,
-    distances: Floats,
-    logs: Floats,
-    values: Floats,
-    degenerate: bool,
-    mean: tuple[float, float, float, float, float],
-    covariance: Floats,
-    distance: float,
-    around: float,
-    appearing: int,
-    support: float,
-) -> Observation:
-    return Observation(
-        states, states[:, :5], Weights(logs, values, degenerate), distances, SHARES,
-        Ellipse(*mean), covariance, distance, around, appearing, support,
-    )  # fmt: skip
+def _observation(states: Floats, seen: kernels.color_filter.Observation) -> Observation:
+    distances, logs, values, degenerate, mean = seen[:5]
+    weights = Weights(logs, values, degenerate)
+    return Observation(states, states[:, :5], weights, distances, SHARES, Ellipse(*mean), *seen[5:])

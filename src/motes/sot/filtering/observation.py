@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.base import Cue
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, mean_rho
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.fusion import Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Likelihood
 from motes.sot.filtering.moments import mean_ellipse
@@ -104,7 +104,8 @@ class Observer:
         overall = fuse_distances(distances, reliability)
         regions = self.presence.regions(estimate, frame)
         seen = fuse_distances(self._distances(models, frame, regions), reliability)
-        distance, around = float(seen[0]), mean_rho(seen[1:])
+        distance = float(seen[0])
+        around = float((1 - seen[1:] ** 2).mean()) if seen.size > 1 else 0.0
         each = map(self.presence.threshold, backgrounds.values())
         threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
