@@ -60,6 +60,8 @@ VALUES = {
         Value("fraction f", "N V", "0.1", "presence.fraction", 0.1),
         Value("deviations above the mean", "N 13", "2", "presence.deviations", 2.0),
         Value("margin above the mean", "N 13", "none", "presence.margin", 0.0),
+        Value("contrast", "N 13", "none", "presence.contrast", 0.0),
+        Value("spread, half-axes", "N 13", "none", "presence.spread", 0.0),
         Value("highest threshold", "N 13", "none", "presence.max_threshold", 1.0),
         Value("lost after, frames", "N V", "a couple", "presence.frames", 2),
         Value("found after, frames", "N V", "1", "presence.found_frames", 1),

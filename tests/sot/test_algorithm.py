@@ -17,7 +17,7 @@ from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.presets import configure, preset
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
-from oracles import region, scene
+from oracles import frame, region, scene
 
 NAMES = ("default", "nummiaro", "maggio", "mean_shift")
 MEMBERS = ("track", "ellipses", "weights", "n_supporting", "models", "cue_weights")
@@ -130,3 +130,21 @@ def test_a_recorder_takes_the_infos_of_the_default_tracker() -> None:
     assert surface.samples.shape == (0, 2)
     assert np.isnan(recorder.series.n_supporting).all()
     assert isinstance(tracker.info.track.ellipse, Ellipse)
+
+
+@pytest.mark.parametrize("name", ["nummiaro", "zhao_pei:color", "mean_shift"])
+def test_a_target_that_changes_is_followed_while_it_stands_out(name: str) -> None:
+    """A green stripe over a third of it; from frame 14 on the target is gone."""
+    statuses = []
+    for contrast in (0.0, 0.3):
+        changes = {"contrast": contrast, "spread": 0.0, "margin": 0.7, "stride": 4}
+        tracker = Tracker(configure(preset(name), {"presence": changes}))
+        tracker.init(scene(0, (48, 36)), region((48, 36)))
+        statuses.append("")
+        for index in range(1, 24):
+            here = (48, 36) if index < 14 else None
+            pixels = scene(index, here).pixels.copy()
+            if here:
+                pixels[34:39, 38:59] = 10, 220, 10
+            statuses[-1] += tracker.update(frame(pixels, index)).status.value[0]
+    assert statuses == ["ttttl" + "s" * 18, "t" * 17 + "l" + "s" * 5]

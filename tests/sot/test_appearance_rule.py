@@ -166,3 +166,38 @@ def test_lost_is_one_frame_and_comes_only_after_tracking(seen: str, frames: int)
             assert status == "t"
         elif before != "t":
             assert status == "s"
+
+
+def test_a_tracked_target_stands_out_from_the_corners_of_its_box() -> None:
+    rule = AppearanceRule(contrast=0.5, max_threshold=0.9)
+
+    def holds(before: Status, rho: float, around: float, *, appears: bool) -> bool:
+        return rule.holds(before, appears, rho, around, 0.0)
+
+    assert holds(Status.TRACKING, 0.71, 0.4, appears=False)  # in other light
+    assert not holds(Status.TRACKING, 0.69, 0.4, appears=True)
+    assert not holds(Status.SEARCHING, 0.71, 0.4, appears=False)
+    assert holds(Status.SEARCHING, 0.71, 0.4, appears=True)
+    assert holds(Status.TRACKING, 0.91, 0.9, appears=False)  # in gray, all is alike
+    printed = AppearanceRule()
+    assert printed.holds(Status.TRACKING, True, 0.1, 0.9, 7.0)
+    assert not printed.holds(Status.TRACKING, False, 0.9, 0.1, 0.0)
+
+
+def test_particles_that_agree_on_no_place_show_no_target() -> None:
+    rule = AppearanceRule(spread=0.5)
+    assert rule.holds(Status.TRACKING, True, 1.0, 0.0, 0.49)
+    assert not rule.holds(Status.TRACKING, True, 1.0, 0.0, 0.51)
+
+
+def test_regions_beside_are_at_the_corners_of_the_box() -> None:
+    picture, upright = frame(mosaic(3, 40, 60)), Ellipse(30, 20, 6, 3)
+    around = AppearanceRule(contrast=0.5).regions(upright, picture)
+    centers = [[30, 20], [24, 17], [36, 17], [24, 23], [36, 23]]
+    np.testing.assert_allclose(around[:, :2], centers)
+    assert (around[:, 2:] == upright[2:]).all()
+    turned = AppearanceRule(contrast=0.5).regions(upright._replace(theta=math.pi / 2), picture)
+    np.testing.assert_allclose(turned[1], [27, 14, 6, 3, math.pi / 2])
+    corner = AppearanceRule(contrast=0.5).regions(Ellipse(1, 1, 6, 3), picture)
+    np.testing.assert_allclose(corner[:, :2], [[1, 1], [7, 4]])
+    assert AppearanceRule().regions(upright, picture).shape == (1, 5)

@@ -17,19 +17,39 @@ struct Likelihood {
 };
 
 // What particles see; `degenerate` if none of them had any weight, `distance` that of the estimate,
-// `support` the sum of the weights of the particles that are `appearing`.
-using Observation =
-    std::tuple<Scratch<double> /* distances */, Scratch<double> /* log-weights */,
-               Scratch<double> /* weights */, bool /* degenerate */,
-               std::array<double, 5> /* mean */, ScratchPlane<double> /* covariance */,
-               double /* distance */, Index /* appearing */, double /* support */>;
+// `around` the rho beside it, `support` the sum of the weights of the particles that are
+// `appearing`.
+using Observation = std::tuple<Scratch<double> /* distances */, Scratch<double> /* log-weights */,
+                               Scratch<double> /* weights */, bool /* degenerate */,
+                               std::array<double, 5> /* mean */,
+                               ScratchPlane<double> /* covariance */, double /* distance */,
+                               double /* around */, Index /* appearing */, double /* support */>;
 using Outcome = std::tuple<ScratchPlane<double> /* states */, Observation>;
+
+// Writes the regions that AppearanceRule.regions returns, and returns their number.
+inline Index write_regions(Picture picture, const std::array<double, 5>& region,
+                           std::array<double, 25>& out) {
+    const auto [x, y, a, b, theta] = region;
+    const double cos = std::cos(theta), sin = std::sin(theta);
+    const double right = std::hypot(a * cos, b * sin), down = std::hypot(a * sin, b * cos);
+    Index count = 1;
+    std::copy_n(region.begin(), 5, out.begin());
+    for (int corner = 0; corner < 4; ++corner) {
+        const double moved_x = x + (corner % 2 ? right : -right);
+        const double moved_y = y + (corner / 2 ? down : -down);
+        if (moved_x < 0 || moved_y < 0 || moved_x >= picture.width || moved_y >= picture.height)
+            continue;
+        const double moved[] = {moved_x, moved_y, a, b, theta};
+        std::copy_n(moved, 5, out.begin() + 5 * count++);
+    }
+    return count;
+}
 
 // Weighs particles (N, d) by their colors and estimates the target (Nummiaro et al., figure 2).
 //
-// A particle appears if its rho is above `threshold`.
+// A particle appears if its rho is above `threshold`. With `ring`, regions beside are read too.
 inline Observation observe(Picture picture, Plane<const double> states, const color::Target& target,
-                           Likelihood likelihood, double threshold) {
+                           Likelihood likelihood, double threshold, bool ring) {
     const Index count = states.rows;
     Scratch<double> distances(count), logs(count), weights(count);
     ScratchPlane<double> covariance(5, 5);
@@ -40,11 +60,25 @@ inline Observation observe(Picture picture, Plane<const double> states, const co
                         {logs, 1, count});
     const bool degenerate = particles::normalize(logs, weights);
     particles::moments(ellipses, weights, {mean.data(), 5}, covariance);
-    double distance;
-    color::distances(picture, {mean.data(), 1, 5, 5}, target, {&distance, 1});
+    std::array<double, 25> regions;
+    std::array<double, 5> found;
+    const Index read = write_regions(picture, mean, regions), last = ring ? read : 1;
+    color::distances(picture, {regions.data(), last, 5, 5}, target, {found.data(), last});
+    double around = 0.0;
+    for (Index n = 1; n < last; ++n) around += 1.0 - found[n] * found[n];
+    if (last > 1) around /= double(last - 1);
     const auto [appearing, support] = particles::appearing(distances, weights, threshold);
-    return {std::move(distances),  std::move(logs), std::move(weights), degenerate, mean,
-            std::move(covariance), distance,        appearing,          support};
+    const double distance = found[0];
+    return {std::move(distances),
+            std::move(logs),
+            std::move(weights),
+            degenerate,
+            mean,
+            std::move(covariance),
+            distance,
+            around,
+            appearing,
+            support};
 }
 
 // Selects particles (M, d) with their weights, propagates them, and observes: a whole step.
@@ -53,7 +87,7 @@ inline Observation observe(Picture picture, Plane<const double> states, const co
 inline Outcome step(Picture picture, Plane<const double> before, Floats before_weights,
                     Floats positions, Plane<const double> normal, const particles::Noise& noise,
                     double steps, Pair first, const color::Target& target, Likelihood likelihood,
-                    double threshold) {
+                    double threshold, bool ring) {
     const Index count = positions.size, columns = before.columns;
     Scratch<Index> chosen(count);
     ScratchPlane<double> selected(count, columns), states(count, columns);
@@ -62,7 +96,7 @@ inline Outcome step(Picture picture, Plane<const double> before, Floats before_w
     particles::walk({selected.begin(), count, columns, columns}, normal, noise, steps, first,
                     states);
     Observation seen =
-        observe(picture, {states.begin(), count, columns}, target, likelihood, threshold);
+        observe(picture, {states.begin(), count, columns}, target, likelihood, threshold, ring);
     return {std::move(states), std::move(seen)};
 }
 

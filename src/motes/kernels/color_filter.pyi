@@ -8,6 +8,7 @@ Observation = tuple[
     tuple[float, float, float, float, float],
     Floats,
     float,
+    float,
     int,
     float,
 ]
@@ -24,6 +25,7 @@ def step(
     target: ColorTarget,
     likelihood: tuple[float, float],
     threshold: float,
+    ring: bool,
 ) -> tuple[Floats, Observation]: ...
 def observe(
     picture: Bytes,
@@ -31,4 +33,5 @@ def observe(
     target: ColorTarget,
     likelihood: tuple[float, float],
     threshold: float,
+    ring: bool,
 ) -> Observation: ...

@@ -260,17 +260,20 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
         """Return the state and the report for the ellipse that was found."""
-        found = np.array([ellipse], float)
+        found = self.presence.regions(ellipse, frame)
         distances = self.color.distances(state.model, frame, found)
         counted = float(self.presence.counted(distances, found, frame)[0])
         appears = 1 - counted**2 > self.presence.threshold(state.background)
-        status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
+        rho = 1 - distances**2
+        around = float(rho[1:].mean()) if rho.size > 1 else 0.0
+        there = self.presence.holds(state.status, appears, float(rho[0]), around, 0.0)
+        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=ellipse,
             covariance=np.zeros((5, 5)),
-            confidence=self.calibration.probability(float(distances[0])) * appears,
+            confidence=self.calibration.probability(float(distances[0])) * there,
             status=status,
             distance=float(distances[0]),
             effective_sample_size=1.0,

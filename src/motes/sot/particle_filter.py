@@ -266,10 +266,8 @@ class ParticleFilter(
 
     def learn_also(self, state: FilterState, frame: Frame, region: Ellipse) -> FilterState:
         """Return the state with models of both looks, and the background of the other frame."""
-        models = {
-            name: cue.learn_also(state.models[name], frame, region)
-            for name, cue in self.cues.items()
-        }
+        models = state.models
+        models = {n: cue.learn_also(models[n], frame, region) for n, cue in self.cues.items()}
         backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
         return replace(state, models=models, backgrounds=backgrounds)
 
@@ -355,7 +353,9 @@ class ParticleFilter(
         self, state: FilterState, frame: Frame, seen: Observation
     ) -> tuple[FilterState, FilterInfo]:
         """Decide whether the target is there, and learn from it if so."""
-        there = seen.appearing > self.presence.fraction * len(seen.states)
+        appears = seen.appearing > self.presence.fraction * len(seen.states)
+        rho = 1 - seen.distance**2
+        there = self.presence.holds(state.status, appears, rho, seen.around, seen.spread)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )

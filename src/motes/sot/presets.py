@@ -46,7 +46,8 @@ NUMMIARO = ParticleFilter(
     color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
     likelihood=Gaussian(sigma=0.1),  # equation 10
     resampling=Multinomial(threshold=1.0),  # figure 2
-    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
+    # Section V and equation 13. Contrast and spread of one half are round numbers from a plateau.
+    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7, contrast=0.5, spread=0.5),
     calibration=Calibration(middle=0.34, width=0.08),
 )
 
@@ -54,7 +55,7 @@ NUMMIARO = ParticleFilter(
 ADAPTIVE = replace(
     NUMMIARO,
     adaptation=ExponentialForgetting(learning_rate=0.05, anchor=0.4),  # sections IV and VIII
-    presence=replace(NUMMIARO.presence, margin=0.75),
+    presence=replace(NUMMIARO.presence, margin=0.75, contrast=0.0, spread=0.0),
     calibration=Calibration(middle=0.31, width=0.09),
 )
 
@@ -64,12 +65,10 @@ MEAN_SHIFT = MeanShift(  # section VI
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
-# paper's: the lattice, the appearance rule with its margin, and the fusion, a product with the
+# paper's: the lattice, the appearance rule and its contrast, and the fusion, a product with the
 # fixed weights that the paper compares its own with. No adaptive rule was better on film
 # (lab/docs/papers.md); variants with an A have the paper's, a sum; maggio:printed has none of them.
-ROH = Orientation(
-    bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
-)  # sections 3.2 and 5
+ROH = Orientation(bins=36, form="rotated", scale_selection=True, kept_fraction=0.5)  # 3.2 and 5
 FOH = replace(ROH, form="fourier")  # section 3.2.1
 MAGGIO = ParticleFilter(
     particles=150,  # section 5
@@ -79,13 +78,12 @@ MAGGIO = ParticleFilter(
     fusion=Fixed(weights={"color": 0.66, "orientation": 0.34}),  # section 5
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Multinomial(threshold=1.0),  # section 4.1
-    presence=AppearanceRule(margin=0.7),
+    presence=AppearanceRule(margin=0.7, contrast=0.5),
     calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(
     MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
 )  # spectra differ less than histograms: a calibration of their own, as each cue alone has
-ALONE = Fixed()  # one cue has the whole weight
 ADAPTIVE_WEIGHTS = PrintedMixture()  # equations 7 to 10
 
 # Ng and Delp give neither motion, nor number of particles, nor bins of edges, and do not say how
@@ -114,16 +112,23 @@ NG_DELP = ParticleFilter(
 def _reading(config: ParticleFilter, sampling: Sampling) -> ParticleFilter:
     """Return a filter whose cues read other pixels."""
     cues: dict[str, Any] = dict(config.cues)
-    changed: ParticleFilter = replace(
-        config, **{name: replace(cue, sampling=sampling) for name, cue in cues.items()}
-    )
+    changes = {name: replace(cue, sampling=sampling) for name, cue in cues.items()}
+    changed: ParticleFilter = replace(config, **changes)
     return changed
+
+
+def _alone(config: ParticleFilter, cue: str, middle: float, width: float) -> ParticleFilter:
+    """Return a filter with one of its cues, and that cue's calibration."""
+    changes: dict[str, Any] = dict.fromkeys(config.cues.keys() - {cue})
+    calibration = Calibration(middle=middle, width=width)
+    alone: ParticleFilter = replace(config, **changes, fusion=Fixed(), calibration=calibration)
+    return alone
 
 
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
 # their color histogram they cite Nummiaro et al. Nor do they say how color and HOG become one;
 # multiplied, their distances are added up in the exponent. Not the paper's: the appearance rule
-# with its margin, without which no model learns, the lattice, and the model update: the paper's
+# with its limits, without which no model learns, the lattice, and the model update: the paper's
 # learns the background as soon as it is tracked (lab/docs/results.md).
 ZHAO_PEI = ParticleFilter(
     particles=400,  # section 4
@@ -135,7 +140,7 @@ ZHAO_PEI = ParticleFilter(
     fusion=Product(),
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Multinomial(threshold=1.0),  # section 2.3
-    presence=AppearanceRule(margin=0.7),
+    presence=AppearanceRule(margin=0.7, contrast=0.5, spread=0.5),
     calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
@@ -156,20 +161,14 @@ NUMMIARO_PRINTED = replace(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
         found_frames=1,  # section V
-        deviations=2.0,  # equation 13; no margin, no ceiling
-        margin=0.0,
+        deviations=2.0,  # equation 13; no margin, no contrast, no spread, no ceiling
         max_threshold=1.0,
         in_frame=True,  # not printed: equations 11 and 12 know only centers in the picture
-        stride=1,  # equations 11 and 12: every pixel
-        max_positions=10**9,
+        max_positions=10**9,  # equations 11 and 12: every pixel
     ),
 )
 MAGGIO_PRINTED = replace(
-    MAGGIO,
-    color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov", sampling=EveryPixel()),
-    orientation=replace(ROH, sampling=EveryPixel()),
-    fusion=ADAPTIVE_WEIGHTS,
-    presence=ALWAYS_PRESENT,
+    _reading(MAGGIO, EveryPixel()), fusion=ADAPTIVE_WEIGHTS, presence=ALWAYS_PRESENT
 )
 NG_DELP_PRINTED = replace(
     _reading(NG_DELP, EveryPixel()),  # equations 16 to 19
@@ -213,30 +212,21 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         MAGGIO_PRINTED,
     ),
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": (
-        "Color alone (table 1).",
-        replace(
-            MAGGIO, orientation=None, fusion=ALONE, calibration=Calibration(middle=0.36, width=0.1)
-        ),
-    ),
+    "maggio:C": ("Color alone (table 1).", _alone(MAGGIO, "color", 0.36, 0.1)),
     "maggio:O-FOH": (
         "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
-        replace(
-            MAGGIO_FOH, color=None, fusion=ALONE, calibration=Calibration(middle=0.02, width=0.1)
-        ),
+        _alone(MAGGIO_FOH, "orientation", 0.02, 0.1),
     ),
     "maggio:O-ROH": (
         "Orientation alone, turned with the target (table 1).",
-        replace(MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)),
+        _alone(MAGGIO, "orientation", 0.17, 0.05),
     ),
     "maggio:C+O-SS-FOH": ("Fixed cue weights, scale selection, FOH (table 1).", MAGGIO_FOH),
     "maggio:C+O-SS-ROH": ("Fixed cue weights, scale selection, ROH: the same as maggio.", MAGGIO),
     "maggio:C+O-A-FOH": (
         "Adaptive cue weights, no scale selection, FOH (figure 5).",
         replace(
-            MAGGIO_FOH,
-            orientation=replace(FOH, scale_selection=False),
-            fusion=ADAPTIVE_WEIGHTS,
+            MAGGIO_FOH, orientation=replace(FOH, scale_selection=False), fusion=ADAPTIVE_WEIGHTS
         ),
     ),
     "maggio:C+O-A-ROH": (
@@ -252,14 +242,8 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         replace(MAGGIO, fusion=ADAPTIVE_WEIGHTS),
     ),
     "ng_delp": ("Ng and Delp: color and edge histograms, on a part of the pixels.", NG_DELP),
-    "ng_delp:color": (
-        "Color alone.",
-        replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
-    ),
-    "ng_delp:edges": (
-        "Edges alone.",
-        replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
-    ),
+    "ng_delp:color": ("Color alone.", _alone(NG_DELP, "color", 0.64, 0.2)),
+    "ng_delp:edges": ("Edges alone.", _alone(NG_DELP, "edges", 0.0, 0.18)),
     "ng_delp:half": (
         "Half of the pixels (figure 2).",
         _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
@@ -287,18 +271,10 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
     ),
     "zhao_pei:72": (
         "HOG of 72 bins, in 3x3 cells (section 2.1).",
-        replace(  # section 2.1
-            ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
-        ),
+        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)),
     ),
-    "zhao_pei:color": (
-        "Color alone.",
-        replace(ZHAO_PEI, hog=None, calibration=Calibration(middle=0.11, width=0.2)),
-    ),
-    "zhao_pei:hog": (
-        "HOG alone.",
-        replace(ZHAO_PEI, color=None, calibration=Calibration(middle=0.0, width=0.05)),
-    ),
+    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.11, 0.2)),
+    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.0, 0.05)),
 }
 """The presets by name, with one line on each."""
 PRESETS = {name: config for name, (_, config) in KNOWN.items()}

@@ -51,25 +51,30 @@ class AppearanceRule(Config, frozen=True):
         The threshold lies this many standard deviations above the mean similarity rho of the
         background. With a larger value a particle must be more similar to the target.
     margin
-        Least height of the threshold: share of the way from the background's mean similarity to a
-        perfect match, 1. With a larger value a particle must be more similar to the target; 0 is
-        the paper's rule. Mean and deviations describe random places, but particles gather where the
-        background is most similar to the target.
+        Least height of the threshold: share of the way from the background's mean similarity to 1.
+        With a larger value a particle must be more similar to the target; 0 is the paper's rule,
+        which is of random places, but particles gather where the background is most similar.
+    contrast
+        Share of the way from the mean rho of the regions at the corners of its box to 1 that the
+        estimate's rho must be above. With a larger value the target counts as lost sooner. With 0,
+        the paper's rule, nothing is compared; else a target that is tracked need not fulfill
+        equation 13, as light that changes lowers all rho.
+    spread
+        Largest standard deviation of the particles' places, in mean half-axes of the estimate. With
+        a smaller value a target counts as lost sooner. 0 allows any, as the paper's rule does.
     max_threshold
         Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
         background is similar to the target, and the threshold would otherwise be above 1, which no
         target reaches.
     in_frame
-        If true, a particle whose center lies outside the frame does not fulfill the rule. The mean
-        and the standard deviation are of regions whose centers lie in the frame (equations 11 and
-        12): they do not hold for others, of which only a few pixels are visible.
+        If true, a particle whose center lies outside the frame does not fulfill the rule: equations
+        11 and 12 are of regions whose centers lie in the frame.
     stride
         Distance in pixels, in x and y, between the positions at which the background is measured; 1
         is every pixel. A larger value is faster and less exact.
     max_positions
         Largest number of positions at which the background is measured. A smaller value is faster
-        and less exact: `stride` grows in frames with more positions. Neighboring regions share most
-        of their pixels, so that not every one is needed.
+        and less exact: `stride` grows in frames with more positions.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -77,6 +82,8 @@ class AppearanceRule(Config, frozen=True):
     found_frames: Count = 5
     deviations: NonNegative = 2.0
     margin: Share = 0.0
+    contrast: Share = 0.0
+    spread: NonNegative = 0.0
     max_threshold: Share = 0.9
     in_frame: bool = False
     stride: Count = 1
@@ -122,6 +129,27 @@ class AppearanceRule(Config, frozen=True):
             background.mean + self.margin * (1 - background.mean),
         )
         return min(threshold, self.max_threshold)
+
+    def regions(self, estimate: Ellipse, frame: Frame) -> Floats:
+        """Return the estimate, and with a contrast those at its corners in the frame, (n, 5)."""
+        right, down = estimate.box.width / 2, estimate.box.height / 2
+        signs = [(-1, -1), (1, -1), (-1, 1), (1, 1)] if self.contrast else []
+        corners = [(estimate.x + i * right, estimate.y + j * down) for i, j in signs]
+        inside = [(x, y) for x, y in corners if 0 <= x < frame.width and 0 <= y < frame.height]
+        return np.array([estimate, *((x, y, *estimate[2:]) for x, y in inside)])
+
+    def holds(self, last: Status, appears: bool, rho: float, around: float, spread: float) -> bool:
+        """Return whether the target is there, whose status was `last`.
+
+        `appears`: enough particles fulfill equation 13. `rho` is the estimate's, `around` the mean
+        of the regions beside it. `spread` is in mean half-axes.
+        """
+        if self.spread and spread > self.spread:
+            return False
+        if not self.contrast:
+            return appears
+        least = min(around + self.contrast * (1 - around), self.max_threshold)
+        return rho > least and (appears or last is Status.TRACKING)
 
     def counted(self, distances: Floats, ellipses: Floats, frame: Frame) -> Floats:
         """Return the distances (N,) that the rule counts; 1, the largest, where `in_frame` refuses.

@@ -37,6 +37,7 @@ class ColorStep:
     motion: Walking
     color: Color
     likelihood: tuple[float, float]
+    ring: bool
 
     @classmethod
     def of(
@@ -59,7 +60,7 @@ class ColorStep:
         if resampling != EVERY_FRAME or presence.in_frame:
             return None
         sigma = likelihood.cues.get(name, likelihood.sigma)
-        return cls(motion, cue, (sigma, likelihood.epsilon))
+        return cls(motion, cue, (sigma, likelihood.epsilon), presence.contrast > 0)
 
     def __call__(
         self,
@@ -81,9 +82,9 @@ class ColorStep:
         moved, seen = kernels.color_filter.step(
             frame.pixels, states, weights.values, rng.random(n), self.motion.normal(rng, n),
             self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], self.color.target(model),
-            self.likelihood, threshold,
+            self.likelihood, threshold, self.ring,
         )  # fmt: skip
-        return _observation(moved, *seen)
+        return _observation(moved, seen)
 
     def observe(
         self, frame: Frame, states: Floats, model: ColorModel, threshold: float
@@ -91,24 +92,12 @@ class ColorStep:
         """Return what particles (N, d) see that had equal weights before the frame."""
         target = self.color.target(model)
         seen = kernels.color_filter.observe(
-            frame.pixels, states, target, self.likelihood, threshold
+            frame.pixels, states, target, self.likelihood, threshold, self.ring
         )
-        return _observation(states, *seen)
+        return _observation(states, seen)
 
 
-def _observation(
-    states: Floats,
-    distances: Floats,
-    logs: Floats,
-    values: Floats,
-    degenerate: bool,
-    mean: tuple[float, float, float, float, float],
-    covariance: Floats,
-    distance: float,
-    appearing: int,
-    support: float,
-) -> Observation:
-    return Observation(
-        states, states[:, :5], Weights(logs, values, degenerate), distances, SHARES,
-        Ellipse(*mean), covariance, distance, appearing, support,
-    )  # fmt: skip
+def _observation(states: Floats, seen: kernels.color_filter.Observation) -> Observation:
+    distances, logs, values, degenerate, mean = seen[:5]
+    weights = Weights(logs, values, degenerate)
+    return Observation(states, states[:, :5], weights, distances, SHARES, Ellipse(*mean), *seen[5:])

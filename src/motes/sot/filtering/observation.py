@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -38,6 +39,8 @@ class Observation(NamedTuple):
         The mean ellipse, and the (5, 5) covariance.
     distance
         The estimate's distance to the target model.
+    around
+        The mean rho of the regions beside it; 0 if the appearance rule asks for no contrast.
     appearing
         Number of particles that fulfill the appearance rule.
     support
@@ -52,8 +55,16 @@ class Observation(NamedTuple):
     estimate: Ellipse
     covariance: Floats
     distance: float
+    around: float
     appearing: int
     support: float
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the particles' places, in mean half-axes of the estimate."""
+        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
+        area = math.sqrt(max(xx * yy - xy * xy, 0.0))  # without the factor pi, as below
+        return math.sqrt(area / (self.estimate.a * self.estimate.b))
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +100,17 @@ class Observer:
         logs = self.likelihood.log(names, distances)
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
-        seen = self._distances(models, frame, np.array([estimate]))
         reliability = self.fusion.reliability(names)
         overall = fuse_distances(distances, reliability)
-        distance = float(fuse_distances(seen, reliability)[0])
+        regions = self.presence.regions(estimate, frame)
+        seen = fuse_distances(self._distances(models, frame, regions), reliability)
+        distance = float(seen[0])
+        around = float((1 - seen[1:] ** 2).mean()) if seen.size > 1 else 0.0
         each = map(self.presence.threshold, backgrounds.values())
         threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        found = estimate, covariance, distance, appearing, support
+        found = estimate, covariance, distance, around, appearing, support
         return Observation(states, ellipses, weights, overall, shares, *found)
 
     def _distances(self, models: Mapping[str, Any], frame: Frame, ellipses: Floats) -> Floats:
