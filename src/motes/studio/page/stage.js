@@ -59,7 +59,7 @@ export function mountStage(root, app, side) {
   };
 }
 
-/** Paint the picture: the finest scaling takes a tenth of a moving picture's time, and shows at rest alone. */
+/** Paint the picture. The finest scaling takes a fifth of this thread's time for one, and shows at rest alone. */
 function paintFilm(canvas, { film, pictured, playing, following }, pictures, view) {
   const context = sized(canvas);
   const picture = pictured === null ? null : pictures.get(pictured);
