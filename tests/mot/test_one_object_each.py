@@ -24,7 +24,8 @@ Draw = Callable[[NDArray[np.uint8], float], None]
 def film(draw: Draw) -> Iterator[Frame]:
     """Yield a still ground before which something goes from the left to the right."""
     rng = np.random.default_rng(0)
-    ground = cv2.resize(rng.integers(95, 125, (45, 80, 3)).astype(np.uint8), (WIDTH, HEIGHT))
+    coarse = rng.integers(95, 125, (45, 80, 3)).astype(np.uint8)
+    ground = np.asarray(cv2.resize(coarse, (WIDTH, HEIGHT)), np.uint8)
     for n in range(FRAMES):
         picture = ground.copy()
         draw(picture, 5.0 * n - 60)
