@@ -254,6 +254,15 @@ def test_a_vehicle_is_not_divided() -> None:
     assert len(found(mask)) == 1
 
 
+def test_a_window_does_not_divide_a_car() -> None:
+    """Through it one sees the road; the roof above it is two pixels thick."""
+    mask = np.zeros((160, 300), np.uint8)
+    mask[60:80, 80:150] = 1
+    mask[80:110, 60:210] = 1
+    mask[62:76, 95:135] = 0
+    assert found(mask) == [Box(60, 60, 150, 50)]
+
+
 def heads() -> NDArray[np.uint8]:
     """Return a mask with one patch of two heads, 40 wide and 60 high, its corner at 30, 20."""
     mask = np.zeros((120, 160), np.uint8)

@@ -186,6 +186,18 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
         assert (memories[0] != memories[-1]) == (learns and remembers)
 
 
+def test_a_blob_of_two_is_divided_between_them() -> None:
+    stage, still = Stage(), [Box(60, 30, 16, 30), Box(78, 30, 16, 30)]
+    for _ in range(6):
+        stage.show(still)
+    moved = [Box(63, 30, 16, 30), Box(81, 30, 16, 30)]
+    said = stage.show(moved, [Box(63, 30, 34, 30)])
+    assert [each.outcome for each in stage.scene.detection_log] == [DetectionOutcome.SEVERAL]
+    assert [each.detected for each in said] == [True, True]
+    for each, left in zip(said, (63, 78), strict=True):  # as near as can be to where they were
+        assert each.track.box == pytest.approx((left, 30, 16, 30))
+
+
 def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     stage, said = Stage(), []
     for i in range(50):
@@ -410,13 +422,13 @@ def test_shares_inside_by_hand() -> None:
     )
 
 
-def test_what_is_shared_is_divided_from_its_edges() -> None:
-    places = np.array([[10, 10, 10, 20], [18, 12, 10, 20], [27, 11, 10, 20]], float)
-    shared = split_merged_blob(places, Box(8, 10, 30, 23))
-    np.testing.assert_allclose(shared, [[8, 10, 10, 20], [18, 13, 10, 20], [28, 11, 10, 20]])
-    # One that reaches over the other on both sides stays where it should be.
-    places = np.array([[10, 10, 30, 20], [15, 5, 10, 20]], float)
-    np.testing.assert_allclose(split_merged_blob(places, Box(9, 4, 40, 27))[:, 0], [10, 15])
+def test_objects_stay_where_they_should_be_in_what_they_share() -> None:
+    places = np.array([[10, 10, 10, 20], [18, 12, 10, 20], [31, 11, 10, 20]], float)
+    shared = split_merged_blob(places, Box(8, 11, 30, 23))
+    np.testing.assert_allclose(shared, [[10, 11, 10, 20], [18, 12, 10, 20], [28, 11, 10, 20]])
+    # One that is larger than the box has its center there.
+    places = np.array([[10, 10, 40, 20], [15, 5, 10, 20]], float)
+    np.testing.assert_allclose(split_merged_blob(places, Box(9, 4, 30, 27))[:, 0], [4, 15])
 
 
 def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:

@@ -21,6 +21,11 @@ from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 
+CUT = 0.7
+"""A detection smaller than this share of an object's size shows a part of it."""
+REMEMBERED = 1.0
+"""Seconds for which an object may be seen in part until that counts as its size."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneTrack:
@@ -107,6 +112,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         The center of its first detection.
     moved
         Whether a detection was ever farther from there than its mean half-axis.
+    axes
+        Its half-axes when it was last detected as a whole.
+    cut_for
+        Seconds for which it has been seen in part only, as one that goes behind a wall.
     """
 
     identity: int
@@ -119,6 +128,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     last_time: float
     predicted: Ellipse
     before_observation: FilterState
+    axes: tuple[float, float]
     detected: bool = True
     occluded_by: int | None = None
     near_other: bool = False
@@ -127,6 +137,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     votes: dict[str, int] = {}
     origin: tuple[float, float] = (0.0, 0.0)
     moved: bool = False
+    cut_for: float = 0.0
 
     @classmethod
     def begin(
@@ -146,7 +157,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
         return cls(
-            identity, tracker, rng, state, track, velocity, began, now, end, state,
+            identity, tracker, rng, state, track, velocity, began, now, end, state, end[2:4],
             origin=(start.x, start.y), moved=_far(start, end),
         )  # fmt: skip
 
@@ -186,7 +197,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         track = replace(info.track, status=Status.TRACKING)
         begun = cls(
             identity, tracker, rng, state, track, expected.velocity, frame.time, frame.time,
-            track.ellipse, state, detected=False, origin=track.ellipse[:2],
+            track.ellipse, state, track.ellipse[2:4], detected=False, origin=track.ellipse[:2],
         )  # fmt: skip
         return begun if box is None else begun.detect(box, frame.time)
 
@@ -227,7 +238,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()
         predicted = old._replace(x=old.x + dx, y=old.y + dy)
         state = self._moved(self.state, old, predicted)
-        return replace(self, predicted=predicted, state=state, detected=False)
+        cut_for = self.cut_for if self.occluded else self.cut_for + dt
+        return replace(self, predicted=predicted, state=state, detected=False, cut_for=cut_for)
 
     def without_look(self, dt: float) -> Self:
         """Let the time without a detection stand still: the detector did not look at this frame."""
@@ -247,6 +259,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         )
         track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
         moved = self.moved or _far(ellipse._replace(x=self.origin[0], y=self.origin[1]), ellipse)
+        part = found.a * found.b < CUT * math.prod(self.axes) and self.cut_for <= REMEMBERED
         return replace(
             self,
             state=state,
@@ -255,6 +268,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             detected=True,
             occluded_by=None,
             moved=moved,
+            axes=self.axes if part else ellipse[2:4],
+            cut_for=self.cut_for if part else 0.0,
         )
 
     def vote(self, label: str | None) -> Self:
@@ -264,7 +279,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         return replace(self, votes={**self.votes, label: self.votes.get(label, 0) + 1})
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
-        """Correct its velocity by the detection; it keeps a share of the old one, the smoothing."""
+        """Correct its velocity by the detection; it keeps a share of the old one, the smoothing.
+
+        The center of a part moves otherwise than the object.
+        """
+        if self.cut_for:
+            return self
         error = np.array(self.track.ellipse[:2]) - self.predicted[:2]
         return replace(self, velocity=self.velocity + (1 - smoothing) * error / dt)
 
@@ -286,11 +306,13 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     def occlude(self, occluder: int | None) -> Self:
         """Mark it as occluded by another object, or by scenery; and undo this frame's observation.
 
-        What the filter observed was something else.
+        What the filter observed was something else. The object is as large as it was as a whole.
         """
+        whole = self.predicted._replace(a=self.axes[0], b=self.axes[1])
         return replace(
             self,
-            state=self.before_observation,
+            state=self._moved(self.before_observation, self.predicted, whole),
+            predicted=whole,
             track=replace(self.track, status=Status.OCCLUDED, confidence=0.0),
             occluded_by=occluder,
             occluder_candidate=occluder,

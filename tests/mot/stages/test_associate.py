@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -10,6 +11,7 @@ from motes.core.geometry import Box
 from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene_config import Smoothing
 from motes.mot.stages.associate import associate
+from motes.mot.tracked_object import REMEMBERED
 from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
@@ -58,9 +60,22 @@ def test_a_detection_of_two_objects_is_divided() -> None:
     objects = [undetected(1, frame, left), undetected(2, frame, right)]
     blob = Detection(Box(48, 30, 47, 40))
     after, free, log = associate(objects, [blob], frame, DT, config())
-    assert [each.track.box.x for each in after] == pytest.approx([48, 75])
+    assert [each.track.box.x for each in after] == pytest.approx([50, 72])
     assert free == []
     assert [each.outcome for each in log] == [DetectionOutcome.SEVERAL]
+
+
+def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
+    """A wall hides it from the right: what is seen of it stays behind."""
+    moving = replace(undetected(1, FRAME, LEFT), velocity=np.array([100.0, 0.0]))
+    left = [Detection(Box(20, 30, 11, 40))]
+    (after,), *_ = associate([moving], left, FRAME, DT, config())
+    assert after.velocity == pytest.approx([100, 0])
+    hidden = after.occlude(None).extrapolate(FRAME)
+    assert hidden.track.box[2:] == pytest.approx(LEFT[2:])
+    for _ in range(round(REMEMBERED / DT) + 2):  # or it is as small as that
+        (after,), *_ = associate([after.predict(DT)], left, FRAME, DT, config())
+    assert after.occlude(None).extrapolate(FRAME).track.box.width == pytest.approx(11, abs=1)
 
 
 def test_occluded_objects_get_none() -> None:

@@ -68,8 +68,8 @@ def associate(
 def split_merged_blob(places: Floats, blob: Box) -> Floats:
     """Return where objects are in a box that holds them all, each with its own size: (n, 4).
 
-    On each side of the box, the outermost object touches the edge. Otherwise, objects are where
-    they are predicted.
+    They are where they are predicted, or as near to it as the box allows. Its edges do not tell
+    where an object is: an unknown one may be there too.
 
     Parameters
     ----------
@@ -78,11 +78,7 @@ def split_merged_blob(places: Floats, blob: Box) -> Floats:
     blob
         The box that holds them.
     """
-    out, blob_low = places.copy(), np.array(blob[:2])
-    for axis in range(2):
-        low, size = places[:, axis], places[:, 2 + axis]
-        first, last = int(low.argmin()), int((low + size).argmax())
-        if first != last:  # one that is outermost on both sides may be occluded, or cover the rest
-            out[first, axis] = blob_low[axis]
-            out[last, axis] = blob_low[axis] + blob[2 + axis] - size[last]
-    return out
+    low, room = np.array(blob[:2]), np.array(blob[2:]) - places[:, 2:]
+    inside = np.clip(places[:, :2], low, low + np.maximum(room, 0))
+    middle = low + room / 2  # of one that is larger than the box
+    return np.hstack([np.where(room < 0, middle, inside), places[:, 2:]])
