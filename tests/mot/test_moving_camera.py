@@ -156,7 +156,7 @@ def test_watch_follows_before_a_camera_that_pans(
     assert main(["watch", str(film), "-o", str(rows), "--camera", "moving"]) == 0
     last = rows.read_text().splitlines()[-1].split(",")
     _, box = panned(41)
-    assert iou(box, Box(*map(float, last[3:7]))) > 0.5
+    assert iou(box, Box(*map(float, last[4:8]))) > 0.5
     assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
     assert "the camera moves; what moves before it is not seen" in capsys.readouterr().err
 
