@@ -735,7 +735,9 @@ def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
         calls.append(arguments)
         compute(*arguments)
 
-    config = configure(preset("maggio"), {"orientation": {"scale_selection": False}})
+    config = configure(
+        preset("maggio"), {"orientation": {"scale_selection": False}, "presence": {"contrast": 0.0}}
+    )
     pictures = film(6)
     tracker = Tracker(config)
     tracker.init(pictures[0], START)

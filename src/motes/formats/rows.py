@@ -24,14 +24,16 @@ from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
 def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
     """Return the columns and the rows of a recording.
 
-    If there is one object, it has a row in all frames: it is searched for where it is not there.
+    If there is one object, and it was followed, it has a row in all frames: it is searched for where
+    it is not there. Boxes of others are silent on frames without one.
     """
-    identities, further = set[int](), dict[str, None]()
+    identities, further, followed = set[int](), dict[str, None](), False
     for row in recorded:
         for each in row.objects:
             identities.add(each.identity)
             further |= dict.fromkeys(each.more)
-    alone = len(identities) == 1 and ANONYMOUS not in identities
+            followed = followed or each.distance is not None or each.ellipse.theta != 0
+    alone = followed and len(identities) == 1 and ANONYMOUS not in identities
     usual = [ObjectRow.nowhere(each) for each in identities] if alone else []
     values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
     return (*COLUMNS, *further), values

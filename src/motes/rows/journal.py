@@ -110,8 +110,10 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
 
     @property
     def box(self) -> Box:
-        """The axis-parallel box around the ellipse."""
-        return self.ellipse.box if self.bounds is None else self.bounds
+        """The axis-parallel box around the ellipse; NaN for one without a finite angle."""
+        if self.bounds is not None:
+            return self.bounds
+        return self.ellipse.box if math.isfinite(self.ellipse.theta) else Box(*[math.nan] * 4)
 
     @property
     def placed(self) -> bool:
