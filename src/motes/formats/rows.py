@@ -24,8 +24,8 @@ from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
 def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
     """Return the columns and the rows of a recording.
 
-    If there is one object, and it was followed, it has a row in all frames: it is searched for where
-    it is not there. Boxes of others are silent on frames without one.
+    If there is one object, and it was followed, it has a row in all frames: it is searched for
+    where it is not there. Boxes of others are silent on frames without one.
     """
     identities, further, followed = set[int](), dict[str, None](), False
     for row in recorded:
