@@ -94,9 +94,16 @@ class Shown:
 
     def until(self, of: str) -> None:
         """Wait until an expression over the page's state `s` is true."""
+        self.wait(f"{START} (s => {of})(app.store.state))")
+
+    def wait(self, expression: str) -> None:
+        """Wait until an expression is true in the page.
+
+        The page forbids what Playwright's own waiting does there, which is to evaluate texts.
+        """
         end = time.monotonic() + PATIENCE / 1000
-        while not self.state(of):
-            assert time.monotonic() < end, f"it never was so: {of}"
+        while not self.page.evaluate(expression):
+            assert time.monotonic() < end, f"it never was so: {expression}"
             self.page.wait_for_timeout(20)
 
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:

@@ -28,7 +28,7 @@ KINDS = [".mkv", ".mp4"]
 
 
 def run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
-    """Run a program that may be killed."""
+    """Run a program that may be killed, or have no room for files; its lines are not counted."""
     head = """
 import os, resource, signal
 from clips import noise, picture
@@ -39,7 +39,7 @@ from motes.video.writer import VideoWriter
         [sys.executable, "-c", head + textwrap.dedent(script)],
         cwd=folder,
         env={
-            **os.environ,
+            **{name: value for name, value in os.environ.items() if "COVERAGE" not in name},
             "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]),
         },
         capture_output=True,

@@ -102,7 +102,7 @@ def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
 def test_the_number_of_the_frame_that_is_shown_ends_following(shown: Shown) -> None:
     shown.open()
     do(shown, "app.store.set({ frame: 30, following: true });")
-    shown.page.wait_for_function("document.getElementById('frame').value === '30'")
+    shown.wait("document.getElementById('frame').value === '30'")
     shown.go(30)
     assert not shown.state("s.following")
 

@@ -309,9 +309,9 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         smoothing = "document.querySelector('.stage canvas').getContext('2d').imageSmoothingQuality"
         assert page.evaluate(smoothing) == "high"
         page.locator("#play").click()
-        page.wait_for_function(f"{smoothing} === 'low'")
+        shown.wait(f"{smoothing} === 'low'")
         page.keyboard.press("Home")
-        page.wait_for_function(f"{smoothing} === 'high'")
+        shown.wait(f"{smoothing} === 'high'")
         page.goto(program.address)
         films.get_by_role("button", name="Cars to count").wait_for()
         assert films.get_by_role("button").count() == 3
@@ -388,9 +388,9 @@ def test_colors_are_switched_and_kept(shown: Shown) -> None:
     assert shown.page.evaluate(theme) == "light"
     for _ in range(2):
         shown.page.get_by_role("button", name="Light or dark").click()
-    shown.page.wait_for_function(f"{theme} === 'dark'")
+    shown.wait(f"{theme} === 'dark'")
     shown.page.reload()
-    shown.page.wait_for_function(f"{theme} === 'dark'")
+    shown.wait(f"{theme} === 'dark'")
 
 
 def test_the_timeline_and_the_wheel_go_to_frames(shown: Shown) -> None:
