@@ -114,8 +114,8 @@ def test_events_and_counts_have_classes() -> None:
             track = seen(frame, (x, 40), identity=identity)
             track = type(track)(identity, track.track, None, True, label=label)
             events += counting.update([track])
-    assert json.loads(events[-1].json())["class"] == "car"
-    assert "label" not in events[-1].json()
+    assert json.loads(events[-1].json())["label"] == "car"
+    assert "class" not in events[-1].json()
     assert counting.counts[0, "crosses", "gate", "in", "car"] == 2
     assert table(counting.counts)[-1] == (
         "minute 0: appears bus 1, appears car 2, crosses gate in bus 1, crosses gate in car 2"

@@ -132,7 +132,7 @@ class MetricsPage:
                 "counter",
                 "Events so far.",
                 dict(self._events),
-                ("event", "place", "direction", "class"),
+                ("event", "place", "direction", "label"),
             ),
             Metric(
                 "motes_waiting_events",

@@ -121,7 +121,7 @@ class SentEvents:
 def message(event: Event, source: str) -> str:
     """Return an event as it is sent: with an identifier of its own, the date, and the source."""
     head = {
-        "id": secrets.token_hex(16),
+        "message": secrets.token_hex(16),
         "date": datetime.now(UTC).isoformat(timespec="milliseconds"),
         "source": source,
     }
