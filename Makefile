@@ -69,8 +69,10 @@ docs: ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 	@echo "Open site/index.html"
 
+# The pictures of the gallery, of the README and of the studio: these need Chromium.
 gallery: ready
 	$(BIN)/python docs/generate/gallery.py
+	$(BIN)/python docs/generate/studio_pictures.py
 
 # Into bench/; what needs real film is left out where there is none.
 bench: ready

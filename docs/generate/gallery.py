@@ -1,93 +1,99 @@
-"""Render the pictures of docs/gallery.md into docs/images/gallery: `make gallery`."""
+"""Make the pictures and texts of docs/gallery.md, and the README's animation: `make gallery`."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+import shutil
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from motes import Detection, Scene, Tracker, synthetic
+from gallery_commands import COMMANDS, printed, side_by_side, terminal
+from gallery_films import KINDS, Kind
+from motes import Frame, Scene, Status, Track, Tracker, synthetic
+from motes.cli.demo import Score, score
+from motes.core.geometry import iou
+from motes.core.types import Bytes
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.regions import Line, Regions, Zone
+from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.background import BackgroundDetector
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
-from motes.synthetic import Clip, Target, Truth
+from motes.sot.step_info import StepInfo
+from motes.synthetic import Clip, Truth
 from motes.synthetic.painted_film import PaintedFilm
 
-FOLDER = Path(__file__).parent.parent / "images" / "gallery"
-SIZE = (320, 240)
+PAGE = Path(__file__).parents[1] / "gallery.md"
+FOLDER = PAGE.parent / "images" / "gallery"
+FILMS = "beetle.mp4", "street.mp4"
+"""Films of the demo that the commands read."""
+PART = 240, 180
+"""Width and height of the part of a film that is shown."""
 HIGH = 200
 """Height of the README's animation."""
-Pixels = NDArray[np.uint8]
 
 
-def followed(clip: Clip, tracker: Tracker, moments: Sequence[int]) -> list[Pixels]:
-    """Return the frames of a clip at these moments, with particles, estimate and status.
-
-    Of a frame larger than `SIZE`, that much around the target.
-    """
-    shown = []
-    for frame, (truth, *_) in clip:
+def followed(kind: Kind) -> tuple[Score, list[Bytes]]:
+    """Follow the target of a film; return the score, and its surroundings at three moments."""
+    tracker, shown = Tracker(seed=0), []
+    overlaps, visible, sure = [], [], []
+    for frame, truth in kind.film():
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
-        if frame.index in moments:
-            info = tracker.info
-            label = f"{frame.index}: {track.status} {track.confidence:.2f}"
-            dots = {"particles": info.ellipses, "weights": info.weights}
-            (width, height), center = SIZE, truth.ellipse[:2]
-            left = int(np.clip(center[0] - width / 2, 0, frame.width - width))
-            top = int(np.clip(center[1] - height / 2, 0, frame.height - height))
-            drawn = Image.fromarray(draw(frame.pixels, track, label="", **dots))
-            drawn = drawn.crop((left, top, left + width, top + height))
-            ImageDraw.Draw(drawn).text(
-                (8, 6), label, "white", font(14), stroke_width=2, stroke_fill="black"
-            )
-            shown.append(np.array(drawn))
-    return shown
+        overlaps.append(iou(track.box, truth.ellipse.box))
+        visible.append(truth.visible)
+        sure.append(track.status is Status.TRACKING)
+        if frame.index in kind.moments:
+            shown.append(surroundings(frame, truth, track, tracker.info))
+    return score(overlaps, visible, sure), shown
 
 
-def walker(first: int, speed: float, y: float, shirt: tuple[int, int, int]) -> Target:
-    """Return a person who enters at frame `first`, with this speed in pixels a frame."""
-    walked = speed * np.maximum(np.arange(160) - first, 0)
-    x = walked + (-20 if speed > 0 else SIZE[0] + 20)
-    states = [(place, y, 26, 12, -math.pi / 2) for place in x]
-    return Target(np.array(states, np.float64), (shirt, (40, 36, 44), (214, 170, 140)))
+def surroundings(frame: Frame, truth: Truth, track: Track, info: StepInfo) -> Bytes:
+    """Return the part of a frame around the target, with particles, estimate and status."""
+    drawn = draw(frame.pixels, track, label="", particles=info.ellipses, weights=info.weights)
+    width, height = PART if frame.width >= PART[0] else (frame.width, frame.height)
+    left = int(np.clip(truth.ellipse.x - width / 2, 0, frame.width - width))
+    top = int(np.clip(truth.ellipse.y - height / 2, 0, frame.height - height))
+    part = Image.fromarray(drawn[top : top + height, left : left + width])
+    part = part.resize((part.width * PART[1] // part.height, PART[1]))
+    label = f"{frame.index}: {track.status} {track.confidence:.2f}"
+    pen = ImageDraw.Draw(part)
+    pen.text((8, 6), label, "white", font(14), stroke_width=2, stroke_fill="black")
+    return np.array(part)
 
 
-def watched(clip: Clip, moments: Sequence[int], places: Regions) -> list[Pixels]:
-    """Return the frames at these moments, with identities and ways; detections are the truth's.
-
-    Nobody who is covered for the most part is detected.
-    """
-    truths: dict[int, Sequence[Truth]] = {}
-    scene = Scene(lambda frame: _seen(truths[frame.index]), seed=0)
-    trails: dict[int, list[tuple[float, float]]] = {}
-    shown = []
-    for frame, there in clip:
-        truths[frame.index] = there
-        objects = scene.update(frame)
-        for each in objects:
-            x, y, width, height = each.track.box
-            trails.setdefault(each.identity, []).append((x + width / 2, y + height))
-        if frame.index in moments:
-            ways = {each.identity: trails[each.identity] for each in objects}
-            shown.append(draw_scene(frame.pixels, objects, ways, places))
-    return shown
+def film_text(kind: Kind, score: Score) -> str:
+    """Return what the page says of a film."""
+    admitted = f", admitted: {score.admitted}" if score.missed else ""
+    return (
+        f"### {kind.title}\n\n![{kind.title}](images/gallery/{kind.name}.webp)\n\n"
+        f"{kind.words[0].upper()}{kind.words[1:]}. IoU above 0.5: {score.half:.0%}; off:"
+        f" {score.missed}{admitted}.\n"
+    )
 
 
-def _seen(truths: Sequence[Truth]) -> list[Detection]:
-    return [Detection(truth.ellipse.box) for truth in truths if truth.visible > 0.5]
+def command_text() -> str:
+    """Return what the page says of the commands."""
+    shown = [(each.line, each.shows, f"gallery/{each.file}") for each in COMMANDS]
+    studio = "motes studio films", "A film in the studio, with its target", "studio/tracked.webp"
+    return "\n".join(
+        f"### motes {line.split()[1]}\n\n`{line}`\n\n![{shows}](images/{file})\n"
+        for line, shows, file in (*shown, studio)
+    )
 
 
-def save(name: str, pictures: Sequence[Pixels]) -> None:
-    """Write pictures side by side, with a white gap between them."""
-    gap = np.full((pictures[0].shape[0], 6, 3), 255, np.uint8)
-    row = [part for picture in pictures for part in (picture, gap)][:-1]
-    Image.fromarray(np.hstack(row)).save(FOLDER / f"{name}.webp", quality=70, method=6)
+def write(block: str, text: str) -> None:
+    """Replace the text between two marks of the page."""
+    page = PAGE.read_text(encoding="utf-8")
+    head, begin, rest = page.partition(f"<!-- {block} -->\n")
+    _, end, tail = rest.partition(f"<!-- end {block} -->\n")
+    PAGE.write_text(f"{head}{begin}\n{text}\n{end}{tail}", encoding="utf-8")
+
+
+def save(name: str, pixels: Bytes) -> None:
+    """Write a picture of the page."""
+    Image.fromarray(pixels).save(FOLDER / name, quality=70, method=6)
 
 
 def front() -> None:
@@ -105,7 +111,7 @@ def front() -> None:
     shown[0].save(path, save_all=True, append_images=shown[1:], duration=120, loop=0, quality=45)
 
 
-def clip_of(clip: Clip | PaintedFilm, tracker: Tracker) -> Iterator[Pixels]:
+def clip_of(clip: Clip | PaintedFilm, tracker: Tracker) -> Iterator[Bytes]:
     """Yield the frames of a clip with particles, estimate and status."""
     for frame, (truth, *_) in clip:
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
@@ -114,7 +120,7 @@ def clip_of(clip: Clip | PaintedFilm, tracker: Tracker) -> Iterator[Pixels]:
         yield draw(frame.pixels, track, particles=info.ellipses, weights=info.weights, label=label)
 
 
-def counted(film: PaintedFilm) -> Iterator[Pixels]:
+def counted(film: PaintedFilm) -> Iterator[Bytes]:
     """Yield the frames of a film with all objects and what was counted."""
     regions = Regions(line=(Line(points=(150, 130, 150, 235), name="line"),))
     counter, scene, crossed = EventCounter(regions), Scene(BackgroundDetector(), seed=0), 0
@@ -124,28 +130,39 @@ def counted(film: PaintedFilm) -> Iterator[Pixels]:
         yield draw_scene(frame.pixels, objects, {}, regions, (f"{crossed} counted",))
 
 
+def films() -> None:
+    """Follow all kinds of film, and write their pictures and texts."""
+    texts = []
+    for kind in KINDS:
+        score, shown = followed(kind)
+        save(f"{kind.name}.webp", side_by_side(shown, PART[1]))
+        texts.append(film_text(kind, score))
+    write("films", "\n".join(texts))
+
+
+def commands(folder: Path) -> None:
+    """Run all commands in a folder, and write their pictures and texts."""
+    printed(COMMANDS[0].line, folder)
+    (folder / "films").mkdir()
+    for film in FILMS:
+        shutil.copy(folder / "demo" / film, folder / "films")
+    for command in COMMANDS:
+        text = "" if command is COMMANDS[0] else printed(command.line, folder)
+        if command.picture is None:
+            (FOLDER / command.file).write_text(terminal(command.line, text), encoding="utf-8")
+        else:
+            save(command.file, command.picture(folder))
+    write("commands", command_text())
+
+
 def main() -> None:
-    """Render all pictures."""
+    """Make all pictures, and the page's texts."""
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    FOLDER.mkdir(parents=True)
+    with tempfile.TemporaryDirectory() as folder:
+        commands(Path(folder))
+    films()
     front()
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    clip = synthetic.demo()
-    save("recover", followed(clip, Tracker("nummiaro", seed=0), (40, 61, 100)))
-    save("grow", followed(clip, Tracker("default", seed=0), (20, 118, 155)))
-    turning = synthetic.turning()
-    save("turn", followed(turning, Tracker("maggio", seed=0), (10, 40, 70)))
-    jumping = synthetic.jumping(size=SIZE, frames=40)
-    save("leap", followed(jumping, Tracker("nummiaro", seed=0), (12, 20, 24)))
-    hall = Clip(
-        SIZE,
-        (
-            walker(0, 3, 70, (200, 60, 50)),
-            walker(0, -3, 82, (60, 90, 190)),
-            walker(20, 2.5, 180, (90, 170, 90)),
-        ),
-    )
-    line = Line(points=(160, 240, 160, 0), name="door")
-    zone = Zone(points=(215, 4, 316, 4, 316, 236, 215, 236), name="counter")
-    save("watch", watched(hall, (40, 58, 90), Regions(line=(line,), zone=(zone,))))
 
 
 if __name__ == "__main__":
