@@ -14,7 +14,8 @@ from cyclopts import Group, Parameter
 from motes.cli.input_checks import read_text
 from motes.cli.load_config import error_context
 from motes.cli.messages import counted, log
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.errors import ConfigError, FormatError
+from motes.core.optional import optional
 
 if TYPE_CHECKING:
     from motes.cli.moment import Moment, Moments
@@ -173,12 +174,7 @@ class MotionFigures:
     def __init__(self, stem: Path, names: Sequence[str], unit: str, *, overwrite: bool) -> None:
         from motes.rows.writer import check_writable
 
-        try:
-            import matplotlib  # noqa: F401
-        except ImportError:
-            raise MissingDependencyError(
-                "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
-            ) from None
+        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
         self._files = {name: stem.with_name(f"{stem.name}.{name}.pdf") for name in names}
         for path in self._files.values():
             check_writable(path, overwrite)
