@@ -40,7 +40,7 @@ os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Return twice the cores, and two: those with a browser and with Ray wait nearly all the time."""
+    """Return twice the cores, and two: those with a browser and with Ray wait most of the time."""
     return 2 * cores() + 2
 
 
