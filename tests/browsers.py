@@ -37,7 +37,9 @@ def film(path: Path, frames: int = FRAMES) -> Path:
 @contextmanager
 def browsing() -> Iterator[Browser]:
     """Give a browser."""
-    options = ["--disable-gpu", "--disable-background-networking"]
+    # One process draws all pages, and none is started in advance.
+    options = ["--disable-gpu", "--disable-background-networking", "--process-per-site"]
+    options += ["--disable-features=SpareRendererForSitePerProcess"]
     if os.geteuid() == 0:
         options.append("--no-sandbox")  # root has no sandbox
     with sync_playwright() as playwright:
