@@ -39,18 +39,10 @@ def ng_delp_table1(
     return show(ng_delp_table1.table1(views), output)
 
 
-def ng_delp_figure3(
-    *,
-    sigma: Annotated[float, Parameter(help="Sigma in equations 22 and 23.")] = 0.15,
-    epsilon: Annotated[float, Parameter(help="Epsilon in equations 23 and 24.")] = 0.1,
-    nearest: Annotated[
-        float, Parameter(help="Distance of the best particle in equation 24.")
-    ] = 0.4,
-    results: ResultOptions = ResultOptions(),
-) -> int:
+def ng_delp_figure3(*, results: ResultOptions = ResultOptions()) -> int:
     """Ng and Delp, figure 3: likelihood against distance."""
     output = results.output("ng-delp-figure3", plot=True)
 
     from motes_lab.papers import ng_delp_figure3
 
-    return show(ng_delp_figure3.figure3(sigma, epsilon, nearest), output)
+    return show(ng_delp_figure3.figure3(), output)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes.output import charts
 from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
@@ -18,32 +17,21 @@ if TYPE_CHECKING:
 
 STEP, ROW = 0.01, 0.1
 """Step in distance between points of a curve, and between rows of the table."""
+SIGMA, EPSILON = 0.15, 0.1
+"""Those of the paper's figure, for equations 22 and 23."""
+NEAREST = 0.4
+"""The distance of the best particle, d_min of equation 24: in the text, a fixed sigma gives all
+particles nearly the same likelihood from there on."""
 
 
-def figure3(sigma: float, epsilon: float, nearest: float) -> Experiment:
-    """Yield the likelihoods of equations 22 and 23, and that of 24 if no particle is nearer.
-
-    Parameters
-    ----------
-    sigma, epsilon
-        Those of equations 22 and 23; the paper's figure has 0.15 and 0.1.
-    nearest
-        The distance of the best particle, d_min of equation 24. The text has 0.4, from which on a
-        fixed sigma gives all particles nearly the same likelihood.
-
-    Raises
-    ------
-    ConfigError
-        If a value is out of range.
-    """
-    if not 0 <= nearest < 1:
-        raise ConfigError(f"--nearest is {nearest:g}; a distance is at least 0 and less than 1.")
+def figure3() -> Experiment:
+    """Yield the likelihoods of equations 22 and 23, and that of 24 if no particle is nearer."""
     curves = [
         (name, *_curve(likelihood, low))
         for name, likelihood, low in (
-            (f"sigma {sigma:g} (22)", Gaussian(sigma=sigma), 0),
-            (f"epsilon {epsilon:g} (23)", Gaussian(sigma=sigma, epsilon=epsilon), 0),
-            (f"best at {nearest:g} (24)", BestParticle(epsilon=epsilon), nearest),
+            (f"sigma {SIGMA:g} (22)", Gaussian(sigma=SIGMA), 0),
+            (f"epsilon {EPSILON:g} (23)", Gaussian(sigma=SIGMA, epsilon=EPSILON), 0),
+            (f"best at {NEAREST:g} (24)", BestParticle(epsilon=EPSILON), NEAREST),
         )
     ]
     rows: list[Row] = []
