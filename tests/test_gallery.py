@@ -68,4 +68,5 @@ def test_terminals_show_what_commands_print(tmp_path: Path) -> None:
                 row.split()[0] for row in now.splitlines()
             ]
         else:
-            assert words(shown) == words(f"$ {command.line}\n{printed}")
+            now = f"$ {command.line}\n{printed}"
+            assert " ".join(words(shown)) == " ".join(words(now)), "run make gallery"
