@@ -49,8 +49,11 @@ def test_what_the_page_says_of_a_film_is_measured(kind: Any) -> None:
 
 
 @pytest.mark.slow
-def test_terminals_show_what_commands_print(tmp_path: Path) -> None:
+def test_terminals_show_what_commands_print(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("cv2")
+    monkeypatch.setenv("MOTES_THREADS", "1")  # as in the demo
     (tmp_path / "films").mkdir()
     for story in STORIES[:2]:
         with VideoWriter(tmp_path / "films" / f"{story.name}.mp4", 25) as writer:

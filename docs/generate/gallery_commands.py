@@ -167,11 +167,12 @@ def printed(line: str, folder: Path) -> str:
         words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
     assert run.stdout is not None
-    text = ""
     if line.startswith("motes serve"):
         text = run.stdout.readline()
         run.send_signal(signal.SIGINT)
-    text += run.communicate()[0]
+        run.communicate()
+    else:
+        text = run.communicate()[0]
     if run.returncode not in (0, 128 + signal.SIGINT):
         raise RuntimeError(f"{line} ended with exit code {run.returncode}: {text}")
     # The picture is of any machine; how often a batch says how far it is depends on the machine.
