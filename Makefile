@@ -45,8 +45,10 @@ check: lint
 test: ready
 	@$(MAKE) --no-print-directory -j 2 lint suite
 
-# Neighbors stay in one process, which then makes what they share once.
+# Modules are compiled once, before all workers need them. Neighbors stay in one process, which then
+# makes what they share once.
 suite: ready
+	@-$(BIN)/python -m pytest --collect-only -qq > /dev/null
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.

@@ -40,8 +40,8 @@ os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Return twice the cores: many tests wait for a browser or for programs that they start."""
-    return 2 * cores()
+    """Return twice the cores, and two: those with a browser and with Ray wait most of the time."""
+    return 2 * cores() + 2
 
 
 @pytest.fixture(scope="session")

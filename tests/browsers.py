@@ -99,12 +99,17 @@ class Shown:
     def wait(self, expression: str) -> None:
         """Wait until an expression is true in the page.
 
-        The page forbids what Playwright's own waiting does there, which is to evaluate texts.
+        The page forbids what Playwright's own waiting does there, which is to evaluate texts. To
+        ask from outside all the time would keep a core busy, so each question lasts a second.
         """
+        asked = (
+            "(async () => { for (let n = 0; n < 50; ++n) {"
+            f"if (await ({expression})) return true;"
+            "await new Promise(done => setTimeout(done, 20)); } return false; })()"
+        )
         end = time.monotonic() + PATIENCE / 1000
-        while not self.page.evaluate(expression):
+        while not self.page.evaluate(asked):
             assert time.monotonic() < end, f"it never was so: {expression}"
-            self.page.wait_for_timeout(20)
 
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
         """Open a film in a new session, with a quick tracker; return the session's name."""

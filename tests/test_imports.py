@@ -39,10 +39,10 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2720, "kernels": 300, "video": 2410, "cues": 2150, "sot": 7200, "mot": 8100,
-    "testing": 310, "synthetic": 2335, "rows": 870, "output": 2410, "correction": 2210,
-    "formats": 2970, "cluster": 3300, "services": 460, "studio": 6110, "cli": 8065, "filtering": 90,
-    "lab": 14350,
+    "core": 2775, "kernels": 260, "video": 2410, "cues": 2140, "sot": 7200, "mot": 8025,
+    "testing": 305, "synthetic": 2335, "rows": 860, "output": 2395, "correction": 2210,
+    "formats": 2965, "cluster": 3265, "services": 445, "studio": 6100, "cli": 8035, "filtering": 90,
+    "lab": 14080,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 

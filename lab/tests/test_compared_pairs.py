@@ -94,5 +94,5 @@ def test_nothing_to_compare(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
         assert why in capfd.readouterr().err
     line = ["experiment", "pairs", str(tmp_path), "nummiaro", "mean_shift", "--sequence", "x*"]
     assert main(line) == 2
-    assert "--sequence fits no film" in capfd.readouterr().err
+    assert "fits x*; it has Book and others." in capfd.readouterr().err
     assert pairs.MARGIN == 0.03

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import re
-import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -435,14 +434,6 @@ def test_problems_are_named_once() -> None:
         Problem("a on Book, sre shift-up, seed 0", "slow"),
         Problem("a, b on Cup, 3 passes", "broken"),
     ]
-
-
-def test_report_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    page, _ = report(tmp_path / "out", full(tmp_path))
-    assert "There are no plots, since matplotlib is not installed." in page.words
-    assert "pip install 'motes[report]'" in page.words
-    assert len(page.all("img")) == 5
 
 
 def test_numbers_for_people() -> None:

@@ -280,7 +280,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
         rows = list(csv.DictReader(file))
     assert {row["label"] for row in rows} == {"walker"}
     events = [json.loads(each) for each in Path("e.jsonl").read_text().splitlines()]
-    assert {each["class"] for each in events} == {"walker"}
+    assert {each["label"] for each in events} == {"walker"}
     code, _, error = go(f"{line} --classes cat --overwrite")
     assert code == 2
     assert "--classes: The detector has no class 'cat'; it has walker, sky." in error

@@ -60,10 +60,10 @@ def test_events_reach_a_broker_with_counts_for_home_assistant(
         wait_until(lambda: ears.texts("yard/status")[-1:] == ["offline"])
         ears.close()
         sent = [json.loads(text) for text in ears.texts("yard")]
-    heads = [{key: event.pop(key) for key in ("id", "date", "source")} for event in sent]
+    heads = [{key: event.pop(key) for key in ("message", "date", "source")} for event in sent]
     assert sent == written
     assert [event["event"] for event in sent] == ["appears", "crosses", "disappears"]
-    assert len({head["id"] for head in heads}) == 3
+    assert len({head["message"] for head in heads}) == 3
     assert {head["source"] for head in heads} == {film}
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}\+00:00", heads[0]["date"])
     assert (

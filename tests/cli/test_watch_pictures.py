@@ -10,7 +10,7 @@ from PIL import Image
 
 from motes.cli import main
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-from motes.cli.watch_outputs import FrameResult
+from motes.cli.moment import Moment
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
@@ -89,7 +89,8 @@ def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
             for index in range(8):
                 tracks = [seen(index, (42 + 4 * index, 30))]
                 picture = Frame(index, index / 4, np.full((96, 160, 3), 200, np.uint8))
-                drawn.write(FrameResult(picture, tracks, counter.update(tracks)))
+                events = counter.update(tracks)
+                drawn.write(Moment(picture, tracks=tracks, events=events, single=False))
     with open_source(tmp_path / "o.mkv") as result:
         pictures = [each.pixels.astype(int) for each in result]
     corner = [(each[:24, :90] < 120).mean() for each in pictures]

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes.cli.moment import Moment
 from motes.cli.options import OutputOptions
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import FrameResult, rows_output
+from motes.cli.watch_outputs import rows_output
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -114,8 +115,8 @@ def test_events_and_counts_have_classes() -> None:
             track = seen(frame, (x, 40), identity=identity)
             track = type(track)(identity, track.track, None, True, label=label)
             events += counting.update([track])
-    assert json.loads(events[-1].json())["class"] == "car"
-    assert "label" not in events[-1].json()
+    assert json.loads(events[-1].json())["label"] == "car"
+    assert "class" not in events[-1].json()
     assert counting.counts[0, "crosses", "gate", "in", "car"] == 2
     assert table(counting.counts)[-1] == (
         "minute 0: appears bus 1, appears car 2, crosses gate in bus 1, crosses gate in car 2"
@@ -144,7 +145,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     with rows_output(str(path), film, options) as rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
-            rows.write(FrameResult(frame, tracks, []))
+            rows.write(Moment(frame, tracks=tracks, single=False))
     if form == "mot":
         lines = path.read_text().splitlines()
         assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]

@@ -155,7 +155,7 @@ def test_who_vanishes_in_a_zone_leaves_it() -> None:
 def test_a_line_of_json() -> None:
     event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
     assert json.loads(event.json()) == {
-        "frame": 3, "time": 0.12, "event": "crosses", "identity": 7, "x": 1.235, "y": 2.0,
+        "frame": 3, "time": 0.12, "event": "crosses", "id": 7, "x": 1.235, "y": 2.0,
         "speed": 3.0, "place": "gate", "direction": "left",
     }  # fmt: skip
 

@@ -365,7 +365,7 @@ def test_home_assistant_is_told_of_every_total() -> None:
     assert parts["events"]["platform"] == "event"
     assert "crosses" in parts["events"]["event_types"]
     jinja2 = pytest.importorskip("jinja2", reason="templates need jinja2")
-    event = {"event": "crosses", "identity": 3, "place": "Gate 1"}
+    event = {"event": "crosses", "id": 3, "place": "Gate 1"}
     made = jinja2.Template(parts["events"]["value_template"]).render(value_json=event)
     assert json.loads(made) == {**event, "event_type": "crosses"}
     assert parts["gate_1_in"]["name"] == "Gate 1 in"

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes.cli.moment import Moment
 from motes.cli.options import OutputOptions
-from motes.cli.watch_outputs import FrameResult, rows_output
+from motes.cli.watch_outputs import rows_output
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -70,7 +71,7 @@ def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
     frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
     objects = [SceneTrack(1, track(3)), SceneTrack(2, track(3), occluded_by=1)]
     with rows_output(str(path), film, OutputOptions()) as output:  # type: ignore[arg-type]
-        output.write(FrameResult(frame, objects, ()))
+        output.write(Moment(frame, tracks=objects, single=False))
     rows = read_track(path)
     assert rows.dtype.names == COLUMNS
     assert rows["id"].tolist() == [1, 2]

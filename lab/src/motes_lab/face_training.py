@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.files import write_whole, writing
 from motes.core.geometry import Box
+from motes.core.optional import optional
 from motes.core.types import Bytes
 from motes.video.image_files import read_image
 
@@ -94,12 +95,7 @@ def train_faces(examples: Sequence[Example], folder: Path) -> Trained:
     ConfigError
         If there is no face, or the boxes differ too much in shape.
     """
-    try:
-        import dlib
-    except ImportError:
-        raise MissingDependencyError(
-            "Training on faces needs dlib; install it with: pip install 'motes[faces]'."
-        ) from None
+    dlib = optional("dlib", "Training on faces needs dlib", "motes[faces]")
     if not any(example.faces for example in examples):
         raise ConfigError("There is no face in the pictures; give the box of at least one.")
     options = dlib.simple_object_detector_training_options()

@@ -192,14 +192,6 @@ def test_refusals(line: str, code: int, error: str, go: Go) -> None:
     assert not Path("refused").exists()
 
 
-def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motes_lab.report.plots.has_matplotlib", lambda: False)
-    code, _, error = go("data --out refused")
-    assert code == 2
-    assert "motes[report]" in error
-    assert not Path("refused").exists()
-
-
 @pytest.mark.slow
 def test_a_video_with_its_truth(go: Go) -> None:
     Path("truth.txt").write_text(Path("data/a/groundtruth_rect.txt").read_text())

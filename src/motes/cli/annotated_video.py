@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Self
 
-from motes.cli.frame_loop import Moment
 from motes.core.frame import FRAME_INTERVAL
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
@@ -16,35 +15,31 @@ from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
-    from motes.cli.track_loop import Step
-    from motes.cli.watch_outputs import FrameResult
+    from motes.cli.moment import Moment
     from motes.video.film import Film
     from motes.video.sources import Source
 
 
-T_contra = TypeVar("T_contra", bound=Moment, contravariant=True)
-
-
-def painted_scene(places: Regions) -> Callable[[FrameResult], Draw]:
+def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
     """Return what paints several objects, the time, and the crossings, entries and exits so far."""
     painter = ScenePainter(places)
     return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
 
 
-def painted_target(unit: str | None = None) -> Callable[[Step], Draw]:
+def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
     """Return what paints one object; with a unit of length, it shows the speed."""
     painter = TrackPainter()
 
-    def painted(step: Step) -> Draw:
+    def painted(moment: Moment) -> Draw:
         note = ""
-        if unit is not None and step.place is not None and isfinite(step.place.speed):
-            note = f"{step.place.speed:.2f} {unit}/s"
-        return painter.painted(step.frame, step.info, note)
+        if unit is not None and moment.place is not None and isfinite(moment.place.speed):
+            note = f"{moment.place.speed:.2f} {unit}/s"
+        return painter.painted(moment.frame, moment.info, note)
 
     return painted
 
 
-class AnnotatedVideo(Generic[T_contra]):
+class AnnotatedVideo:
     """A video that begins at 0; checks on construction that it can be written.
 
     Parameters
@@ -67,7 +62,7 @@ class AnnotatedVideo(Generic[T_contra]):
         path: Path,
         source: Source | Film,
         stride: int,
-        painted: Callable[[T_contra], Draw],
+        painted: Callable[[Moment], Draw],
         *,
         overwrite: bool,
     ) -> None:
@@ -76,12 +71,12 @@ class AnnotatedVideo(Generic[T_contra]):
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._start: float | None = None
 
-    def write(self, step: T_contra) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a picture, at the time of its frame."""
-        time = step.frame.time
+        time = moment.frame.time
         if self._start is None:
             self._start = time
-        self._writer.write(self._painted(step)(), time - self._start)
+        self._writer.write(self._painted(moment)(), time - self._start)
 
     @property
     def result(self) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.util
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -26,7 +25,8 @@ from motes.cli.options import (
 )
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.core import interrupts
-from motes.core.errors import ConfigError, MissingDependencyError
+from motes.core.errors import ConfigError
+from motes.core.optional import optional
 
 if TYPE_CHECKING:
     from motes.cluster.jobs import Job
@@ -160,7 +160,7 @@ def batch(
 
     work.check()
     if rows == "parquet":
-        _check_parquet()
+        optional("pyarrow", "Parquet needs pyarrow", "motes[parquet]")
     table = JobTable(jobs, columns.columns())
     check = functools.partial(_check_config, own_code=work.own_code)
     count, bad, problems = table.problems(missing, check)
@@ -308,10 +308,3 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     if interrupted is not None:
         return interrupts.code(interrupted)
     return PARTIAL if progress.failed else DONE
-
-
-def _check_parquet() -> None:
-    if importlib.util.find_spec("pyarrow") is None:
-        raise MissingDependencyError(
-            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
-        )

@@ -6,17 +6,16 @@ import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
-from motes.cli.frame_loop import Sink, exit_code, run, summarize
+from motes.cli.frame_loop import exit_code, run, summarize
 from motes.cli.messages import counted
-from motes.cli.track_loop import Hindsight, Step
+from motes.cli.moment import Hindsight, Moment, Moments, Sink
 from motes.cli.track_units import MOTION, MotionFigures
-from motes.cli.watch_outputs import FrameResult
 from motes.cli.watch_pictures import Heatmap, Paths, Slits
 from motes.core.errors import ConfigError, InputError
 from motes.core.frame import Frame
@@ -35,8 +34,6 @@ from motes.rows.schema import GROUND
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -106,22 +103,22 @@ def draw_target(
     motion = _Motion(units or PIXELS)
     metres = any(GROUND[0] in each.more for row in given.rows.values() for each in row.objects)
     unit = "pixels" if units is None and not metres else "m"
-    outputs: list[Sink[Step]] = []
+    outputs: list[Sink] = []
     if output is not None:
         paint = painted_target(None if unit == "pixels" else unit)
         outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
     if figures is not None:
         outputs.append(MotionFigures(figures / given.path.stem, MOTION, unit, overwrite=overwrite))
 
-    def steps(frames: Iterator[Frame]) -> Generator[Step, None, None]:
+    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in _checked(frames, given, film):
             each = next(iter(given.objects(frame)), None)
             track = None if each is None else each.track(frame.index, frame.time)
             place = _ground(each) if metres else motion.update(track)
             info = None if track is None else Hindsight(track)
-            yield Step(frame, info, 0.0, place)
+            yield Moment(frame, info, 0.0, place)
 
-    return _run(film, outputs, steps)
+    return _run(film, outputs, moments)
 
 
 def _ground(row: ObjectRow | None) -> GroundPlace | None:
@@ -159,7 +156,7 @@ def draw_objects(
     regions = Regions() if known is None else known.regions
     regions = replace(regions, ground=None if units is None else units.ground)
     counter = EventCounter(regions)
-    outputs: list[Sink[FrameResult]] = []
+    outputs: list[Sink] = []
     if output is not None:
         paint = painted_scene(regions)
         outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
@@ -170,7 +167,7 @@ def draw_objects(
         if regions.line:
             outputs.append(Slits(_named(stem, "slit"), regions, overwrite=overwrite))
 
-    def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:
+    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame, following in _paired(_checked(frames, given, film)):
             tracks = []
             for each in given.objects(frame):
@@ -179,7 +176,9 @@ def draw_objects(
                 track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
                 tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
             events = counter.update([each for each in tracks if each.identity != ANONYMOUS])
-            yield FrameResult(frame, tracks, events if following else events + counter.finish())
+            if not following:
+                events = [*events, *counter.finish()]
+            yield Moment(frame, tracks=tracks, events=events, single=False)
 
     return _run(film, outputs, moments)
 
@@ -218,10 +217,10 @@ def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Fr
         )
 
 
-def _run(film: Source, outputs: Sequence[Sink[T]], steps: object) -> int:
+def _run(film: Source, outputs: Sequence[Sink], moments: Moments) -> int:
     count = 0
 
-    def note(_: T) -> str:
+    def note(_: Moment) -> str:
         nonlocal count
         count += 1
         return "drawn"
@@ -230,5 +229,5 @@ def _run(film: Source, outputs: Sequence[Sink[T]], steps: object) -> int:
         if count:
             summarize([counted(count, "frame")], film, outputs, interrupted)
 
-    interrupted = run(film, outputs, steps, note, report)  # type: ignore[arg-type]
+    interrupted = run(film, outputs, moments, note, report)
     return exit_code(interrupted, True, "")

@@ -3,59 +3,26 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import AbstractContextManager
-from typing import Protocol, TypeVar
+from collections.abc import Callable, Sequence
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import log
+from motes.cli.moment import Moment, Moments, Sink
 from motes.cli.progress import FrameProgress
 from motes.core import interrupts
 from motes.core.errors import MotesError
-from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
-from motes.rows.journal import FrameRow
 from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
-T = TypeVar("T")
-T_contra = TypeVar("T_contra", contravariant=True)
-
-
-class Moment(Protocol):
-    """The result of a frame, of one target or of several objects."""
-
-    @property
-    def frame(self) -> Frame:
-        """The frame."""
-        ...
-
-    @property
-    def picture(self) -> FrameRow:
-        """The rows of the frame."""
-        ...
-
-
-class Sink(AbstractContextManager[object], Protocol[T_contra]):
-    """An output: it takes the result of each frame, and is closed as a context manager."""
-
-    def write(self, step: T_contra, /) -> None:
-        """Add a frame."""
-        ...
-
-    @property
-    def result(self) -> str | None:
-        """The name of what was written, for the summary; None for nothing."""
-        ...
-
 
 def run(
     film: Source,
-    outputs: Sequence[Sink[T]],
-    steps: Callable[[Iterator[Frame]], Generator[T, None, None]],
-    note: Callable[[T], str],
+    outputs: Sequence[Sink],
+    moments: Moments,
+    note: Callable[[Moment], str],
     report: Callable[[KeyboardInterrupt | None], None],
     *,
     quiet: bool = False,
@@ -66,10 +33,10 @@ def run(
     ----------
     film
         The frames; a thread decodes them ahead, and leaves out those of a live source that the
-        steps are too slow for.
+        results are too slow for.
     outputs
         The outputs; all of them are opened here, before the first frame.
-    steps
+    moments
         Makes the results from the frames; it is closed before the film.
     note
         Counts a result that is written; returns the state of the run, for the progress bar.
@@ -93,14 +60,14 @@ def run(
             reading.callback(film.stop)
             for output in outputs:
                 opened.enter_context(output)
-            making = opened.enter_context(contextlib.closing(steps(iter(frames))))
+            making = opened.enter_context(contextlib.closing(moments(iter(frames))))
             with FrameProgress(film.frame_count, quiet=quiet) as bar:
                 try:
-                    for step in making:
+                    for moment in making:
                         with deferred():
                             for output in outputs:
-                                output.write(step)
-                            state = note(step)
+                                output.write(moment)
+                            state = note(moment)
                         bar.count(state)
                         check()
                 except KeyboardInterrupt as interrupt:
@@ -127,7 +94,7 @@ def exit_code(interrupted: KeyboardInterrupt | None, found: bool, missing: str) 
 def summarize(
     parts: Sequence[str],
     film: Source | Film,
-    outputs: Sequence[Sink[T]],
+    outputs: Sequence[Sink],
     interrupted: KeyboardInterrupt | None,
 ) -> None:
     """Print a line on a run that is over.

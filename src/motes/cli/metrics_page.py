@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
 from motes.cli.messages import log
-from motes.cli.watch_outputs import FrameResult
+from motes.cli.moment import Moment
 from motes.core.errors import ConfigError
 from motes.output.local_server import Server, reply
 from motes.output.metrics import CONTENT_TYPE, Metric, text
@@ -75,7 +75,7 @@ class MetricsPage:
         self._lag = self._newest = 0.0
         self._server: Server | None = None
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Count a frame."""
         self._frames += 1
         self._objects = len(moment.tracks)
@@ -132,7 +132,7 @@ class MetricsPage:
                 "counter",
                 "Events so far.",
                 dict(self._events),
-                ("event", "place", "direction", "class"),
+                ("event", "place", "direction", "label"),
             ),
             Metric(
                 "motes_waiting_events",

@@ -10,7 +10,7 @@ from motes.cli.messages import counted
 from motes.core.track import Status
 
 if TYPE_CHECKING:
-    from motes.cli.track_loop import Step
+    from motes.cli.moment import Moment
 
 INTERVAL = 0.1
 """Seconds between updates of the progress bar."""
@@ -100,7 +100,7 @@ class RunStatistics:
         self._seconds = 0.0
         self._particles = 0
         self._range = (sys.maxsize, 0)
-        self._before: Step | None = None
+        self._before: Moment | None = None
         self._events: list[str] = []
 
     @property
@@ -108,23 +108,25 @@ class RunStatistics:
         """Whether the target was ever tracked."""
         return self._tracked > 0
 
-    def add(self, step: Step) -> str:
+    def add(self, moment: Moment) -> str:
         """Count a frame; return the state of the target."""
         self.frames += 1
-        self._tracked += step.status is Status.TRACKING
+        self._tracked += moment.status is Status.TRACKING
         if self._before is not None:
             if self._before.info is not None:  # the first frame includes the start
                 self._updates += 1
-                self._seconds += step.seconds
-                count = len(self._before.info.weights if step.info is None else step.info.weights)
+                self._seconds += moment.seconds
+                count = len(
+                    self._before.info.weights if moment.info is None else moment.info.weights
+                )
                 self._particles += count
                 self._range = min(self._range[0], count), max(self._range[1], count)
-            if step.status is Status.LOST:
-                self._events.append(f"lost at frame {step.frame.index}")
-            if step.status is Status.TRACKING and self._before.status is not Status.TRACKING:
-                self._events.append(f"found at frame {step.frame.index}")
-        self._before = step
-        return f"{step.status} {step.track.confidence:.2f}" if step.track else step.status
+            if moment.status is Status.LOST:
+                self._events.append(f"lost at frame {moment.frame.index}")
+            if moment.status is Status.TRACKING and self._before.status is not Status.TRACKING:
+                self._events.append(f"found at frame {moment.frame.index}")
+        self._before = moment
+        return f"{moment.status} {moment.track.confidence:.2f}" if moment.track else moment.status
 
     def __str__(self) -> str:
         parts = [counted(self.frames, "frame")]

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from motes.cli.messages import counted, log
-from motes.cli.watch_outputs import FrameResult
+from motes.cli.moment import Moment
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
 from motes.mot.analytics.events import Event
@@ -68,7 +68,7 @@ class SentEvents:
         self._deliveries: list[Delivery] = []
         self._sent, self._objects = 0, -1
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Queue a frame's events; set the numbers for MQTT."""
         assert self._queue is not None
         for delivery in self._deliveries:
@@ -121,7 +121,7 @@ class SentEvents:
 def message(event: Event, source: str) -> str:
     """Return an event as it is sent: with an identifier of its own, the date, and the source."""
     head = {
-        "id": secrets.token_hex(16),
+        "message": secrets.token_hex(16),
         "date": datetime.now(UTC).isoformat(timespec="milliseconds"),
         "source": source,
     }

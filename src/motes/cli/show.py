@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, Self, TypeVar
+from typing import Self
 
 from motes.cli.messages import log
+from motes.cli.moment import Moment
 from motes.output.live_picture import View, view
 from motes.output.overlay import Draw
 
-T = TypeVar("T")
 
-
-class Show(Generic[T]):
+class Show:
     """Shows the newest picture of a run.
 
     Parameters
@@ -23,14 +22,14 @@ class Show(Generic[T]):
 
     result = None
 
-    def __init__(self, painted: Callable[[T], Draw]) -> None:
+    def __init__(self, painted: Callable[[Moment], Draw]) -> None:
         self._painted = painted
         self._view: View | None = None
 
-    def write(self, step: T) -> None:
+    def write(self, moment: Moment) -> None:
         """Show a frame."""
         assert self._view is not None
-        self._view.offer(self._painted(step))
+        self._view.offer(self._painted(moment))
 
     def __enter__(self) -> Self:
         self._view = view()

@@ -35,9 +35,8 @@ from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.frame_loop import Sink
+    from motes.cli.moment import Sink
     from motes.cli.track_between import TrackingChoice
-    from motes.cli.watch_outputs import FrameResult
     from motes.sot.presets import TrackerConfig
 
 app = App(
@@ -247,7 +246,7 @@ def _track_several(
     overwrite = outputs.overwrite
     with frames.open(source) as film:
         say_rate(film)
-        opened: list[Sink[FrameResult]] = []
+        opened: list[Sink] = []
         if outputs.overlay is not None:
             stride, paint = frames.stride, painted_scene(Regions())
             opened.append(AnnotatedVideo(outputs.overlay, film, stride, paint, overwrite=overwrite))

@@ -6,9 +6,9 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Sink, run, summarize
+from motes.cli.frame_loop import run, summarize
 from motes.cli.messages import counted
-from motes.cli.watch_outputs import FrameResult
+from motes.cli.moment import Moment, Sink
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.track import Status
@@ -21,18 +21,18 @@ def track_several(
     film: Source,
     trackers: Trackers,
     regions: Sequence[Sequence[float]],
-    outputs: Sequence[Sink[FrameResult]],
+    outputs: Sequence[Sink],
 ) -> int:
     """Track the objects in regions of the first frame; their identities count from 1."""
     tally = Tally(len(regions))
 
-    def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:
+    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in frames:
             clock = time.perf_counter()
             tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
             tally.seconds(time.perf_counter() - clock)
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
-            yield FrameResult(frame, each, ())
+            yield Moment(frame, tracks=each, single=False)
 
     def report(interrupted: KeyboardInterrupt | None) -> None:
         if tally.frames:
@@ -60,7 +60,7 @@ class Tally:
         """Add the time of a frame; the first one is left out, as it includes the start."""
         self._seconds += seconds if self.frames else 0.0
 
-    def add(self, moment: FrameResult) -> str:
+    def add(self, moment: Moment) -> str:
         """Count a frame; return the state of the run."""
         seen = [each.track.status is Status.TRACKING for each in moment.tracks]
         self.frames += 1

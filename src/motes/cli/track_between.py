@@ -8,11 +8,11 @@ from pathlib import Path
 
 from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Sink, summarize
+from motes.cli.frame_loop import summarize
+from motes.cli.moment import Sink
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
-from motes.cli.track_loop import Step
+from motes.cli.track_keyframes import Outputs, Run, moments_of, write_others, write_stretches
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_outputs import pictures_outputs
 from motes.cli.track_units import check_size, motion_names
@@ -104,7 +104,7 @@ def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> in
     output, outputs
         Where the results go.
     """
-    opened = list[Sink[Step]]()
+    opened = list[Sink]()
     run = Run(len(job.history.keys))
     try:
         track_film(job, output, outputs, run, opened, quiet=output == "-")
@@ -119,7 +119,7 @@ def track_film(
     output: str | None,
     outputs: TrackOutputs,
     run: Run,
-    opened: list[Sink[Step]],
+    opened: list[Sink],
     *,
     quiet: bool = False,
     bar: FrameProgress | None = None,
@@ -172,7 +172,7 @@ class _Finished:
     def __init__(self, name: str) -> None:
         self._name, self.rows = name, 0
 
-    def write(self, step: object) -> None:
+    def write(self, moment: object) -> None:
         """Do nothing: the rows are written."""
 
     @property
@@ -197,7 +197,7 @@ def _replay(
         for each in outputs.others:
             stack.enter_context(each)
         try:
-            write_others(film, outputs, [*steps_of(film, table.tracks, motion)])
+            write_others(film, outputs, [*moments_of(film, table.tracks, motion)])
         except KeyboardInterrupt as interrupt:
             run.interrupted = interrupt
 

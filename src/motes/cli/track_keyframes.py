@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from motes.cli.correct_run import run_stretches
-from motes.cli.frame_loop import Sink
 from motes.cli.messages import counted
+from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.progress import FrameProgress
-from motes.cli.track_loop import Hindsight, Step
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
@@ -67,9 +66,9 @@ class Outputs:
         Whether these need the pixels of the frames.
     """
 
-    rows: Sink[Step] | None
+    rows: Sink | None
     history: Path | None
-    others: Sequence[Sink[Step]]
+    others: Sequence[Sink]
     pictures: bool
 
 
@@ -105,20 +104,20 @@ def write_stretches(
     """
     parts = stretches(film.frames, history.keys)
     left = list(parts)
-    following, steps = film.frames.start, list[Step]()
+    following, moments = film.frames.start, list[Moment]()
 
     def write(stretch: Stretch, tracks: list[Track]) -> None:
         nonlocal following
         if outputs.history is not None and not run.states:
             history.unfinished_with(left).save(outputs.history)
         new = [track for track in tracks if track.frame >= following]
-        steps.clear()
-        for step in steps_of(film, new, motion):
+        moments.clear()
+        for moment in moments_of(film, new, motion):
             if outputs.rows is not None:
-                outputs.rows.write(step)
+                outputs.rows.write(moment)
             if outputs.others:
-                steps.append(step)
-            run.states[step.status] += 1
+                moments.append(moment)
+            run.states[moment.status] += 1
         following = stretch.last + 1
         if stretch == left[0]:  # and not only its forward pass, at an interrupt
             left.pop(0)
@@ -126,7 +125,7 @@ def write_stretches(
                 history.unfinished_with(left).save(outputs.history)
 
     def show() -> None:
-        write_others(film, outputs, steps)
+        write_others(film, outputs, moments)
 
     with contextlib.ExitStack() as stack:
         for each in (*outputs.others, *([] if outputs.rows is None else [outputs.rows])):
@@ -138,24 +137,26 @@ def write_stretches(
         history.save(outputs.history, line_count(rows_path(outputs.history)))
 
 
-def steps_of(film: Film, tracks: Sequence[Track], motion: GroundMotion | None) -> Iterator[Step]:
-    """Yield tracks as steps, whose frames are black."""
+def moments_of(
+    film: Film, tracks: Sequence[Track], motion: GroundMotion | None
+) -> Iterator[Moment]:
+    """Yield tracks as moments, whose frames are black."""
     black = np.zeros((film.height, film.width, 3), np.uint8)
     for track in tracks:
         place = None if motion is None else motion.update(as_read(track))
-        yield Step(Frame(track.frame, track.time, black), Hindsight(track), 0.0, place)
+        yield Moment(Frame(track.frame, track.time, black), Hindsight(track), 0.0, place)
 
 
-def write_others(film: Film, outputs: Outputs, steps: Sequence[Step]) -> None:
-    """Write steps of frames in a row into the outputs beside the rows."""
-    if not steps:
+def write_others(film: Film, outputs: Outputs, moments: Sequence[Moment]) -> None:
+    """Write moments of frames in a row into the outputs beside the rows."""
+    if not moments:
         return
-    frames: Iterator[Frame] = (step.frame for step in steps)
+    frames: Iterator[Frame] = (moment.frame for moment in moments)
     with contextlib.ExitStack() as stack:
         if outputs.pictures:
-            first, last = steps[0].frame.index, steps[-1].frame.index
+            first, last = moments[0].frame.index, moments[-1].frame.index
             frames = stack.enter_context(contextlib.closing(film.forward(first, last)))
-        for frame, step in zip(frames, steps, strict=False):
+        for frame, moment in zip(frames, moments, strict=False):
             with deferred():
                 for each in outputs.others:
-                    each.write(Step(frame, step.info, 0.0, step.place))
+                    each.write(Moment(frame, moment.info, 0.0, moment.place))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.track_loop import Step
+from motes.cli.moment import Moment
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFolder, remove_leftovers
@@ -67,18 +67,18 @@ class Masks(ABC):
     def __init__(self) -> None:
         self._segmenter = Segmenter()
 
-    def write(self, step: Step) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame."""
-        track = step.track
+        track = moment.track
         tracked = track is not None and track.status is Status.TRACKING
-        pixels = step.frame.pixels
+        pixels = moment.frame.pixels
         if track is not None and tracked:
-            self.add(step, self._segmenter.update(pixels, track.ellipse))
+            self.add(moment, self._segmenter.update(pixels, track.ellipse))
         else:
-            self.add(step, np.zeros(pixels.shape[:2], np.bool_))
+            self.add(moment, np.zeros(pixels.shape[:2], np.bool_))
 
     @abstractmethod
-    def add(self, step: Step, mask: Mask) -> None:
+    def add(self, moment: Moment, mask: Mask) -> None:
         """Write the mask of a frame; it is empty where the target is not tracked."""
 
     @property
@@ -114,12 +114,12 @@ class FolderMasks(Masks):
             raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
         check_replaced(folder, (".png",), "mask")
 
-    def add(self, step: Step, mask: Mask) -> None:
+    def add(self, moment: Moment, mask: Mask) -> None:
         """Write the file of a frame."""
         from PIL import Image
 
-        file = self._film.file_of(step.frame.index)
-        stem = Path(file).stem if file else frame_name(step.frame.index)
+        file = self._film.file_of(moment.frame.index)
+        stem = Path(file).stem if file else frame_name(moment.frame.index)
         data = io.BytesIO()
         Image.fromarray(mask.astype(np.uint8) * 255).save(data, "PNG")
         try:
@@ -165,12 +165,12 @@ class DocumentMasks(Masks):
         super().__init__()
         self._document = document
 
-    def add(self, step: Step, mask: Mask) -> None:
+    def add(self, moment: Moment, mask: Mask) -> None:
         """Add the object of a frame, if its mask is not empty."""
         objects: tuple[ObjectRow, ...] = ()
-        if step.track is not None and mask.any():
-            objects = (replace(ObjectRow.of_target(step.track), mask=runs.encode(mask)),)
-        self._document.add(FrameRow(step.frame.index, step.frame.time, objects))
+        if moment.track is not None and mask.any():
+            objects = (replace(ObjectRow.of_target(moment.track), mask=runs.encode(mask)),)
+        self._document.add(FrameRow(moment.frame.index, moment.frame.time, objects))
 
     @property
     def result(self) -> str | None:

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from motes.cli.frame_loop import Sink, exit_code, run, summarize
+from motes.cli.frame_loop import exit_code, run, summarize
 from motes.cli.known_run import remembered
+from motes.cli.moment import Moments, Sink
 from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
-from motes.cli.track_loop import Begin, Step, Steps, follow
+from motes.cli.track_loop import Begin, follow
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_outputs import pictures_outputs
 from motes.cli.track_units import check_size, measured, motion_names
@@ -57,9 +58,9 @@ def track_one(
         opened = pictures_outputs(
             film, source, output, outputs, units, config=tracker.config, stride=frames.stride
         )
-        steps: Steps = partial(follow, tracker, begin)
+        moments: Moments = partial(follow, tracker, begin)
         if motion_names(outputs.figures) or units is not None:
-            steps = measured(units or PIXELS, steps)
+            moments = measured(units or PIXELS, moments)
         if output is not None:
             opened += remembered(
                 output, outputs, film, frames, tracker.config, seed, preset, units=units,
@@ -67,11 +68,11 @@ def track_one(
             )  # fmt: skip
             further = () if units is None else GROUND
             opened.append(rows_output(output, film, outputs, further=further, resume=resume))
-        return _run(film, tracker, steps, opened, quiet=output == "-")
+        return _run(film, tracker, moments, opened, quiet=output == "-")
 
 
 def _run(
-    film: Source, tracker: Tracker, steps: Steps, outputs: Sequence[Sink[Step]], *, quiet: bool
+    film: Source, tracker: Tracker, moments: Moments, outputs: Sequence[Sink], *, quiet: bool
 ) -> int:
     """Track the target through the film, write the outputs and print a summary."""
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
@@ -82,6 +83,6 @@ def _run(
             summarize([str(tally)], film, outputs, interrupted)
 
     quiet = quiet and sys.stdout.isatty()
-    interrupted = run(film, outputs, steps, tally.add, report, quiet=quiet)
+    interrupted = run(film, outputs, moments, tally.add, report, quiet=quiet)
     missing = "The target was never found; look for another one, or elsewhere."
     return exit_code(interrupted, bool(tally.found), missing)

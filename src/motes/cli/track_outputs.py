@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from motes.cli.annotated_video import AnnotatedVideo, painted_target
-from motes.cli.frame_loop import Sink
 from motes.cli.input_checks import stem_of
-from motes.cli.track_loop import Companion, Step
+from motes.cli.moment import Moment, Sink
+from motes.cli.track_loop import Companion
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_units import MotionFigures, motion_names
 from motes.core.errors import FormatError
@@ -30,7 +30,7 @@ def pictures_outputs(
     *,
     config: TrackerConfig | None = None,
     stride: int = 1,
-) -> list[Sink[Step]]:
+) -> list[Sink]:
     """Return the outputs beside the rows: overlay, figures, masks and the live picture.
 
     Parameters
@@ -55,7 +55,7 @@ def pictures_outputs(
     FormatError
         If a file exists and must not be overwritten, or cannot be made.
     """
-    opened: list[Sink[Step]] = []
+    opened: list[Sink] = []
     anew = outputs.overwrite or outputs.resume
     if outputs.overlay is not None:
         unit = None if units is None else "m"
@@ -103,11 +103,11 @@ class Figures:
         self._companion = Companion()
         self._files: list[Path] = []
 
-    def write(self, step: Step) -> None:
+    def write(self, moment: Moment) -> None:
         """Record a frame."""
-        if step.info is not None:
-            seconds = self._companion.seconds(step)
-            self._recorder.add(step.frame, step.info, step.seconds, seconds)
+        if moment.info is not None:
+            seconds = self._companion.seconds(moment)
+            self._recorder.add(moment.frame, moment.info, moment.seconds, seconds)
 
     @property
     def result(self) -> str | None:

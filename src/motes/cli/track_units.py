@@ -14,10 +14,11 @@ from cyclopts import Group, Parameter
 from motes.cli.input_checks import read_text
 from motes.cli.load_config import error_context
 from motes.cli.messages import counted, log
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.errors import ConfigError, FormatError
+from motes.core.optional import optional
 
 if TYPE_CHECKING:
-    from motes.cli.track_loop import Step, Steps
+    from motes.cli.moment import Moment, Moments
     from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
     from motes.video.film import Film
@@ -125,15 +126,15 @@ def check_size(units: RealUnits | None, film: Source | Film) -> None:
             f"metres there.")  # fmt: skip
 
 
-def measured(units: RealUnits, steps: Steps) -> Steps:
-    """Return the same steps, each with its place on the ground."""
+def measured(units: RealUnits, moments: Moments) -> Moments:
+    """Return the same moments, each with its place on the ground."""
     from motes.mot.analytics.real_units import GroundMotion
 
-    def located(frames: Iterator[Frame]) -> Generator[Step, None, None]:
+    def located(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         motion = GroundMotion(units)
-        with closing(steps(frames)) as made:
-            for step in made:
-                yield replace(step, place=motion.update(step.track))
+        with closing(moments(frames)) as made:
+            for moment in made:
+                yield replace(moment, place=motion.update(moment.track))
 
     return located
 
@@ -173,30 +174,25 @@ class MotionFigures:
     def __init__(self, stem: Path, names: Sequence[str], unit: str, *, overwrite: bool) -> None:
         from motes.rows.writer import check_writable
 
-        try:
-            import matplotlib  # noqa: F401
-        except ImportError:
-            raise MissingDependencyError(
-                "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
-            ) from None
+        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
         self._files = {name: stem.with_name(f"{stem.name}.{name}.pdf") for name in names}
         for path in self._files.values():
             check_writable(path, overwrite)
         self._unit, self._done = unit, False
         self._rows: list[tuple[float, ...]] = []
 
-    def write(self, step: Step) -> None:
+    def write(self, moment: Moment) -> None:
         """Record a frame."""
-        place, track = step.place, step.track
+        place, track = moment.place, moment.track
         nothing = (math.nan,) * 10
         if track is None or place is None:  # it is not seen
-            self._rows.append((step.frame.time, *nothing))
+            self._rows.append((moment.frame.time, *nothing))
             return
         deviations = [math.sqrt(each) for each in track.covariance.diagonal().tolist()]
         ellipse = track.ellipse
         self._rows.append(
             (
-                step.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
+                moment.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
                 place.speed_std, ellipse.a, ellipse.b, deviations[2], deviations[3],
             )
         )  # fmt: skip

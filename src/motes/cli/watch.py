@@ -34,10 +34,9 @@ from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.frame_loop import Sink
     from motes.cli.metrics_page import MetricsPage
+    from motes.cli.moment import Sink
     from motes.cli.sent_events import SentEvents
-    from motes.cli.watch_outputs import FrameResult
     from motes.core.detection import Detector
     from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig
@@ -230,14 +229,14 @@ def _opened(
     where: Regions,
     sending: SentEvents | None,
     page: MetricsPage | None,
-) -> list[Sink[FrameResult]]:
+) -> list[Sink]:
     """Return all outputs but the rows; `sending` and `page` are among them if they are there."""
     from motes.cli.annotated_video import AnnotatedVideo, painted_scene
     from motes.cli.show import Show
     from motes.cli.watch_outputs import Events
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
 
-    opened: list[Sink[FrameResult]] = []
+    opened: list[Sink] = []
     overwrite = outputs.overwrite
     if outputs.overlay is not None:
         paint = painted_scene(where)

@@ -6,10 +6,10 @@ import contextlib
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.frame_loop import Sink, exit_code, run, summarize
+from motes.cli.frame_loop import exit_code, run, summarize
 from motes.cli.messages import counted, log
+from motes.cli.moment import Moment, Sink
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import FrameResult
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
@@ -17,21 +17,20 @@ from motes.mot.scene import Scene
 from motes.video.sources import Source
 
 
-def watch_scene(
-    film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Sink[FrameResult]]
-) -> int:
+def watch_scene(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Sink]) -> int:
     """Track the objects of the film, write the outputs and print a summary."""
     frames, printed = 0, set[str]()
 
-    def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
+    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            last: FrameResult | None = None  # of a recorded film, which gets its open events
+            last: Moment | None = None  # of a recorded film, which gets its open events
             error: MotesError | None = None
             try:
                 for frame, tracks in watched:
                     if last is not None:
                         yield last
-                    last = FrameResult(frame, tracks, counter.update(tracks))
+                    events = counter.update(tracks)
+                    last = Moment(frame, tracks=tracks, events=events, single=False)
                     if film.live:
                         yield last
                         last = None
@@ -42,7 +41,7 @@ def watch_scene(
             if error is not None:
                 raise error
 
-    def note(moment: FrameResult) -> str:
+    def note(moment: Moment) -> str:
         nonlocal frames
         frames += 1
         for kind, text in scene.warnings.items():

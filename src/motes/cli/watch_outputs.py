@@ -5,29 +5,24 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from msgspec.structs import replace
 
-from motes.cli.frame_loop import Moment
+from motes.cli.moment import Moment
 from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
-from motes.core.frame import Frame
 from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.visibility import visible
-from motes.mot.analytics.events import Event
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import (
     FrameRow,
     Header,
     Journal,
     JournalWriter,
     journal_of,
-    object_rows,
 )
 from motes.rows.schema import Form as RowForm
 from motes.rows.writer import Lines, TrackWriter, check_writable
@@ -40,20 +35,6 @@ STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
 LABEL = "object"
 """Default class of the objects."""
-
-
-@dataclass(frozen=True, slots=True)
-class FrameResult:
-    """The result of a frame."""
-
-    frame: Frame
-    tracks: Sequence[SceneTrack]
-    events: Sequence[Event]
-
-    @property
-    def picture(self) -> FrameRow:
-        """The rows of the frame."""
-        return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
 
 
 def rows_output(
@@ -280,6 +261,6 @@ def _text(name: str) -> str:
 class Events(Lines):
     """A line of JSON for each event."""
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's events."""
         self.put([event.json() for event in moment.events])

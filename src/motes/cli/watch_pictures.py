@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.cli.watch_outputs import FrameResult
+from motes.cli.moment import Moment
 from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
@@ -71,7 +71,7 @@ class Slits(_Pictures):
         super().__init__(slit_files(path, places), overwrite)
         self._begun = False
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's pixels, and its crossings."""
         self._begun = True
         for scan in self._scans.values():
@@ -105,7 +105,7 @@ class Heatmap(_Pictures):
         self._first: Pixels | None = None
         self._last = 0.0
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's feet."""
         frame = moment.frame
         if self._first is None:
@@ -132,7 +132,7 @@ class Paths(_Pictures):
         self._first: Pixels | None = None
         self._feet: dict[int, list[tuple[float, float]]] = {}
 
-    def write(self, moment: FrameResult) -> None:
+    def write(self, moment: Moment) -> None:
         """Add a frame's feet."""
         if self._first is None:
             self._first = moment.frame.pixels.copy()

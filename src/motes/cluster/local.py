@@ -18,14 +18,13 @@ import threading
 import time
 from collections.abc import Mapping
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext
 from pathlib import Path
 from typing import Any, Self
 
 from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome, timed_out
 from motes.cluster.resources import environment, thread_limits
 from motes.core.system import system
-from motes.core.worker_processes import blocked_signals, cause
+from motes.core.worker_processes import blocked_signals, cause, started
 
 LONGEST_WAIT = 3600.0
 """Seconds; operating systems limit how long a process can wait at once."""
@@ -48,7 +47,6 @@ class LocalPool:
     """
 
     def __init__(self, workers: int, memory: int | None = None, threads: int | None = None) -> None:
-        self._context = multiprocessing.get_context("spawn")
         self._workers, self._memory = workers, memory
         self._variables = {} if threads is None else thread_limits(threads)
         self._idle: list[_Worker] = []
@@ -69,7 +67,7 @@ class LocalPool:
             worker = self._idle.pop()
         else:
             with environment(self._variables):
-                worker = _Worker(self._context, self._scratch.name)
+                worker = _Worker(self._scratch.name)
         self._busy.append(worker)
         worker.assign(task)
 
@@ -109,12 +107,9 @@ class _Worker:
 
     task: Task
 
-    def __init__(self, context: SpawnContext, scratch: str) -> None:
-        self._pipe, worker_end = context.Pipe()
-        self._process = context.Process(target=_serve, args=(worker_end, scratch))
-        with blocked_signals():  # the process inherits them
-            self._process.start()
-        worker_end.close()
+    def __init__(self, scratch: str) -> None:
+        # A task may start processes itself.
+        self._process, self._pipe = started(_serve, scratch, daemon=False)
         self.alive, self.done = True, True
         self.deadline = math.inf
 

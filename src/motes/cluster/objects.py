@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 from motes.cluster.pool import TryAgain
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.optional import optional
 
 T = TypeVar("T")
 
@@ -166,12 +167,7 @@ class Objects:
 @functools.cache
 def _file_system(protocol: str) -> Any:
     """Return fsspec's file system for a kind of address."""
-    try:
-        import fsspec
-    except ImportError:
-        raise MissingDependencyError(
-            f"{protocol}:// needs fsspec; install it with: pip install 'motes[cloud]'."
-        ) from None
+    fsspec = optional("fsspec", f"{protocol}:// needs fsspec", "motes[cloud]")
     try:
         return fsspec.filesystem(protocol, **OPTIONS.get(protocol, {}))
     except ValueError:

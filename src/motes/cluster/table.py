@@ -13,7 +13,8 @@ from typing import Any
 
 from motes.cluster.jobs import Job, job_of
 from motes.core.config import from_toml
-from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
+from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.core.optional import optional
 
 Row = tuple[int, Mapping[str, Any]]
 SHOWN = 50
@@ -123,14 +124,9 @@ def _json_lines(path: Path) -> Iterator[Row]:
 
 
 def _parquet(path: Path) -> Iterator[Row]:
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise MissingDependencyError(
-            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
-        ) from None
+    parquet = optional("pyarrow.parquet", "Parquet needs pyarrow", "motes[parquet]")
     number = 0
-    with pyarrow.parquet.ParquetFile(path) as file:
+    with parquet.ParquetFile(path) as file:
         for batch in file.iter_batches(1000):
             for row in batch.to_pylist():
                 number += 1

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.onnx_file import OnnxFile, read_onnx
+from motes.core.optional import optional
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 """A model's inputs or outputs by name."""
@@ -117,12 +118,7 @@ class RuntimeSession:
 
 
 def _with_opencv(file: OnnxFile, threads: int | None, provider: str | None) -> OpencvSession:
-    try:
-        import cv2
-    except ImportError:
-        raise MissingDependencyError(
-            "ONNX files need ONNX Runtime; install it with: pip install 'motes[onnx]'."
-        ) from None
+    cv2 = optional("cv2", "ONNX files need ONNX Runtime", "motes[onnx]")
     if provider is not None:
         raise MissingDependencyError(
             f"Only ONNX Runtime has {provider}; install it with: pip install 'motes[onnx]'."

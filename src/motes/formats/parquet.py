@@ -6,20 +6,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from motes.core.errors import FormatError, MissingDependencyError
+from motes.core.errors import FormatError
+from motes.core.optional import optional
 from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.rows import recording_of_rows, table_of
 from motes.rows.schema import TEXT, WHOLE
 
 
 def _pyarrow() -> Any:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise MissingDependencyError(
-            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
-        ) from None
+    optional("pyarrow.parquet", "Parquet needs pyarrow", "motes[parquet]")
+    import pyarrow
+
     return pyarrow
 
 

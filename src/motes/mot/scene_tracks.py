@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from motes.core.errors import MissingDependencyError
+from motes.core.optional import optional
 from motes.core.track import Status
 from motes.mot.tracked_object import SceneTrack
 
@@ -31,12 +31,8 @@ class SceneTracks(list[SceneTrack]):
         MissingDependencyError
             If supervision is not installed.
         """
-        try:
-            import supervision
-        except ImportError:
-            raise MissingDependencyError(
-                "Detections of supervision need that package; install it: pip install supervision"
-            ) from None
+        need = "Detections of supervision need that package"
+        supervision = optional("supervision", need, "supervision")
         seen = [each for each in self if each.track.status is Status.TRACKING]
         numbers = {name: number for number, name in enumerate(names)}
         return supervision.Detections(

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import FormatError, MissingDependencyError
+from motes.core.errors import FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.optional import optional
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
@@ -93,12 +94,7 @@ class Recorder:
     """
 
     def __init__(self, config: TrackerConfig) -> None:
-        try:
-            import matplotlib  # noqa: F401
-        except ImportError:
-            raise MissingDependencyError(
-                "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
-            ) from None
+        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
         self._config = config
         self._numbers = array("d")
         self._tracked = self._samples = 0

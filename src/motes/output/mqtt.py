@@ -10,7 +10,8 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from motes.core.addresses import without_password
-from motes.core.errors import ConfigError, MissingDependencyError
+from motes.core.errors import ConfigError
+from motes.core.optional import optional
 from motes.output.delivery import DeliveryError
 
 PORTS = {"mqtt": 1883, "mqtts": 8883}
@@ -46,13 +47,7 @@ class Mqtt:
     batch = 50
 
     def __init__(self, address: str, announcements: Mapping[str, str] | None = None) -> None:
-        try:
-            import paho.mqtt.client
-        except ImportError as error:
-            raise MissingDependencyError(
-                "MQTT needs paho-mqtt; install it with: pip install 'motes[mqtt]'."
-            ) from error
-        self._paho: Any = paho.mqtt.client
+        self._paho = optional("paho.mqtt.client", "MQTT needs paho-mqtt", "motes[mqtt]")
         self.name, self._parts = without_password(address), urlsplit(address)
         self.topic = topic_of(address)
         self._announcements = dict(announcements or {})

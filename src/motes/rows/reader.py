@@ -13,8 +13,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import InputError, MissingDependencyError
+from motes.core.errors import InputError
 from motes.core.files import check_ended
+from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
@@ -70,13 +71,8 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     table = table_of(read_text(path), path, form)
     if not pandas:
         return table
-    try:
-        from pandas import DataFrame
-    except ImportError:
-        raise MissingDependencyError(
-            "A DataFrame needs pandas; install it with: pip install pandas"
-        ) from None
-    return DataFrame({name: table[name] for name in table.dtype.names or ()})
+    made = optional("pandas", "A DataFrame needs pandas", "pandas").DataFrame
+    return made({name: table[name] for name in table.dtype.names or ()})
 
 
 def read_text(path: str | Path) -> str:

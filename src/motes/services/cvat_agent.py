@@ -12,24 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
+from motes.core.optional import optional
 from motes.core.track import Status
 from motes.services.cvat import PRESET, box_of, corners_of
 from motes.sot.tracker import Tracker
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-
-
-def _sdk() -> Any:
-    try:
-        import cvat_sdk.auto_annotation
-    except ImportError:
-        raise MissingDependencyError(
-            "CVAT's agent needs its package; install it with: pip install cvat-cli"
-        ) from None
-    return cvat_sdk.auto_annotation
 
 
 class TrackingFunction:
@@ -43,7 +33,9 @@ class TrackingFunction:
 
     def __init__(self, preset: str = PRESET) -> None:
         self._preset = preset
-        self._sdk = _sdk()
+        self._sdk = optional(
+            "cvat_sdk.auto_annotation", "CVAT's agent needs its package", "cvat-cli"
+        )
 
     @property
     def spec(self) -> Any:

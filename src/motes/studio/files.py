@@ -124,7 +124,7 @@ async def slit(session: LiveSession, name: str) -> File:
         raise ConfigError(f"There is no line {name!r}; draw one first.")
     line = lines[name]
     crossings = [
-        (event["frame"], event["x"], event["y"], event["identity"], _second(event, line.label))
+        (event["frame"], event["x"], event["y"], event["id"], _second(event, line.label))
         for event in session.watching.events()
         if event["event"] == "crosses" and event.get("place") == name
     ]

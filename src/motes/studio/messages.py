@@ -329,7 +329,7 @@ class Layers(msgspec.Struct, frozen=True, tag="layers"):
 class SceneObject(msgspec.Struct, frozen=True, array_like=True):
     """An object of the many-object mode in a frame: its box and its state."""
 
-    identity: int
+    id: int
     x: float
     y: float
     width: float

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import MotesError
-from motes.core.worker_processes import blocked_signals, cause
+from motes.core.worker_processes import blocked_signals, cause, started
 from motes.studio.safety import Limits
 from motes.studio.tasks import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
@@ -105,12 +105,9 @@ class Worker:
         self._turn = asyncio.Lock()
         self._damaged = damaged
         self.ended = self._closed = False
-        with blocked_signals():
-            self._pipe, theirs = context.Pipe()
-            arguments = (theirs, self._wish, str(path), limits, pictures, whole)
-            self._process = context.Process(target=main, args=arguments, daemon=True)
-            self._process.start()
-            theirs.close()
+        self._process, self._pipe = started(
+            main, self._wish, str(path), limits, pictures, whole, context=context
+        )
         threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
         self._ready: asyncio.Task[Ready] = asyncio.create_task(self._opened())
         self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())

@@ -114,18 +114,13 @@ def opencv(name: str) -> Any:
     ConfigError
         If the name is unknown, or the files of a network cannot be used.
     MissingDependencyError
-        If OpenCV is not installed, or lacks this tracker.
+        If this OpenCV lacks the tracker.
     """
     if not is_peer(name):
         raise ConfigError(f"No peer {name!r}; known are {', '.join([*PEERS, *NETWORKS])}.")
     network_files(name)
-    try:
-        with _one_blas_thread():
-            import cv2
-    except ImportError:
-        raise MissingDependencyError(
-            "OpenCV's trackers need OpenCV; install it with: pip install 'motes[opencv]'."
-        ) from None
+    with _one_blas_thread():
+        import cv2
     cv2.setNumThreads(1)
     try:
         _new(cv2, name)

@@ -9,7 +9,7 @@ from pathlib import Path
 from cyclopts import App
 
 from motes.cli.input_checks import first_pixels
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.adapters.sot import MotesAdapter
@@ -24,7 +24,6 @@ from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
-from motes_lab.report import plots
 from motes_lab.report.speed_ratio import PEER, Comparisons
 from motes_lab.run_folder import prepare, record
 from motes_lab.runner import Pass
@@ -71,10 +70,6 @@ def evaluate(
         A folder of sequences (OTB, VOT, GOT-10k or, for many objects, MOT), or a video.
     """
     run.check()
-    if not plots.has_matplotlib():
-        raise MissingDependencyError(
-            "The report needs matplotlib; install it: pip install 'motes[report]'."
-        )
     many = has_mot_sequences(dataset)
     check_kind(many, data, run, report)
     published = report.published()

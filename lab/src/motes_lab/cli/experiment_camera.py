@@ -6,7 +6,7 @@ from pathlib import Path
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import ObjectPreset, Seeds
-from motes_lab.cli.experiment_inputs import films_of, refuse_none
+from motes_lab.cli.experiment_inputs import crowds_of, films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
 
@@ -32,15 +32,13 @@ def moving_camera(
     output = results.output("moving-camera", "motion", "identities", "drones")
 
     from motes.mot.scene_config import scene_config
-    from motes_lab.datasets.mot import load_mot_dataset
     from motes_lab.papers import moving_camera as experiment
 
     config = scene_config(preset)
-    sequences, problems = load_mot_dataset(dataset)
-    refuse_none(dataset, sequences, problems)
+    crowds, problems = crowds_of(dataset)
     films = []
     for folder in drones:
         found, failed = films_of(folder, ["0"])
         films += found
         problems += failed
-    return show(experiment.moving_camera(sequences, films, config, seeds), output, problems)
+    return show(experiment.moving_camera(crowds, films, config, seeds), output, problems)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter
 
@@ -15,21 +16,37 @@ from motes.core.errors import ConfigError, SourceError
 from motes_lab.cli.experiment_output import Output, show
 
 if TYPE_CHECKING:
-    from motes.synthetic.clips import Clip
+    from motes_lab.datasets.mot import MotSequence
     from motes_lab.datasets.sot import Problem
     from motes_lab.datasets.sot import Sequence as Film
     from motes_lab.papers.result import Experiment
+    from motes_lab.papers.sample_regions import View
+
+C = TypeVar("C")
 
 Clips = Annotated[int, Parameter(group=RUN, help="Number of rendered clips.")]
 
 
-def region_of(source: str | None, region: str | None) -> Sequence[float] | None:
-    """Return the numbers of --init; raise a ConfigError unless it comes with a source."""
+def views_of(
+    source: str | None, region: str | None, preset: str, seeds: int
+) -> Generator[View, None, None]:
+    """Return the target of --init in a source, where a tracker follows it; or rendered ones.
+
+    Raises
+    ------
+    ConfigError
+        If only one of source and region is given.
+    """
+    from motes_lab.papers import sample_regions
+
     if source is None and region is not None:
         raise ConfigError("--init belongs to a picture or video; name it, or omit --init.")
-    if source is not None and region is None:
-        raise ConfigError(f"The target in {source} is missing; give --init x,y,width,height.")
-    return None if region is None else numbers_of("--init", region, "x,y,width,height")
+    if source is None or region is None:
+        if source is not None:
+            raise ConfigError(f"The target in {source} is missing; give --init x,y,width,height.")
+        return sample_regions.rendered(seeds)
+    box = numbers_of("--init", region, "x,y,width,height")
+    return sample_regions.followed(source, box, preset, seeds)
 
 
 @Parameter(name="*")
@@ -42,9 +59,9 @@ class ClipRuns:
 
     def show(
         self,
-        run: Callable[[Sequence[str], Sequence[Clip], int], Experiment],
+        run: Callable[[Sequence[str], Sequence[C], int], Experiment],
         presets: Sequence[str],
-        clip: Callable[..., Clip],
+        clip: Callable[..., C],
         output: Output,
     ) -> int:
         """Run an experiment on clips, each with its own scenery; return the exit code."""
@@ -71,16 +88,42 @@ class FilmRuns:
         return show(run(films, self.seeds, worker_count(self.workers)), output, problems)
 
 
-def films_of(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:
-    """Return the sequences of a dataset, and those that cannot be read; raise if none can."""
+def films_of(
+    dataset: Path, first_pixel: Sequence[str] | None, patterns: Sequence[str] | None = None
+) -> tuple[list[Film], list[Problem]]:
+    """Return the sequences of a dataset, and those that cannot be read.
+
+    Raises
+    ------
+    SourceError
+        If none can be read.
+    ConfigError
+        If patterns are given, and no sequence has a name that fits one.
+    """
     from motes_lab.datasets.sot import load_dataset
 
     films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
-    refuse_none(dataset, films, problems)
+    _refuse_none(dataset, films, problems)
+    if patterns:
+        known = films[0].name
+        films = [film for film in films if any(fnmatchcase(film.name, each) for each in patterns)]
+        if not films:
+            raise ConfigError(
+                f"No sequence of {dataset} fits {', '.join(patterns)}; it has {known} and others."
+            )
     return films, problems
 
 
-def refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
+def crowds_of(dataset: Path) -> tuple[list[MotSequence], list[Problem]]:
+    """Return the sequences of many objects, and those that cannot be read; raise if none can."""
+    from motes_lab.datasets.mot import load_mot_dataset
+
+    crowds, problems = load_mot_dataset(dataset)
+    _refuse_none(dataset, crowds, problems)
+    return crowds, problems
+
+
+def _refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
     """Raise a SourceError if no sequence can be used."""
     if not usable:
         why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)

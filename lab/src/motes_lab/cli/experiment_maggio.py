@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import Seeds
-from motes_lab.cli.experiment_inputs import ClipRuns, Clips, FilmRuns
-from motes_lab.cli.experiment_output import ResultOptions, show
+from motes_lab.cli.experiment_inputs import ClipRuns, FilmRuns
+from motes_lab.cli.experiment_output import ResultOptions
 
 
 def maggio_table1(
@@ -51,10 +49,7 @@ def maggio_figure5(
 
 
 def maggio_figure3(
-    *presets: str,
-    seeds: Seeds = 5,
-    clips: Clips = 3,
-    results: ResultOptions = ResultOptions(),
+    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
 ) -> int:
     """Maggio et al., figure 3: weights of cues that fail in turn.
 
@@ -64,15 +59,12 @@ def maggio_figure3(
         Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
         maggio:printed.
     """
-    check_counts(seeds=seeds, clips=clips)
-    output = results.output("maggio-figure3", plot=True)
-
     from motes.synthetic.failing_cues import failing_cues
-    from motes_lab.papers import maggio_figure3 as experiment
+    from motes_lab.papers.maggio_figure3 import figure3
 
     names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
-    films = [failing_cues(seed) for seed in range(clips)]
-    return show(experiment.figure3(names, films, seeds), output)
+    output = results.output("maggio-figure3", plot=True)
+    return runs.show(figure3, names, failing_cues, output)
 
 
 def maggio_rotation(

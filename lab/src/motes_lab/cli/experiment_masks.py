@@ -9,7 +9,6 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import REPEATED, RUN, FirstPixel
-from motes.core.errors import ConfigError
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
@@ -39,19 +38,10 @@ def masks(
         A folder of sequences, as for motes-lab evaluate. Where a sequence has no folder masks, the
         box around each mask is compared with the box of the truth.
     """
-    from fnmatch import fnmatchcase
-
     check_counts(every=every)
     output = results.output("masks", "masks", "boxes")
-    films, problems = films_of(dataset, first_pixel)
-    chosen = [
-        film
-        for film in films
-        if not sequences or any(fnmatchcase(film.name, pattern) for pattern in sequences)
-    ]
-    if not chosen:
-        raise ConfigError(f"No sequence of {dataset} matches; it has {films[0].name} and others.")
+    films, problems = films_of(dataset, first_pixel, sequences)
 
     from motes_lab.mask_overlap import masks
 
-    return show(masks(chosen, preset, seed, every), output, problems)
+    return show(masks(films, preset, seed, every), output, problems)

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import RUN, Region
-from motes_lab.cli.experiment_inputs import region_of
+from motes_lab.cli.experiment_inputs import views_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
 
@@ -31,17 +31,12 @@ def ng_delp_table1(
         A picture or a video, with --init. By default a rendered target is used.
     """
     check_counts(seeds=seeds)
-    box = region_of(source, init)
+    views = views_of(source, init, preset, seeds)
     output = results.output("ng-delp-table1", "color", "edges")
 
-    from motes_lab.papers import ng_delp_table1, sample_regions
+    from motes_lab.papers import ng_delp_table1
 
-    found = (
-        sample_regions.followed(source, box, preset, seeds)
-        if source and box
-        else sample_regions.rendered(seeds)
-    )
-    return show(ng_delp_table1.table1(found), output)
+    return show(ng_delp_table1.table1(views), output)
 
 
 def ng_delp_figure3(

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
-from motes_lab.cli.experiment_inputs import ClipRuns, Clips, refuse_none, region_of
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips, crowds_of, views_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 
@@ -87,7 +87,6 @@ def handover(
     check_counts(seeds=seeds, clips=clips)
     output = results.output("handover")
 
-    from motes_lab.datasets.mot import load_mot_dataset
     from motes_lab.papers import handover as experiment
     from motes_lab.papers.known_person import known_person
 
@@ -95,9 +94,8 @@ def handover(
     if dataset is None:
         films = [experiment.rendered_film(seed) for seed in range(clips)]
     else:
-        sequences, problems = load_mot_dataset(dataset)
-        refuse_none(dataset, sequences, problems)
-        films = [experiment.real_film(each) for each in sequences]
+        crowds, problems = crowds_of(dataset)
+        films = [experiment.real_film(each) for each in crowds]
     run = known_person if known else experiment.handover
     return show(run(films, seeds), output, problems)
 
@@ -116,15 +114,9 @@ def nummiaro_figure9(
     source
         A picture or a video, with --init. By default a rendered target is used.
     """
-    box = region_of(source, init)
-    output = results.output("nummiaro-figure9", plot=True)
+    with contextlib.closing(views_of(source, init, "nummiaro", 1)) as views:
+        output = results.output("nummiaro-figure9", plot=True)
 
-    from motes_lab.papers import nummiaro_figure9, sample_regions
+        from motes_lab.papers import nummiaro_figure9
 
-    found = (
-        sample_regions.followed(source, box, "nummiaro", 1)
-        if source and box
-        else sample_regions.rendered(1)
-    )
-    with contextlib.closing(found):
-        return show(nummiaro_figure9.figure9(next(found)), output)
+        return show(nummiaro_figure9.figure9(next(views)), output)

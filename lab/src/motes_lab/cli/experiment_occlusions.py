@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.options import REPEATED, RUN, ObjectPreset, Seeds, Workers
 from motes.core.errors import ConfigError
-from motes_lab.cli.experiment_inputs import refuse_none
+from motes_lab.cli.experiment_inputs import crowds_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 
@@ -105,7 +105,6 @@ def real_occlusions(
     output = results.output("real-occlusions")
 
     from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-    from motes_lab.datasets.mot import load_mot_dataset
     from motes_lab.papers import real_occlusions as experiment
 
     specs, unusable = resolve(tracker or TRACKERS, mot_tracker_spec)
@@ -113,7 +112,6 @@ def real_occlusions(
         raise ConfigError(f"No tracker can be used. {unusable[0].where}: {unusable[0].what}")
     if detector is not None:
         specs = with_detector(specs, detector)
-    sequences, problems = load_mot_dataset(dataset)
-    refuse_none(dataset, sequences, problems)
-    steps = experiment.real_occlusions(sequences, specs, seeds, worker_count(workers))
+    crowds, problems = crowds_of(dataset)
+    steps = experiment.real_occlusions(crowds, specs, seeds, worker_count(workers))
     return show(steps, output, [*unusable, *problems])

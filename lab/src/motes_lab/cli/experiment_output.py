@@ -18,7 +18,6 @@ from motes.cli.input_checks import prepare_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, Overwrite
 from motes.core import interrupts
-from motes.core.errors import MissingDependencyError
 from motes.core.interrupts import check, deferred
 
 if TYPE_CHECKING:
@@ -73,12 +72,7 @@ class Output:
         if folder is None:
             return
         from motes_lab.papers.result import files
-        from motes_lab.report import plots
 
-        if plot and not plots.has_matplotlib():
-            raise MissingDependencyError(
-                "The plot needs matplotlib; install it: pip install 'motes[report]'."
-            )
         prepare_folder(folder, files(name, tables, plot), overwrite)
 
     def show(self, result: Result) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -53,10 +52,7 @@ def pairs(
     from motes_lab.adapters.registry import resolve
     from motes_lab.papers import pairs as experiment
 
-    films, problems = films_of(dataset, first_pixel)
-    films = [film for film in films if any(fnmatchcase(film.name, p) for p in sequence or ["*"])]
-    if not films:
-        raise ConfigError(f"--sequence fits no film of {dataset}.")
+    films, problems = films_of(dataset, first_pixel, sequence)
     trackers, unknown = resolve(tracker)
     if unknown or len(trackers) < 2:
         raise ConfigError(unknown[0].what if unknown else "Name two trackers or more to compare.")

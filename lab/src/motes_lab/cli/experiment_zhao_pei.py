@@ -13,7 +13,7 @@ from motes.cli.input_checks import numbers_of, read_text
 from motes.cli.load_config import error_context
 from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed
 from motes.core.errors import SourceError
-from motes_lab.cli.experiment_inputs import ClipRuns, films_of, refuse_none
+from motes_lab.cli.experiment_inputs import ClipRuns, crowds_of, films_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, scene_factory
 
@@ -83,7 +83,7 @@ def zhao_figure9(
     from motes.core.seed import checked_seed
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
-    from motes_lab.datasets.mot import has_mot_sequences, load_mot_dataset
+    from motes_lab.datasets.mot import has_mot_sequences
     from motes_lab.papers import zhao_pei_figure9
 
     checked_seed(seed)
@@ -94,8 +94,7 @@ def zhao_figure9(
         finder = partial(lookalike_detector, chosen, detector)
     scene = scene_factory(finder, preset, lookalikes=like is not None)
     if has_mot_sequences(sequence):
-        crowds, problems = load_mot_dataset(sequence)
-        refuse_none(sequence, crowds, problems)
+        crowds, problems = crowds_of(sequence)
     else:
         films, problems = films_of(sequence, first_pixel)
         crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
@@ -196,11 +195,9 @@ def zhao_detections(
     output = results.output("zhao-detections")
 
     from motes.mot.pipeline_config import named_detector
-    from motes_lab.datasets.mot import load_mot_dataset
     from motes_lab.papers import zhao_pei_detections
 
     named_detector(detector)
-    crowds, problems = load_mot_dataset(sequences)
-    refuse_none(sequences, crowds, problems)
+    crowds, problems = crowds_of(sequences)
     steps = zhao_pei_detections.detections(crowds, lambda: named_detector(detector))
     return show(steps, output, problems)

@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.core.errors import MissingDependencyError, SourceError
+from motes.core.errors import SourceError
 from motes.core.types import Bytes
 from motes.synthetic.cutout import Cutout
 from motes.synthetic.scenes import FilmMaterials
@@ -47,8 +47,6 @@ def cut_out(films: Iterable[Sequence]) -> FilmMaterials:
     ------
     SourceError
         If a film cannot be read, or there are fewer than two objects or three frames.
-    MissingDependencyError
-        If OpenCV is not installed.
     """
     objects: dict[str, Cutout] = {}
     frames: dict[str, Bytes] = {}
@@ -96,12 +94,8 @@ def grab_cut(part: Bytes, box: NDArray[np.float64]) -> NDArray[np.bool_]:
 
     What lies outside of the box is not the object; what lies around its center is.
     """
-    try:
-        import cv2
-    except ImportError:
-        raise MissingDependencyError(
-            "Objects are cut out by OpenCV; install it: pip install 'motes[opencv]'."
-        ) from None
+    import cv2  # takes a quarter of a second to import
+
     x, y, width, height = box
     rows, columns = np.ogrid[: part.shape[0], : part.shape[1]]
     u = (columns - x - (width - 1) / 2) / (width / 2)

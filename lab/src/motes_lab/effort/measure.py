@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import math
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.errors import MotesError
-from motes.core.worker_processes import blocked_signals
+from motes.cluster import pool as pools
+from motes.cluster.local import LocalPool
+from motes.cluster.pool import Ended, Task
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film as Reader
 from motes_lab.datasets.sot import Problem
@@ -47,22 +48,17 @@ def measured(
     """Measure sequence by sequence; yield the results after each one."""
     efforts: dict[str, dict[str, Effort]] = {}
     problems: list[Problem] = []
-    context = multiprocessing.get_context("spawn")
-    with blocked_signals():
-        pool = ProcessPoolExecutor(workers, mp_context=context)
-        jobs = {pool.submit(of_film, film, config, rule, seed): film.name for film in films}
-    try:
-        for done, job in enumerate(as_completed(jobs), 1):
-            try:
-                efforts[jobs[job]] = job.result()
-            except MotesError as error:
-                problems.append(Problem(f"sequence {jobs[job]}", str(error)))
+    of_each = partial(of_film, config=config, rule=rule, seed=seed)
+    tasks = [Task(film.name, of_each, film, seconds=math.inf) for film in films]
+    with LocalPool(workers) as pool:
+        ended = (event for event in pools.run(pool, tasks) if isinstance(event, Ended))
+        for done, event in enumerate(ended, 1):
+            if event.error is None:
+                efforts[event.task.name] = event.value
+            else:
+                problems.append(Problem(f"sequence {event.task.name}", event.error))
             ordered = {film.name: efforts[film.name] for film in films if film.name in efforts}
-            yield Measured(ordered, problems, done / len(jobs))
-    finally:
-        for process in list((pool._processes or {}).values()):
-            process.terminate()  # after an interrupt, results of running jobs are not waited for
-        pool.shutdown(cancel_futures=True)
+            yield Measured(ordered, problems, done / len(tasks))
 
 
 def of_film(film: Film, config: TrackerConfig, rule: str, seed: int) -> dict[str, Effort]:

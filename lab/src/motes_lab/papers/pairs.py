@@ -110,18 +110,16 @@ def pairs(
     workers
         Number of processes.
     """
-    outcomes, problems, ended = list[Outcome](), list[Problem](), 0
+    outcomes, problems = list[Outcome](), list[Problem]()
     with LocalPool(workers) as pool:
-        for event in pools.run(pool, (Task(t.film.name, outcomes_of, t) for t in tasks)):
-            if not isinstance(event, Ended):
-                continue
-            ended += 1
+        events = pools.run(pool, (Task(t.film.name, outcomes_of, t) for t in tasks))
+        for done, event in enumerate((each for each in events if isinstance(each, Ended)), 1):
             if event.error is not None:
                 problems.append(Problem(f"film {event.task.name}", event.error))
             outcomes += event.value or []
             tables = {"": compared(outcomes, films, measure, note)} if outcomes else {}
-            progress = f"{ended} of {len(tasks)} films"
-            yield Result(tables, None, tuple(problems), progress, ended / len(tasks))
+            progress = f"{done} of {len(tasks)} films"
+            yield Result(tables, None, tuple(problems), progress, done / len(tasks))
 
 
 def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: str) -> Table:

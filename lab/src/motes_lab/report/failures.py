@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import math
+from base64 import b64encode
 from collections import Counter
 from typing import NamedTuple
 
@@ -62,6 +64,23 @@ class Picture(NamedTuple):
     jpeg: bytes
     width: int
     height: int
+
+    @property
+    def base64(self) -> str:
+        """The file as text."""
+        return b64encode(self.jpeg).decode()
+
+    @property
+    def caption(self) -> str:
+        """What it shows."""
+        failed = self.failure
+        confidence = "none" if math.isnan(failed.confidence) else f"{failed.confidence:.2f}"
+        lost = "yes" if failed.lost else "no"
+        return (
+            f"{failed.sequence.name}, {failed.tracker}, frame {failed.frame}: "
+            f"confidence {confidence}, reported lost: {lost}"
+            + ("" if np.isfinite(failed.estimate).all() else ", no estimate")
+        )
 
 
 def failures(evaluation: Evaluation) -> list[Failure]:

@@ -30,24 +30,6 @@ def style(i: int) -> tuple[str, str]:
     return COLORS[i % len(COLORS)], DASHES[i // len(COLORS) % len(DASHES)]
 
 
-def has_matplotlib() -> bool:
-    """Return whether matplotlib is installed, which `curves` and `diagram` need."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        return False
-    return True
-
-
-def swatch(i: int) -> str:
-    """Return a sample of the line of tracker i, as SVG."""
-    color, dashes = style(i)
-    return (
-        f'<svg class="swatch" viewBox="0 0 32 6" aria-hidden="true"><line x1="0" y1="3" x2="32" '
-        f'y2="3" stroke="{color}" stroke-width="3" stroke-dasharray="{dashes or "none"}"/></svg>'
-    )
-
-
 def curves(name: str, x: Floats, lines: dict[int, Floats], labels: tuple[str, str]) -> str:
     """Return a plot of shares between 0 and 1, as SVG.
 

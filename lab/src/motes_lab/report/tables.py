@@ -62,6 +62,20 @@ class Table:
     foot: tuple[Row, ...] = ()
     note: str = ""
 
+    @property
+    def numeric(self) -> list[bool]:
+        """Whether each column has numbers, or would have some."""
+        return [
+            any(cell.value is not None or cell.text == NO_VALUE for cell in column)
+            for column in zip(*self.rows, *self.foot, strict=True)
+        ]
+
+    @property
+    def barred(self) -> list[bool]:
+        """Whether each column has bars."""
+        columns = zip(*self.rows, *self.foot, strict=True)
+        return [any(cell.bar is not None for cell in column) for column in columns]
+
 
 def number(value: Mean | float | None, digits: int = 3) -> Cell:
     """Return a number, with its standard deviation if it has one."""

@@ -11,12 +11,11 @@ from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.mot import ALPHAS
 from motes_lab.mot_scores import MotEvaluation
-from motes_lab.report import html as page
 from motes_lab.report import sections as report_sections
-from motes_lab.report import write as report
 from motes_lab.report.markdown import document
 from motes_lab.report.sections import Column
 from motes_lab.report.tables import Cell, Table, number, three_digits
+from motes_lab.report.write import Plot, curve_plot, page
 from motes_lab.scores import PROTOCOL_NAMES, write_text
 
 MOT = "mot"
@@ -38,30 +37,6 @@ MEASURES = {
 }
 """Titles of columns; their names in results.csv, digits, and 1 if more is better, -1 if less is."""
 
-GLOSSARY = {
-    "HOTA, DetA, AssA, LocA": "Higher order tracking accuracy: sqrt(DetA AssA), the mean over 19 "
-    "thresholds from 0.05 to 0.95 for the overlap (IoU) of a box and its object. DetA is the share "
-    "TP / (TP + FN + FP) of detected boxes. AssA is a mean over the matches: the share of boxes of "
-    "the match's object and track that are matches of these two. LocA is the mean overlap of "
-    "matches. Luiten et al., HOTA, IJCV 2021.",
-    "IDF1": "Share of boxes, true and found, that are matched (IoU of at least 0.5) if each object "
-    "has one track and each track one object for the whole sequence. Ristani et al., ECCV "
-    "workshops 2016.",
-    "MOTA, MOTP, FP, FN, switches": "MOTA is 1 - (FN + FP + switches) / boxes of the truth, with "
-    "boxes matched frame by frame (IoU of at least 0.5): FP are found boxes without a match, FN "
-    "true boxes without a match; a switch is a match with another track than the one before. MOTA "
-    "may be negative. MOTP is the mean overlap of matches. Bernardin and Stiefelhagen, EURASIP "
-    "JIVP 2008.",
-    "Fragmentations; mostly tracked, mostly lost": "How often an object is matched again after a "
-    "gap; objects that are matched in more than 80 %, and in less than 20 %, of their frames.",
-    "All sequences": "Counted as one long sequence without any object that occurs in two of them; "
-    "not a mean over sequences.",
-    "ms, updates per second": page.GLOSSARY["ms, updates per second"],
-    "±": "Standard deviation over seeds. It is missing for a tracker that is not stochastic, or "
-    "was run with one seed.",
-}
-"""The meaning of the numbers in a report."""
-
 
 def write_report(out: Path, evaluation: MotEvaluation, problems: list[Problem], title: str) -> None:
     """Write summary.md and report.html into a folder, as `report.write_report` does.
@@ -76,23 +51,8 @@ def write_report(out: Path, evaluation: MotEvaluation, problems: list[Problem], 
     sections = {PROTOCOL_NAMES[MOT]: tables} if evaluation.protocols else {}
     described = report_sections.run_summary(evaluation)
     write_text(out / "summary.md", document(title, described, sections, problems))
-    parts = _parts(evaluation) if evaluation.protocols else ()
-    write_text(
-        out / "report.html",
-        page.page(title, report.body(evaluation, problems, parts, GLOSSARY)),
-    )
-
-
-def _parts(evaluation: MotEvaluation) -> Iterable[str]:
-    yield page.section(PROTOCOL_NAMES[MOT], page.table(overall(evaluation)))
-    yield _plots(evaluation)
-    tints = report.column_tints(len(evaluation.trackers))
-    yield page.section((table := per_sequence(evaluation)).title, page.table(table, tints))
-    yield page.section(
-        (table := times(evaluation)).title,
-        page.table(table, lambda row, _: report.tracker_tint(row)),
-    )
-    yield report.collapsible((table := details(evaluation)).title, table)
+    text = page("many.html", evaluation, problems, title, tables=tables, plots=_plots(evaluation))
+    write_text(out / "report.html", text)
 
 
 def overall(evaluation: MotEvaluation) -> Table:
@@ -145,15 +105,12 @@ def details(evaluation: MotEvaluation) -> Table:
     return report_sections.by_tracker_and_sequence(evaluation, MOT, names, cells)
 
 
-def _plots(evaluation: MotEvaluation) -> str:
+def _plots(evaluation: MotEvaluation) -> list[Plot]:
     """Return plots of HOTA and its two parts over the thresholds of overlap."""
     threshold = "threshold of overlap (IoU)"
-    drawn = (
-        report.plot(
-            evaluation, MOT, quantity, ALPHAS, np.mean, (title, threshold, title, "mean")
-        )
+    return [
+        curve_plot(evaluation, MOT, quantity, ALPHAS, np.mean, (title, threshold, title, "mean"))
         for title, quantity in (
             ("HOTA", lambda t: t.hota), ("DetA", lambda t: t.deta), ("AssA", lambda t: t.assa)
         )
-    )  # fmt: skip
-    return f'<div class="plots">{"".join(drawn)}</div>'
+    ]  # fmt: skip

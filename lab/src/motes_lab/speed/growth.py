@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import multiprocessing
 import statistics
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +17,8 @@ from msgspec.structs import replace
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.worker_processes import blocked_signals, cause
+from motes.core.worker_processes import cause
+from motes.core.worker_processes import started as process_of
 from motes.sot.batch import Trackers
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
@@ -255,12 +255,7 @@ def _divided(n: int, frames: Sequence[Frame], regions: Sequence[Ellipse]) -> lis
 @contextlib.contextmanager
 def _worker(frames: Sequence[Frame], regions: Sequence[Ellipse]) -> Iterator[Connection]:
     """Start a process that sends None before and after each pass, and receives one between."""
-    context = multiprocessing.get_context("spawn")
-    with blocked_signals():
-        pipe, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, frames, regions), daemon=True)
-        process.start()
-        theirs.close()
+    process, pipe = process_of(_serve, frames, regions)
     try:
         yield pipe
     except (EOFError, OSError):

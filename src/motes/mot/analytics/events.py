@@ -40,7 +40,7 @@ PAST = 0.5
 """Seconds before its first place over which the path of an object is continued backwards."""
 
 
-class Event(msgspec.Struct, frozen=True):
+class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
     """Something that an object does.
 
     Attributes
@@ -50,7 +50,7 @@ class Event(msgspec.Struct, frozen=True):
     event
         The kind of event.
     identity
-        The object's.
+        The object's; in JSON the key is `id`, as in rows.
     x, y
         The place of its foot: the middle of its box's lower edge.
     speed
@@ -62,7 +62,7 @@ class Event(msgspec.Struct, frozen=True):
     metres_per_second
         The speed on the ground, if that is known.
     label
-        The object's class so far, if the detector knows classes; in JSON the key is `class`.
+        The object's class so far, if the detector knows classes.
     """
 
     frame: int
@@ -80,11 +80,10 @@ class Event(msgspec.Struct, frozen=True):
 
     def fields(self) -> dict[str, Any]:
         """Return its fields by their names in JSON, with numbers rounded, without empty ones."""
-        pairs = {name: getattr(self, name) for name in self.__struct_fields__}
-        pairs["class"] = pairs.pop("label")
+        pairs = zip(self.__struct_encode_fields__, msgspec.structs.astuple(self), strict=True)
         return {
             key: round(value, 3) if isinstance(value, float) else value
-            for key, value in pairs.items()
+            for key, value in pairs
             if value is not None
         }
 

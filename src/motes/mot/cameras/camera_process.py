@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 
 import msgspec
 
-from motes.core.worker_processes import blocked_signals, cause
+from motes.core.worker_processes import cause, started
 from motes.mot.cameras.camera_loop import watch_camera
 from motes.mot.cameras.camera_report import Arrival
 from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message
@@ -32,13 +32,7 @@ class CameraProcess(RigCamera):
         super().__init__(camera.name)
 
     def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        with blocked_signals():
-            self.pipe, theirs = context.Pipe()
-            args = (theirs, *self._args)
-            self.process = context.Process(target=_serve, args=args, daemon=True)
-            self.process.start()
-            theirs.close()
+        self.process, self.pipe = started(_serve, *self._args)
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         with suppress(OSError):  # a process that died is noticed when it is listened to

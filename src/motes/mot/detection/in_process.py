@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Self
@@ -20,7 +19,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.import_callable import explain
-from motes.core.worker_processes import blocked_signals, cause
+from motes.core.worker_processes import blocked_signals, cause, started
 from motes.mot.detection.adapters import as_detections, class_names
 
 
@@ -75,12 +74,7 @@ class DetectorProcess:
     """
 
     def __init__(self, config: DetectorConfig) -> None:
-        context = multiprocessing.get_context("spawn")
-        with blocked_signals():
-            self._pipe, theirs = context.Pipe()
-            self._process = context.Process(target=_serve, args=(theirs, config), daemon=True)
-            self._process.start()
-            theirs.close()
+        self._process, self._pipe = started(_serve, config)
         self.warnings: dict[str, str] = {}
         self.classes: list[str] = []
         try:

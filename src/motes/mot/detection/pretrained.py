@@ -11,9 +11,10 @@ from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig
-from motes.core.errors import MissingDependencyError, SourceError
+from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.optional import optional
 
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
@@ -60,12 +61,7 @@ class FaceDetector:
     """
 
     def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
-        try:
-            import dlib
-        except ImportError:
-            raise MissingDependencyError(
-                "Finding faces needs dlib; install it with: pip install 'motes[faces]'."
-            ) from None
+        dlib = optional("dlib", "Finding faces needs dlib", "motes[faces]")
         self._config = config
         if config.model is None:
             self._find = dlib.get_frontal_face_detector()
@@ -129,12 +125,7 @@ class PeopleDetector:
     """
 
     def __init__(self, config: PeopleConfig = PeopleConfig()) -> None:  # noqa: B008
-        try:
-            import cv2
-        except ImportError:
-            raise MissingDependencyError(
-                "Finding people needs OpenCV; install it with: pip install 'motes[opencv]'."
-            ) from None
+        cv2 = optional("cv2", "Finding people needs OpenCV", "motes[opencv]")
         self._find = cv2.HOGDescriptor()
         self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
         self._config = config

@@ -57,8 +57,8 @@ function countRows({ counts }) {
 
 function eventRows({ player }, { events }) {
   return events.slice(-LATEST).reverse().map((event) => {
-    const { frame, identity, event: what, direction, place } = event;
-    const words = [identity, what, place, direction].filter((word) => word !== undefined && word !== null);
+    const { frame, id, event: what, direction, place } = event;
+    const words = [id, what, place, direction].filter((word) => word !== undefined && word !== null);
     return element("li", {}, button(`Go to frame ${frame}`, () => player.go(frame), { text: `${frame}: ${words.join(" ")}`, class: "event" }));
   });
 }

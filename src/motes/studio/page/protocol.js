@@ -32,7 +32,7 @@ export const ROW = [
 
 /** The parts of an object of the many-object mode, in their order. */
 export const SCENE_OBJECT = [
-  "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by", "label",
+  "id", "x", "y", "width", "height", "confidence", "status", "occluded_by", "label",
 ];
 
 /** Return the text of a command. */

@@ -141,21 +141,21 @@ function paintCovariance(context, row, overlay, style) {
 
 function paintScene(context, { scene, shown: wanted }, frame, scale) {
   for (const object of scene[frame]?.objects ?? []) {
-    const style = { color: trackColor(object.identity), scale, dash: dashes(object.identity) };
+    const style = { color: trackColor(object.id), scale, dash: dashes(object.id) };
     const region = [object.x, object.y, object.width, object.height];
     const hidden = object.occluded_by !== null || object.status !== "tracking";
     if (wanted.has("ellipse")) layers.drawRegion(context, region, { ...style, width: hidden ? 1 : 2 });
     if (wanted.has("labels")) {
-      layers.drawLabel(context, region, `${object.identity}${object.label ? ` ${object.label}` : ""}`, style);
+      layers.drawLabel(context, region, `${object.id}${object.label ? ` ${object.label}` : ""}`, style);
     }
-    if (wanted.has("trails")) paintSceneTrail(context, scene, object.identity, frame, style);
+    if (wanted.has("trails")) paintSceneTrail(context, scene, object.id, frame, style);
   }
 }
 
-function paintSceneTrail(context, scene, identity, frame, style) {
+function paintSceneTrail(context, scene, id, frame, style) {
   const rows = [];
   for (let at = Math.max(0, frame - 60); at <= frame; at += 1) {
-    const object = scene[at]?.objects.find((other) => other.identity === identity);
+    const object = scene[at]?.objects.find((other) => other.id === id);
     if (object) rows[at] = { x: object.x + object.width / 2, y: object.y + object.height };
   }
   layers.drawTrail(context, rows, frame, style);

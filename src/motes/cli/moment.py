@@ -1,0 +1,99 @@
+"""The result of a frame, and the outputs that take it: of one target, or of several objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.track import Status, Track
+from motes.core.types import Floats
+from motes.rows.journal import FrameRow, ObjectRow, object_rows
+from motes.rows.schema import hindsight
+
+if TYPE_CHECKING:
+    from motes.mot.analytics.events import Event
+    from motes.mot.analytics.real_units import GroundPlace
+    from motes.mot.tracked_object import SceneTrack
+    from motes.sot.step_info import StepInfo
+
+
+class Hindsight(NamedTuple):
+    """What is known of a frame in hindsight, in the form of a `StepInfo`: no particles."""
+
+    track: Track
+    ellipses: Floats = np.empty((0, 5))
+    weights: Floats = np.empty(0)
+    n_supporting: None = None
+    models: Mapping[str, Any] = {}
+    cue_weights: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """The result of a frame.
+
+    Attributes
+    ----------
+    frame
+        The frame.
+    info
+        The report of the tracker of one target; None before it has one.
+    seconds
+        Time of the tracker.
+    place
+        The target's place on the ground; None if it is not measured, or not seen.
+    tracks, events
+        Several objects, and what they do.
+    single
+        Whether it is of one target, which `tracks` does not have.
+    """
+
+    frame: Frame
+    info: StepInfo | None = None
+    seconds: float = 0.0
+    place: GroundPlace | None = None
+    tracks: Sequence[SceneTrack] = ()
+    events: Sequence[Event] = ()
+    single: bool = True
+
+    @property
+    def picture(self) -> FrameRow:
+        """The rows of the frame."""
+        if not self.single:
+            return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
+        known = hindsight(self.info.track) if isinstance(self.info, Hindsight) else {}
+        further = known if self.place is None else known | self.place.columns
+        target = ObjectRow.of_target(self.track, further)
+        return FrameRow(self.frame.index, self.frame.time, (target,))
+
+    @property
+    def track(self) -> Track | None:
+        """The target's track; None before there is a target."""
+        return self.info.track if self.info else None
+
+    @property
+    def status(self) -> Status:
+        """The track's status; without a track, searching."""
+        return self.info.track.status if self.info else Status.SEARCHING
+
+
+Moments = Callable[[Iterator[Frame]], Generator[Moment, None, None]]
+"""Makes the results of a run from its frames."""
+
+
+class Sink(AbstractContextManager[object], Protocol):
+    """An output: it takes the result of each frame, and is closed as a context manager."""
+
+    def write(self, moment: Moment, /) -> None:
+        """Add a frame."""
+        ...
+
+    @property
+    def result(self) -> str | None:
+        """The name of what was written, for the summary; None for nothing."""
+        ...
