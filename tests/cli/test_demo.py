@@ -10,6 +10,7 @@ import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
+from itertools import islice
 from pathlib import Path
 from types import ModuleType
 
@@ -25,6 +26,7 @@ from motes.core.geometry import Box, Ellipse
 from motes.rows.schema import COLUMNS, NUMBERS
 from motes.synthetic.clips import Truth
 from motes.video.sources import open_source
+from motes.video.writer import VideoWriter
 
 FRAMES = 6
 NAMES = [story.name for story in STORIES]
@@ -63,6 +65,17 @@ def test_the_videos_have_every_frame(folder: Path, name: str) -> None:
     sizes = {(480, 360)} if name.startswith("beetle") else {(480, 270)}
     assert {(frame.width, frame.height) for frame in frames} == sizes
     assert [frame.time for frame in frames] == pytest.approx([i / 25 for i in range(FRAMES)])
+
+
+@pytest.mark.slow
+def test_the_films_do_not_depend_on_the_number_of_cores(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOTES_THREADS", "1")
+    with VideoWriter(tmp_path / "street.mp4", 25) as writer:
+        for frame, _ in islice(STORIES[1].film(0), FRAMES):
+            writer.write(frame.pixels)
+    assert (tmp_path / "street.mp4").read_bytes() == (folder / "street.mp4").read_bytes()
 
 
 @pytest.mark.slow

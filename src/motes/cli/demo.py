@@ -34,6 +34,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, RUN, Overwrite
+from motes.cluster.resources import environment, thread_limits
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -135,7 +136,6 @@ def demo(
         check_counts(frames=frames)
     prepare_folder(out, FILES, overwrite)
     console = Console()
-    told = Console(stderr=True)
     processes = multiprocessing.get_context("spawn")
     workers = min(os.cpu_count() or 1, len(STORIES))
     # A film's files appear together, when all are done.
@@ -144,12 +144,12 @@ def demo(
         play = partial(_played, seed=seed, frames=frames, folder=folder)
         plays: dict[int, Played] = {}
         try:
-            with processes.Pool(workers, _leave_signals) as pool:
+            with environment(thread_limits()), processes.Pool(workers, _leave_signals) as pool:
                 counts = {}
                 for number, played in pool.imap_unordered(play, range(len(STORIES))):
                     name, title, _, line = STORIES[number]
                     plays[number] = played
-                    told.print(f"{title}.", highlight=False)
+                    Console(stderr=True).print(f"{title}.", highlight=False)
                     if line is not None:
                         counts[number] = pool.apply_async(_counted, (name, line, folder))
                 for number, count in counts.items():
