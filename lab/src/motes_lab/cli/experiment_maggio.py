@@ -2,52 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from motes.cli.input_checks import check_counts
 from motes.cli.options import Seeds
-from motes_lab.cli.experiment_inputs import ClipRuns, Clips, FilmRuns
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips
 from motes_lab.cli.experiment_output import ResultOptions, show
-
-
-def maggio_table1(
-    dataset: Path,
-    /,
-    *,
-    runs: FilmRuns = FilmRuns(),
-    results: ResultOptions = ResultOptions(),
-) -> int:
-    """Maggio et al., table 1: color, orientation and both.
-
-    Parameters
-    ----------
-    dataset
-        A folder of sequences as for motes-lab evaluate.
-    """
-    from motes_lab.papers.maggio_table1_figure5 import table1
-
-    output = results.output("maggio-table1", "sequences", "means")
-    return runs.show(table1, dataset, output)
-
-
-def maggio_figure5(
-    dataset: Path,
-    /,
-    *,
-    runs: FilmRuns = FilmRuns(),
-    results: ResultOptions = ResultOptions(),
-) -> int:
-    """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
-
-    Parameters
-    ----------
-    dataset
-        A folder of sequences as for motes-lab evaluate.
-    """
-    from motes_lab.papers.maggio_table1_figure5 import figure5
-
-    output = results.output("maggio-figure5", plot=True)
-    return runs.show(figure5, dataset, output)
 
 
 def maggio_figure3(
