@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import Seeds
-from motes_lab.cli.experiment_inputs import ClipRuns, Clips
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.load_config import error_context
+from motes.cli.options import RUN, Seeds
+from motes.core.errors import ConfigError
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips, films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
 
 def maggio_figure3(
     *presets: str,
+    film: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN, help="A sequence as for motes-lab evaluate. By default a film is rendered."
+        ),
+    ] = None,
+    marks: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            help="A TOML file with parts of --film, covered and clear: first and last frames. "
+            "Without it parts are compared by --by.",
+        ),
+    ] = None,
+    by: Annotated[
+        Literal["sharpness", "size"],
+        Parameter(group=RUN, help="What tells the parts of --film from each other."),
+    ] = "sharpness",
+    frames: Annotated[int, Parameter(group=RUN, help="Most frames of --film.")] = 1000,
     seeds: Seeds = 5,
     clips: Clips = 3,
     results: ResultOptions = ResultOptions(),
@@ -22,15 +48,26 @@ def maggio_figure3(
         Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
         maggio:printed.
     """
-    check_counts(seeds=seeds, clips=clips)
-    output = results.output("maggio-figure3", plot=True)
+    check_counts(seeds=seeds, clips=clips, frames=frames)
+    if marks is not None and film is None:
+        raise ConfigError("--marks belongs to a film; name it with --film, or omit --marks.")
+    output = results.output("maggio-figure3", plot=film is None)
 
     from motes.synthetic.failing_cues import failing_cues
-    from motes_lab.papers import maggio_figure3 as experiment
+    from motes_lab.papers import maggio_figure3, maggio_figure3_film
 
     names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
-    films = [failing_cues(seed) for seed in range(clips)]
-    return show(experiment.figure3(names, films, seeds), output)
+    if film is None:
+        rendered = [failing_cues(seed) for seed in range(clips)]
+        return show(maggio_figure3.figure3(names, rendered, seeds), output)
+    [sequence, *_], problems = films_of(film, None)
+    parts = None
+    if marks is not None:
+        text = read_text(marks)
+        with error_context(marks):
+            parts = maggio_figure3_film.parse_marks(text, str(marks))
+    run = maggio_figure3_film.figure3(names, sequence, parts, by, frames, seeds)
+    return show(run, output, problems)
 
 
 def maggio_rotation(
