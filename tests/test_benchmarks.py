@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -101,6 +102,24 @@ def test_the_jitter_of_a_target_at_rest(
     assert noise == "8"
     assert all(re.fullmatch(r"[\d.]+%? to [\d.]+%?", each) for each in spreads)
     assert float(spreads[0].split()[-1]) > 0
+
+
+def test_an_angle_is_followed_on_a_turned_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(SCRIPTS)
+    script: Any = importlib.import_module("turned_pictures")
+    monkeypatch.setattr(script, "PRESETS", ("maggio:O-ROH", "mean_shift"))
+    pixels = np.zeros((120, 160, 3), np.uint8)
+    pixels[30:90, 60:100:8] = pixels[30:60, 60:100] = 200  # stripes below a plain half
+    (tmp_path / "Book" / "img").mkdir(parents=True)
+    Image.fromarray(pixels).save(tmp_path / "Book" / "img" / "1.png")
+    (tmp_path / "Book" / "groundtruth_rect.txt").write_text("61,31,40,60\n")
+    assert script.main([str(tmp_path / "Book")]) == 0
+    turns, upright = cells(capsys.readouterr().out)
+    assert float(turns[1].split()[0]) < 10
+    assert turns[2] == "1 of 1"
+    assert float(upright[1].split()[0]) == pytest.approx(45, abs=1)  # it has no angle
 
 
 def test_an_update_with_fewer_pixels(
