@@ -79,15 +79,8 @@ def figure3(
     else:
         groups, names = [marks.covered, marks.clear], ("covered", "clear")
     rows = [_row(film.name, name, runs, groups) for name, runs in weights.items()]
-    head = (
-        "film",
-        "tracker",
-        "runs",
-        *(f"{name} parts" for name in names),
-        *names,
-        "difference",
-        "95 % interval",
-    )
+    parts = (f"{name} parts" for name in names)
+    head = ("film", "tracker", "runs", *parts, *names, "difference", "95 % interval")
     note = (
         "Mean weight of orientation over parts of the film; that of color is the rest. Frames "
         f"with an OD above {LOST} do not count. The interval is a bootstrap over parts."
@@ -144,5 +137,5 @@ def _row(film: str, name: str, runs: Floats, groups: Sequence[Parts]) -> Row:
     between = Cell(f"{low:+.2f} to {high:+.2f}" if np.isfinite(low) else NO_VALUE)
     counts = (number(len(group), 0) for group in means)
     weights = (number(float(group.mean()) if group.size else None, 2) for group in means)
-    change = Cell(f"{difference:+.2f}", difference)
+    change = Cell(f"{difference:+.2f}" if np.isfinite(difference) else NO_VALUE, difference)
     return Cell(film), Cell(name), number(len(runs), 0), *counts, *weights, change, between
