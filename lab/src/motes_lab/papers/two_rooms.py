@@ -233,7 +233,7 @@ def compared(
         wait = number(over(waits[name]) if waits[name] else None, 1)
         rows.append((Cell(name), number(total, 0), number(good, 0), share, between, wait))
     head = (
-        *("cameras", "passages", "identity kept", "share over seeds", "95 % interval"),
+        *("cameras", "passages", "identity kept", "share over runs", "95 % interval"),
         "frames until known",
     )
     note = (
