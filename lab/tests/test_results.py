@@ -84,7 +84,6 @@ def test_names_are_there_once() -> None:
         text = page.read_text(encoding="utf-8")
         here = [block.name for block in BLOCKS if block.page == page]
         assert re.findall(r"<!-- results ([\w-]+)", text) == here
-        assert re.findall(r"<!-- end ([\w-]+)", text) == here
 
 
 def test_every_command_is_one_of_the_lab_or_a_script(monkeypatch: pytest.MonkeyPatch) -> None:
