@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
@@ -102,15 +104,40 @@ def test_the_jitter_of_a_target_at_rest(
     assert float(spreads[0].split()[-1]) > 0
 
 
+def test_an_angle_is_followed_on_a_turned_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(SCRIPTS)
+    script: Any = importlib.import_module("turned_pictures")
+    monkeypatch.setattr(script, "PRESETS", ("maggio:O-ROH", "mean_shift"))
+    pixels = np.zeros((120, 160, 3), np.uint8)
+    pixels[30:90, 60:100:8] = pixels[30:60, 60:100] = 200  # stripes below a plain half
+    (tmp_path / "Book" / "img").mkdir(parents=True)
+    Image.fromarray(pixels).save(tmp_path / "Book" / "img" / "1.png")
+    (tmp_path / "Book" / "groundtruth_rect.txt").write_text("61,31,40,60\n")
+    assert script.main([str(tmp_path / "Book")]) == 0
+    turns, upright = cells(capsys.readouterr().out)
+    assert float(turns[1].split()[0]) < 10
+    assert turns[2] == "1 of 1"
+    assert float(upright[1].split()[0]) == pytest.approx(45, abs=1)  # it has no angle
+
+
 def test_an_update_with_fewer_pixels(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.syspath_prepend(SCRIPTS)
     script: Any = importlib.import_module("fewer_pixels")
     for name, value in (("TARGETS", ((20, 30),)), ("FRAMES", 6), ("STARTING", 2)):
         monkeypatch.setattr(script, name, value)
     assert script.main() == 0
-    ((target, *numbers),) = cells(capsys.readouterr().out)
-    assert target == "20x30"
+    ((film, target, *numbers),) = cells(capsys.readouterr().out)
+    assert (film, target) == ("rendered", "20x30")
     assert len(numbers) == 5
     assert all(float(number.rstrip("%")) > 0 for number in numbers)
+    folder = tmp_path / "Book" / "img"
+    folder.mkdir(parents=True)
+    for index in range(6):
+        Image.new("RGB", (80, 60), (index, 90, 60)).save(folder / f"{index}.png")
+    (tmp_path / "Book" / "groundtruth_rect.txt").write_text("11,11,20,30\n" * 6)
+    assert script.main([str(tmp_path / "Book")]) == 0
+    assert cells(capsys.readouterr().out)[0][:2] == ["Book", "20x30"]

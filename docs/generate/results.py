@@ -13,9 +13,10 @@ beginning of the titles of the tables that are shown. The commands that make it 
 
     <!-- end campus -->
 
-Rows of tables with the same columns are put together. A command names folders of data in capitals
-(`FOLDERS`). What it writes is kept in results/, so that a run that was stopped goes on where it
-was; remove results/ to measure again.
+Rows of tables with the same columns are put together. A command is one of motes-lab, or a script of
+benchmarks/ that prints its tables: `python benchmarks/NAME.py`. It names folders of data in
+capitals (`FOLDERS`). What it writes is kept in results/, so that a run that was stopped goes on
+where it was; remove results/ to measure again.
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ FOLDERS = {
 """Names of folders and files in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
+SCRIPT = "python "
+"""How a command begins that is a script; all others are those of motes-lab."""
 BLOCK = re.compile(
     r"^<!-- results (?P<name>[\w-]+) \| (?P<minutes>[\d.]+) min \| (?P<title>[^|]+?) -->\n"
     r"(?P<commands>(?:\n|    [^\n]+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",
@@ -128,7 +131,7 @@ def together(tables: Iterable[Written]) -> list[Written]:
 
 
 def arguments(command: str) -> list[str]:
-    """Return the arguments of a command of motes-lab, with the folders in place of their names."""
+    """Return a command without its first word, with the folders in place of their names."""
     _, *given = shlex.split(command)
     names = "|".join(FOLDERS)
     return [
@@ -143,6 +146,18 @@ def folder_name(command: str) -> str:
     return f"{name}-{hashlib.sha256(command.encode()).hexdigest()[:8]}"
 
 
+def run(command: str, folder: Path) -> int:
+    """Run a command that writes its tables into a folder; return its exit code."""
+    given = arguments(command)
+    if command.startswith(SCRIPT):
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / "printed.md").open("wb") as printed:
+            return subprocess.run([sys.executable, *given], stdout=printed, cwd=ROOT).returncode
+    again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
+    line = [sys.executable, "-m", "motes_lab", *given, "--out", str(folder), again]
+    return subprocess.run(line, stdout=subprocess.DEVNULL, cwd=ROOT).returncode
+
+
 def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
     """Run the commands of a table that have not been run, and return its tables and the date.
 
@@ -153,15 +168,11 @@ def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
     """
     tables, dates = list[Written](), []
     for command in block.commands:
-        given = arguments(command)
         folder = kept / folder_name(command)
         done = folder / "done.json"
         if not done.exists():
-            again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
             print(f"{block.name}: {command}", flush=True)
-            line = [sys.executable, "-m", "motes_lab", *given, "--out", str(folder), again]
-            run = subprocess.run(line, stdout=subprocess.DEVNULL, cwd=ROOT)
-            if code := run.returncode:
+            if code := run(command, folder):
                 raise RuntimeError(f"{command} ended with exit code {code}.")
             today = datetime.date.today().isoformat()
             done.write_text(json.dumps({"command": command, "date": today}))

@@ -50,6 +50,13 @@ def test_a_difference_has_an_interval_and_a_margin() -> None:
     assert worse[7] == "not shown"
 
 
+def test_od_has_the_number_of_lost_tracks() -> None:
+    """A track is lost if its OD exceeds 0.8 in any frame."""
+    table = compared(outcomes({"a": [0, 1, 0], "b": [0, 25, 25]}), "set", "od", "")
+    assert table.head[3:6] == ("mean OD", "tracks lost", "F1 of lost")
+    assert [row[4].text for row in table.rows] == ["0.0", "2.0"]
+
+
 def test_a_small_difference_that_is_not_sure_is_not_alike() -> None:
     """Its mean is within the margin, its interval is not."""
     table = compared(outcomes({"a": [0, 5, 0, 5], "b": [5, 0, 5, 0]}), "set", "iou", "")

@@ -17,20 +17,17 @@ import pytest
 from PIL import Image
 
 import arena
-import evaluations
 import oracles
 from motes import Ellipse, Tracker, synthetic
 from motes.cli.input_checks import prepare_folder
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import iou
 from motes.cues.structure_tensor import Orientation
-from motes_lab.aggregate import Evaluation
 from motes_lab.cli import experiment, experiment_output, main
 from motes_lab.cli.experiment_output import Output, show
-from motes_lab.datasets.sot import Problem, load_dataset
+from motes_lab.datasets.sot import Problem
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.papers import (
-    maggio_table1_figure5,
     ng_delp_figure3,
     ng_delp_table1,
     nummiaro_figure9,
@@ -379,143 +376,6 @@ def test_runs_are_told_from_each_other_and_counted() -> None:
         next(rendered_claims.passes(["nobody"], clips, 1))
 
 
-# Maggio et al., table 1 and figure 5
-
-
-def standing(shifts: dict[str, list[list[float]]]) -> maggio_table1_figure5.Standing:
-    """Return what is known when trackers are off by so much on each sequence, with each seed."""
-    outcomes = [
-        evaluations.outcome(
-            tracker,
-            evaluations.sequence(f"s{i}", frames=4),
-            evaluations.trace(evaluations.shifted([0, dx, dx, dx])),
-            seed,
-        )
-        for tracker, sequences in shifts.items()
-        for i, seeds in enumerate(sequences)
-        for seed, dx in enumerate(seeds)
-    ]
-    return maggio_table1_figure5._standing(list(shifts), outcomes, [], "")
-
-
-def od(dx: float) -> float:
-    """Return the mean OD of four frames, the last three off by dx pixels to the right."""
-    truth = Ellipse.from_box(evaluations.TARGET)
-    moved = truth._replace(x=truth.x + dx)
-    rows, columns = np.mgrid[0:60:0.05, 0:80:0.05]
-
-    radii = [((columns - e.x) / e.a) ** 2 + ((rows - e.y) / e.b) ** 2 for e in (truth, moved)]
-    both = float((np.maximum(*radii) < 1).sum()) * 0.05**2
-    return 0.75 * (1 - 2 * both / (2 * truth.area))
-
-
-def test_scores_are_over_common_sequences_with_deviations_over_seeds() -> None:
-    now = standing({"x": [[2, 4], [6, 25]], "y": [[1, 1]]})
-    assert now.sequences == ["s0"]
-    assert now.score("x").od == pytest.approx(
-        (np.mean([od(2), od(4)]), np.std([od(2), od(4)], ddof=1)), abs=2e-3
-    )
-    now = standing({"x": [[2, 4], [6, 25]]})
-    seeds = np.mean([od(2), od(6)]), np.mean([od(4), od(25)])
-    score = now.score("x")
-    assert score.od == pytest.approx((np.mean(seeds), np.std(seeds, ddof=1)), abs=2e-3)
-    assert score.lost == pytest.approx((0.5, math.sqrt(0.5)))  # with the second seed, one
-
-
-def test_the_table_is_laid_out_as_the_papers() -> None:
-    shifts = {
-        tracker: [[1.0 + i] * 3] for i, tracker in enumerate(maggio_table1_figure5.COLUMNS.values())
-    }
-    shifts["maggio:C"] = [[25, 25, 1]]  # lost with two of three seeds
-    shifts["maggio:O-FOH"] = [[25, 1, 1]]
-    tables = (
-        maggio_table1_figure5._sequences(now := standing(shifts)),
-        maggio_table1_figure5._means(now, maggio_table1_figure5.COLUMNS),
-    )
-    ours, paper = tables[0].rows[0], tables[0].rows[1]
-    mean = np.mean([od(25), od(25), od(1)])
-    assert ours[1].text.endswith("(LT)")
-    assert float(ours[1].text[:5]) == pytest.approx(mean, abs=2e-3)
-    assert not ours[2].text.endswith("(LT)")
-    assert [cell.text for cell in paper[:3]] == ["the paper's P1", "0.535(LT)", "0.932(LT)"]
-    assert len(tables[0].rows) == 1 + 7
-    first = cells(tables[1])["C"]
-    assert first["the paper's OD"].text == "0.437"
-    assert first["its lost of 7"].text == "4"
-    assert value(first["tracks lost of 1"]) == pytest.approx(2 / 3)
-
-
-def test_each_variant_is_compared_with_color_alone() -> None:
-    shifts = {tracker: [[2.0], [3.0], [4.0]] for tracker in maggio_table1_figure5.COLUMNS.values()}
-    shifts["maggio:O-FOH"] = [[4.0], [5.0], [6.0]]
-    shifts["maggio:O-ROH"] = [[2.0], [5.0], [2.0]]
-    now = standing(shifts)
-    table = cells(maggio_table1_figure5._means(now, maggio_table1_figure5.COLUMNS))
-    assert [table["C"][column].text for column in ("minus C", "95 % interval")] == ["–", "–"]
-    worse = np.mean([od(x + 2) - od(x) for x in (2, 3, 4)])
-    assert value(table["O FOH"]["minus C"]) == pytest.approx(worse, abs=2e-3)
-    low, high = map(float, table["O FOH"]["95 % interval"].text.split(" to "))
-    assert 0 < low <= worse <= high
-    low, high = map(float, table["O ROH"]["95 % interval"].text.split(" to "))
-    assert low < 0 < high
-    assert table["C+O(SS) ROH"]["95 % interval"].text == "+0.000 to +0.000"
-
-
-def test_the_paper_in_short() -> None:
-    """As its table adds up by hand."""
-    scores = {
-        column: maggio_table1_figure5.paper(column) for column in maggio_table1_figure5.COLUMNS
-    }
-    short = {
-        column: (round(score.od.mean, 3), score.lost.mean)
-        for column, score in scores.items()
-        if score is not None
-    }
-    assert short == {
-        "C": (0.437, 4),
-        "O FOH": (0.766, 6),
-        "O ROH": (0.666, 6),
-        "C+O(SS) FOH": (0.315, 4),
-        "C+O(SS) ROH": (0.287, 3),
-        "C+O(A&SS) FOH": (0.306, 3),
-        "C+O(A&SS) ROH": (0.259, 2),
-    }
-    assert maggio_table1_figure5.paper("C+O(A) FOH") is None
-
-
-def test_figure_5_shows_ours_as_bars_and_the_papers_as_dashes() -> None:
-    columns = maggio_table1_figure5.COLUMNS | maggio_table1_figure5.FIXED_SCALE
-    now = standing({tracker: [[1.0 + i]] for i, tracker in enumerate(columns.values())})
-    ods = {name: od(1.0 + i) for i, name in enumerate(columns)}
-    left, right = maggio_table1_figure5._draw(now, columns).axes
-    bars = heights(left), heights(right)
-    a, b = (
-        [f"{group} {form}" for form in ("FOH", "ROH") for group in groups]
-        for groups in (("C+O(A)", "C+O(SS)", "C+O(A&SS)"), ("O", "C", "C+O(A&SS)"))
-    )
-    assert bars[0] == pytest.approx([ods[name] for name in a], abs=2e-3)
-    alone = [ods["C" if name.startswith("C ") else name] for name in b]
-    assert bars[1] == pytest.approx(alone, abs=2e-3)
-    paths = [path for lines in right.collections for path in lines.get_paths()]
-    dashes = [np.asarray(path.vertices)[0, 1] for path in paths]
-    assert dashes == pytest.approx([0.766, 0.437, 0.306, 0.666, 0.437, 0.259], abs=6e-4)
-
-
-@pytest.mark.slow
-def test_trackers_are_run_over_a_dataset(film: Path) -> None:
-    films, _ = load_dataset(film)
-    *_, now = maggio_table1_figure5.evaluated(["maggio:C"], films, 1, 1)
-    assert now.sequences == ["beetle"]
-    assert now.progress == "1 of 1 jobs, last maggio:C on beetle, ope"
-    first = films[0].boxes[0].tolist()
-    clip = synthetic.still(arena.SIZE, target=(30, 40), frames=8)
-    tracker = Tracker("maggio:C", 0)
-    tracks = [tracker.init(clip[0][0], first), *(tracker.update(f) for f, _ in list(clip)[1:])]
-    found = np.array([track.ellipse for track in tracks])
-    mean = overlap_distances(found, films[0].ellipses).mean()
-    assert now.score("maggio:C").od.mean == pytest.approx(mean)
-
-
 # Files
 
 
@@ -562,7 +422,7 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 23
+    assert len(COMMANDS) == 21
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
@@ -682,9 +542,9 @@ def test_listing_loads_nothing_heavy() -> None:
         ("occlusions --preset mean_shift", 2, "Objects are followed by particle filters"),
         ("two-rooms --preset dog", 2, "No preset 'dog'"),
         ("two-rooms --detector found.txt", 2, "found.txt, and clips are rendered"),
-        ("maggio-table1 nowhere", 3, "no file or folder nowhere"),
-        ("maggio-table1 nowhere --first-pixel 2", 2, "--first-pixel takes 0, 1"),
-        ("maggio-figure5 .", 3, "no sequence in ."),
+        ("pairs nowhere nummiaro mean_shift", 3, "no file or folder nowhere"),
+        ("pairs nowhere nummiaro mean_shift --first-pixel 2", 2, "--first-pixel takes 0, 1"),
+        ("pairs . nummiaro mean_shift", 3, "no sequence in ."),
         ("ng-delp-figure3 --sedes 2", 2, "Unknown option"),
     ],
 )
@@ -752,46 +612,6 @@ def test_every_experiment_writes_what_it_says(
     assert (code, out) == (5, "")
     assert "--overwrite" in error
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-
-
-@pytest.mark.parametrize(("name", "keys"), [("table1", {"sequences", "means"}), ("figure5", {""})])
-def test_maggio_on_the_command_line(
-    name: str,
-    keys: set[str],
-    film: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    shifts = {
-        tracker: [[1.0]]
-        for tracker in (
-            *maggio_table1_figure5.COLUMNS.values(),
-            *maggio_table1_figure5.FIXED_SCALE.values(),
-            *maggio_table1_figure5.PRINTED.values(),
-        )
-    }
-    asked: list[object] = []
-
-    def evaluated(*given: object) -> Iterator[maggio_table1_figure5.Standing]:
-        asked.extend(given)
-        yield maggio_table1_figure5.Standing(Evaluation([]), [], (), "")
-        yield standing(shifts)
-
-    monkeypatch.setattr(maggio_table1_figure5, "evaluated", evaluated)
-    line = f"maggio-{name} {film} --seeds 3 --workers 2 --out {tmp_path}"
-    code, out, error = go(capfd, line)
-    assert code == 0, error
-    assert "All sequences" in out
-    assert asked[2:] == [3, 2]
-    there = {path.name for path in tmp_path.iterdir()}
-    assert there == set(files(f"maggio-{name}", keys, plot=name == "figure5"))
-    for file in there:  # one is enough to refuse
-        folder = tmp_path / f"only {file}"
-        folder.mkdir()
-        (folder / file).write_text("mine")
-        words = [*line.split()[:-1], str(folder)]
-        assert main(["experiment", *words]) == 5, file
 
 
 def test_options_of_table_1(

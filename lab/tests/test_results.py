@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import IO
 
 import pytest
 
@@ -83,13 +84,17 @@ def test_names_are_there_once() -> None:
         text = page.read_text(encoding="utf-8")
         here = [block.name for block in BLOCKS if block.page == page]
         assert re.findall(r"<!-- results ([\w-]+)", text) == here
-        assert re.findall(r"<!-- end ([\w-]+)", text) == here
 
 
-def test_every_command_is_one_of_the_lab(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_command_is_one_of_the_lab_or_a_script(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     known = {experiment.app[name].default_command for name in experiment.app if name[0] != "-"}
     for command in itertools.chain.from_iterable(block.commands for block in BLOCKS):
+        if command.startswith(results.SCRIPT):
+            script, *_ = results.arguments(command)
+            assert (ROOT / script).parent == ROOT / "benchmarks", command
+            assert (ROOT / script).exists(), command
+            continue
         assert command.startswith("motes-lab "), command
         arguments = [*results.arguments(command), "--out", "out"]
         called, _, _ = app.parse_args(arguments, exit_on_error=False, print_error=False)
@@ -106,6 +111,88 @@ def test_every_table_has_rows_and_a_date() -> None:
         assert len(table) > 2, block.name
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in table}) == 1, block.name
         assert re.fullmatch(r"Measured on \d{4}-\d\d-\d\d\.", lines[-1]), block.name
+
+
+COMMAND = re.compile(
+    r"motes-lab (?P<lab>[a-z]+)(?: (?P<name>[a-z][a-z0-9-]*))?|benchmarks/(?P<script>\w+\.py)"
+    r"|make (?P<target>bench|fuzz|kills)|python -m fuzzing|\b(?:motes track|TRACK)\b"
+)
+UNREPEATED = re.compile(r"\b(?:[Tt]rials?|as a record|on paper)\b")
+"""Where no command makes a table again, a page says why: its variants are not in the code."""
+DATE = re.compile(r"\b20\d\d-\d\d-\d\d\b")
+
+
+def sections(text: str) -> dict[str, str]:
+    """Return each heading with the text up to the next one, by its anchor."""
+    parts = re.split(r"^#+ (?=.)", text, flags=re.MULTILINE)[1:]
+    heads = (re.sub(r"[^\w -]", "", part.partition("\n")[0]) for part in parts)
+    return {head.lower().replace(" ", "-"): part for head, part in zip(heads, parts, strict=True)}
+
+
+def measured_tables(text: str) -> list[str]:
+    """Return the tables of a text in which most cells right of the first column have a digit."""
+    found = []
+    for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
+        cells = [cell for row in table.splitlines()[2:] for cell in row.strip("|").split("|")[1:]]
+        if sum(bool(re.search(r"\d", cell)) for cell in cells) > len(cells) / 2:
+            found.append(table)
+    return found
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "lab/docs").glob("*.md")), ids=lambda p: p.stem)
+def test_every_measured_table_names_its_command(page: Path) -> None:
+    """`make results` makes those in blocks; others name theirs, or are said to be a trial."""
+    text = results.BLOCK.sub("", page.read_text(encoding="utf-8"))
+    text = re.sub(r"<!-- values of.*?<!-- values up", "", text, flags=re.DOTALL)
+    whole = text.partition("\n## ")[0]
+    for part in sections(text).values():
+        for table in measured_tables(part):
+            about = whole + part
+            assert COMMAND.search(about) or UNREPEATED.search(about), table.partition("\n")[0]
+
+
+def test_every_command_on_the_lab_s_pages_exists() -> None:
+    experiments = {name for name in experiment.app if name[0] != "-"}
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for page in (ROOT / "lab/docs").glob("*.md"):
+        for found in COMMAND.finditer(page.read_text(encoding="utf-8")):
+            if found["script"]:
+                assert (ROOT / "benchmarks" / found["script"]).exists(), found[0]
+            elif found["target"]:
+                assert f"\n{found['target']}:" in makefile, found[0]
+            elif found["lab"]:
+                assert found["lab"] in app, found[0]
+                if found["lab"] == "experiment" and found["name"]:
+                    assert found["name"] in experiments, found[0]
+
+
+PICTURES = {"picture", "pictures", "drawing", "listing"}
+
+
+def test_every_verdict_has_a_command_a_number_and_a_date() -> None:
+    """Of papers.md; a claim that is a picture needs no number."""
+    page = ROOT / "lab/docs/papers.md"
+    text = page.read_text(encoding="utf-8")
+    tables = re.findall(r"^\| figure, table or claim.*\n\|-.*\n((?:\|.*\n)+)", text, re.MULTILINE)
+    rows = [
+        [cell.strip() for cell in row.strip("|").split("|")]
+        for table in tables
+        for row in table.splitlines()
+    ]
+    assert len(rows) > 50
+    for row in rows:
+        _, command, paper, ours, verdict = row
+        assert verdict, row
+        assert not re.search("not measured|earlier version", ours + verdict), row
+        if verdict.startswith("the films are not available") or paper in PICTURES:
+            continue
+        assert command, row
+        assert re.search(r"\d", ours + verdict), row
+        linked = [
+            sections((page.parent / (name or page.name)).read_text(encoding="utf-8"))[anchor]
+            for name, anchor in re.findall(r"\]\(([\w./-]*)#([\w-]+)\)", ours + verdict)
+        ]
+        assert any(DATE.search(each) for each in [*row, *linked]), row
 
 
 def test_files_in_the_names_of_trackers_have_their_names_on_a_page() -> None:
@@ -192,6 +279,19 @@ def test_a_table_is_replaced_by_what_its_commands_write(docs: Path, ran: Lines) 
     assert (
         re.sub(r"\d{4}-\d\d-\d\d", "DATE", text) == f"{before}{table}Measured on DATE.\n\n{after}"
     )
+
+
+def test_a_script_prints_its_tables(docs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(line: list[str], stdout: IO[bytes], **_: object) -> subprocess.CompletedProcess[str]:
+        assert line[1:] == ["benchmarks/one.py", "films/sot/Book"]
+        stdout.write(WRITTEN.format("printed").encode())
+        return subprocess.CompletedProcess(line, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    command = "python benchmarks/one.py SEQUENCES/Book"
+    docs.write_text(re.sub(r"    motes-lab[^<]*?MOT/a --tracker x", f"    {command}", PAGE))
+    assert results.main(["one"]) == 0
+    assert "| printed | 1 |" in docs.read_text()
 
 
 def test_what_was_run_is_not_run_again(docs: Path, ran: Lines) -> None:

@@ -65,7 +65,7 @@ MEAN_SHIFT = MeanShift(  # section VI
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
-# paper's: the lattice, the appearance rule and its contrast, and the fusion, a product with the
+# paper's: the lattice, the appearance rule with its limits, and the fusion, a product with the
 # fixed weights that the paper compares its own with. No adaptive rule was better on film
 # (lab/docs/papers.md); variants with an A have the paper's, a sum; maggio:printed has none of them.
 ROH = Orientation(bins=36, form="rotated", scale_selection=True, kept_fraction=0.5)  # 3.2 and 5
@@ -78,7 +78,7 @@ MAGGIO = ParticleFilter(
     fusion=Fixed(weights={"color": 0.66, "orientation": 0.34}),  # section 5
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Multinomial(threshold=1.0),  # section 4.1
-    presence=AppearanceRule(margin=0.7, contrast=0.5),
+    presence=AppearanceRule(margin=0.7, contrast=0.6, spread=0.5),
     calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(

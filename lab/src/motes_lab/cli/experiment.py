@@ -15,10 +15,8 @@ from motes_lab.cli.experiment_dials import dials
 from motes_lab.cli.experiment_effort import effort
 from motes_lab.cli.experiment_maggio import (
     maggio_figure3,
-    maggio_figure5,
     maggio_growth,
     maggio_rotation,
-    maggio_table1,
 )
 from motes_lab.cli.experiment_masks import masks
 from motes_lab.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
@@ -41,9 +39,7 @@ for _experiment in (
     two_rooms,
     handover,
     nummiaro_figure9,
-    maggio_table1,
     maggio_figure3,
-    maggio_figure5,
     maggio_rotation,
     maggio_growth,
     zhao_figure2,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
-from motes.cli.options import RUN, FirstPixel, Seeds, Workers
+from motes.cli.input_checks import check_counts, first_pixels, numbers_of
+from motes.cli.options import RUN, Seeds
 from motes.core.errors import ConfigError, SourceError
 from motes_lab.cli.experiment_output import Output, show
 
@@ -68,24 +68,6 @@ class ClipRuns:
         check_counts(seeds=self.seeds, clips=self.clips)
         films = [clip(seed=seed) for seed in range(self.clips)]
         return show(run(presets, films, self.seeds), output)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class FilmRuns:
-    """Runs over the sequences of a dataset."""
-
-    first_pixel: FirstPixel = None
-    seeds: Seeds = 5
-    workers: Workers = None
-
-    def show(
-        self, run: Callable[[Sequence[Film], int, int], Experiment], dataset: Path, output: Output
-    ) -> int:
-        """Run an experiment on the sequences, in processes; return the exit code."""
-        check_counts(seeds=self.seeds)
-        films, problems = films_of(dataset, self.first_pixel)
-        return show(run(films, self.seeds, worker_count(self.workers)), output, problems)
 
 
 def films_of(

@@ -3,53 +3,42 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated, Literal
 
-from motes_lab.cli.experiment_inputs import ClipRuns, FilmRuns
-from motes_lab.cli.experiment_output import ResultOptions
+from cyclopts import Parameter
 
-
-def maggio_table1(
-    dataset: Path,
-    /,
-    *,
-    runs: FilmRuns = FilmRuns(),
-    results: ResultOptions = ResultOptions(),
-) -> int:
-    """Maggio et al., table 1: color, orientation and both.
-
-    Parameters
-    ----------
-    dataset
-        A folder of sequences as for motes-lab evaluate.
-    """
-    from motes_lab.papers.maggio_table1_figure5 import table1
-
-    output = results.output("maggio-table1", "sequences", "means")
-    return runs.show(table1, dataset, output)
-
-
-def maggio_figure5(
-    dataset: Path,
-    /,
-    *,
-    runs: FilmRuns = FilmRuns(),
-    results: ResultOptions = ResultOptions(),
-) -> int:
-    """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
-
-    Parameters
-    ----------
-    dataset
-        A folder of sequences as for motes-lab evaluate.
-    """
-    from motes_lab.papers.maggio_table1_figure5 import figure5
-
-    output = results.output("maggio-figure5", plot=True)
-    return runs.show(figure5, dataset, output)
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.load_config import error_context
+from motes.cli.options import RUN, Seeds
+from motes.core.errors import ConfigError
+from motes_lab.cli.experiment_inputs import ClipRuns, Clips, films_of
+from motes_lab.cli.experiment_output import ResultOptions, show
 
 
 def maggio_figure3(
-    *presets: str, runs: ClipRuns = ClipRuns(), results: ResultOptions = ResultOptions()
+    *presets: str,
+    film: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN, help="A sequence as for motes-lab evaluate. By default a film is rendered."
+        ),
+    ] = None,
+    marks: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            help="A TOML file with parts of --film, covered and clear: first and last frames. "
+            "Without it parts are compared by --by.",
+        ),
+    ] = None,
+    by: Annotated[
+        Literal["sharpness", "size"],
+        Parameter(group=RUN, help="What tells the parts of --film from each other."),
+    ] = "sharpness",
+    frames: Annotated[int, Parameter(group=RUN, help="Most frames of --film.")] = 1000,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
 ) -> int:
     """Maggio et al., figure 3: weights of cues that fail in turn.
 
@@ -59,12 +48,26 @@ def maggio_figure3(
         Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
         maggio:printed.
     """
+    check_counts(seeds=seeds, clips=clips, frames=frames)
+    if marks is not None and film is None:
+        raise ConfigError("--marks belongs to a film; name it with --film, or omit --marks.")
+    output = results.output("maggio-figure3", plot=film is None)
+
     from motes.synthetic.failing_cues import failing_cues
-    from motes_lab.papers.maggio_figure3 import figure3
+    from motes_lab.papers import maggio_figure3, maggio_figure3_film
 
     names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
-    output = results.output("maggio-figure3", plot=True)
-    return runs.show(figure3, names, failing_cues, output)
+    if film is None:
+        rendered = [failing_cues(seed) for seed in range(clips)]
+        return show(maggio_figure3.figure3(names, rendered, seeds), output)
+    [sequence, *_], problems = films_of(film, None)
+    parts = None
+    if marks is not None:
+        text = read_text(marks)
+        with error_context(marks):
+            parts = maggio_figure3_film.parse_marks(text, str(marks))
+    run = maggio_figure3_film.figure3(names, sequence, parts, by, frames, seeds)
+    return show(run, output, problems)
 
 
 def maggio_rotation(

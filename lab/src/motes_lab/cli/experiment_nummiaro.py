@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
 from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
+from motes.core.errors import ConfigError
 from motes_lab.cli.experiment_inputs import ClipRuns, Clips, crowds_of, views_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
@@ -72,6 +73,11 @@ def handover(
     known: Annotated[
         bool, FLAG, Parameter(help="Both cameras wait for one person whose histogram is known.")
     ] = False,
+    apart: Annotated[
+        bool,
+        FLAG,
+        Parameter(help="The pictures of a dataset's films do not overlap, as of two rooms."),
+    ] = False,
     seeds: Seeds = 1,
     clips: Clips = 3,
     results: ResultOptions = ResultOptions(),
@@ -85,10 +91,13 @@ def handover(
         pictures. By default films are rendered.
     """
     check_counts(seeds=seeds, clips=clips)
+    if apart and (known or dataset is None):
+        raise ConfigError("--apart needs a dataset and goes without --known; see two-rooms.")
     output = results.output("handover")
 
     from motes_lab.papers import handover as experiment
     from motes_lab.papers.known_person import known_person
+    from motes_lab.papers.rooms_on_film import rooms_on_film
 
     problems: list[Problem] = []
     if dataset is None:
@@ -96,7 +105,7 @@ def handover(
     else:
         crowds, problems = crowds_of(dataset)
         films = [experiment.real_film(each) for each in crowds]
-    run = known_person if known else experiment.handover
+    run = known_person if known else rooms_on_film if apart else experiment.handover
     return show(run(films, seeds), output, problems)
 
 

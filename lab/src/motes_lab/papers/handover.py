@@ -109,9 +109,9 @@ def rendered_film(seed: int, frames: int = 500, people: int = 8) -> Film:
     return Film(f"rendered {seed}", moments)
 
 
-def views_of(width: int) -> tuple[range, range]:
-    """Return the columns of the two pictures of a film."""
-    half = round(width * (1 + SHARED) / 2)
+def views_of(width: int, shared: float = SHARED) -> tuple[range, range]:
+    """Return the columns of the two pictures of a film; below 0, what is between is unseen."""
+    half = round(width * (1 + shared) / 2)
     return range(half), range(width - half, width)
 
 
@@ -170,7 +170,7 @@ class Found(NamedTuple):
 
 
 def run(
-    moments: Sequence[Moment], rig: Rig, exchange: bool, seed: int
+    moments: Sequence[Moment], rig: Rig, exchange: bool, seed: int, shared: float = SHARED
 ) -> list[dict[tuple[int, int], Found]]:
     """Return for each frame what a rig has of each (person, picture)."""
     association = CrossCameraAssociation(rig)
@@ -179,7 +179,7 @@ def run(
     answers = []
     for moment in moments:
         frame = moment.frame
-        views = views_of(frame.width)
+        views = views_of(frame.width, shared)
         if not reporters:
             for view, camera in enumerate(rig.camera):
                 detector = (

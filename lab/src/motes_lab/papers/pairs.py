@@ -17,9 +17,10 @@ from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.metrics.sot import paired_difference
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.protocols.perturbations import PerturbedSequence, perturbed_frames
 from motes_lab.protocols.sot import Start, TrackerPass, starts
+from motes_lab.report.sections import lost_track
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes_lab.runner import Pass
 from motes_lab.scores import Outcome
@@ -27,7 +28,11 @@ from motes_lab.scores import Outcome
 MARGIN = 0.03
 """Two trackers are alike if their difference is surely smaller."""
 Measure = Literal["iou", "auc", "od"]
-TITLES: dict[Measure, str] = {"iou": "mean IoU", "auc": "AUC", "od": "mean OD"}
+TITLES: dict[Measure, tuple[str, ...]] = {
+    "iou": ("mean IoU",),
+    "auc": ("AUC",),
+    "od": ("mean OD", "tracks lost"),  # lost if OD exceeds 0.8 in any frame
+}
 
 
 class Shortened(NamedTuple):
@@ -127,16 +132,19 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
     evaluation = Evaluation(outcomes)
     first, *_ = evaluation.trackers
     rows: list[Row] = []
+    names = evaluation.sequences
     for tracker in evaluation.trackers:
-        score = number(evaluation.mean(tracker, "ope", measure))
+        scores = [number(evaluation.mean(tracker, "ope", measure))]
+        if measure == "od":
+            lost = evaluation.per_seed(tracker, "ope", lost_track, names) * len(names)
+            scores.append(number(over(lost), 1))
         f1 = number(evaluation.lost_status(tracker, "ope").f1)
         ends = [Cell(NO_VALUE)] * 3
         if tracker != first:
             ends = _difference(*(_each(evaluation, name, measure) for name in (tracker, first)))
-        count = number(len(evaluation.sequences), 0)
-        rows.append((Cell(films), count, Cell(tracker), score, f1, *ends))
+        rows.append((Cell(films), number(len(names), 0), Cell(tracker), *scores, f1, *ends))
     head = (
-        *("films", "number", "tracker", TITLES[measure], "F1 of lost"),
+        *("films", "number", "tracker", *TITLES[measure], "F1 of lost"),
         *("difference", "95 % interval", f"alike within {MARGIN}"),
     )
     about = (
