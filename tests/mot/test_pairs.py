@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
@@ -57,12 +58,12 @@ def test_without_a_least_overlap_all_pairs_are_possible() -> None:
 def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
     rng, rule = np.random.default_rng(0), Association()
     places = np.concatenate([rng.uniform(0, 300, (40, 2, 2)), rng.uniform(3, 30, (40, 2, 3))], 2)
-    hidden, boxes = rng.uniform(0, 3, 40), boxes_like("alike", rng, 60)
-    i, j, off = rule.near(places, hidden, boxes)
+    variances, boxes = rng.uniform(0, 4, (40, 2)), boxes_like("alike", rng, 60)
+    i, j, off = rule.near(places, variances, boxes)
     centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
-    away = np.linalg.norm(places[:, :, None, :2] - centers, axis=3).min(axis=1)
-    shares = away / np.sqrt(places[:, 0, 2] * places[:, 0, 3])[:, None]
-    shares /= (rule.gate_radius + rule.gate_growth * hidden)[:, None]
+    seen = (variances + rule.part**2) * places[:, 0, 2:4].prod(axis=1)[:, None]
+    squares = (places[:, :, None, :2] - centers) ** 2 / seen[:, None, None]
+    shares = np.sqrt(squares.sum(axis=3).min(axis=1) / chi2.ppf(rule.gate, 2))
     np.testing.assert_array_equal([i, j], np.nonzero(shares <= 1))
     np.testing.assert_allclose(off, shares[i, j])
 

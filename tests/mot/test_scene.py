@@ -441,12 +441,12 @@ def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
 
 
 def test_what_is_ruled_out() -> None:
-    rule = Association(overlap=0.2, distance=0.4, gate_radius=1.0, gate_growth=2.0)
+    rule = Association(overlap=0.2, distance=0.4)
     costs = rule.costs(np.array([0.1, 0.5]), np.array([0.0, 0.2]))
     np.testing.assert_allclose(costs, [np.inf, 0.6])
-    # After a second, the reach is 3; half of that away, half of what is left to 1 is forgiven.
-    away, far = [3.1, 1.5, 1.5, 3.0], [0.0, 0.69, 0.71, 0.39]
-    costs = rule.recovery_costs(rule.gate_distance(np.array(away), np.ones(4)), np.array(far))
+    # In the middle of the gate, half of what is left to 1 is forgiven.
+    off, far = [1.01, 0.5, 0.5, 1.0], [0.0, 0.69, 0.71, 0.39]
+    costs = rule.recovery_costs(np.array(off), np.array(far))
     np.testing.assert_allclose(costs, [np.inf, 1.19, np.inf, 1.39])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -30,12 +31,13 @@ class Association(Config, frozen=True):
         edge of the gate. With a larger value more detections are accepted.
     appearance
         Weight of the distance in appearance in the cost of a pair; the overlap has weight 1.
-    gate_radius
-        Radius of the gate, the area around its predicted place in which an occluded object may
-        reappear, in mean half-axes of the object.
-    gate_growth
-        Growth of the gate's radius for each second without a detection, in mean half-axes of the
-        object.
+    gate
+        Probability with which an occluded object that reappears does so in its gate, the area
+        around its predicted place. The gate grows the faster, the less evenly the object has moved.
+        With a larger value it is larger.
+    part
+        Standard deviation of the center of an object that reappears, as it is seen in part, in mean
+        half-axes of the object. With a larger value gates are larger.
     merged_blob_ratio
         Least ratio of the size of a detection that contains several objects to the size of each of
         them. With a larger value fewer detections count as merged.
@@ -44,8 +46,8 @@ class Association(Config, frozen=True):
     overlap: Share = 0.3
     distance: Share = 0.45
     appearance: NonNegative = 0.5
-    gate_radius: NonNegative = 1.5
-    gate_growth: NonNegative = 2.0
+    gate: Annotated[float, Meta(gt=0, lt=1)] = 0.99
+    part: NonNegative = 0.5
     merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
@@ -60,48 +62,37 @@ class Association(Config, frozen=True):
         costs = 1 - overlaps + self.appearance * distances
         return np.where(overlaps >= self.overlap, costs, np.inf)
 
-    def gate_distance(self, away: Floats, unseen: Floats) -> Floats:
-        """Return how far detections are from occluded objects, as shares (k,) of the gate's radius.
-
-        Parameters
-        ----------
-        away
-            (k,), distances from the predicted place, in mean half-axes of the object.
-        unseen
-            (k,), seconds since the last detection.
-        """
-        out: Floats = away / np.maximum(self._radii(unseen), np.finfo(float).tiny)
-        return out
-
     def near(
-        self, places: Floats, unseen: Floats, boxes: Floats
+        self, places: Floats, variances: Floats, boxes: Floats
     ) -> tuple[Integers, Integers, Floats]:
         """Return which detections lie in the gates of occluded objects, and how far off they are.
+
+        A gate ends at a Mahalanobis distance: the quantile of chi-square, two degrees of freedom.
 
         Parameters
         ----------
         places
             (n, p, 5), ellipses where each object may be; the nearest counts. The first is its own.
-        unseen
-            (n,), seconds since the last detection.
+        variances
+            (n, 2), of the places in x and y, in squared mean half-axes.
         boxes
             (m, 4), of the detections.
 
         Returns
         -------
         i, j, gate_distance
-            (k,) each: object and detection, sorted, and the distance as a share of the radius.
+            (k,) each: object and detection, sorted, and the distance as a share of the largest one.
         """
-        sizes = np.sqrt(places[:, 0, 2] * places[:, 0, 3])
-        radii = self._radii(unseen) * sizes
+        sizes = np.sqrt(places[:, :1, 2] * places[:, :1, 3])
+        reach = sizes * np.sqrt(-2 * math.log(1 - self.gate) * (variances + self.part**2))
+        reach = np.maximum(reach, np.finfo(float).tiny)
         pairs = [
-            meeting(search_areas(places[:, p, :2], radii), boxes) for p in range(places.shape[1])
+            meeting(search_areas(places[:, p, :2], reach.max(axis=1)), boxes)
+            for p in range(places.shape[1])
         ]
         i, j = np.unique(np.hstack(pairs), axis=1)
         away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
-        off = self.gate_distance(
-            np.hypot(away[..., 0], away[..., 1]).min(axis=1) / sizes[i], unseen[i]
-        )
+        off = np.linalg.norm(away / reach[i, None], axis=2).min(axis=1)
         return i[off <= 1], j[off <= 1], off[off <= 1]
 
     def recovery_costs(self, gate_distances: Floats, distances: Floats) -> Floats:
@@ -116,10 +107,6 @@ class Association(Config, frozen=True):
         largest = self.distance + (1 - self.distance) * (1 - gate_distances)
         allowed = (gate_distances <= 1) & (distances <= largest)
         return np.where(allowed, distances + gate_distances, np.inf)
-
-    def _radii(self, unseen: Floats) -> Floats:
-        """Return the radii of the gates (k,), in half-axes, of objects unseen for seconds (k,)."""
-        return self.gate_radius + self.gate_growth * unseen
 
 
 def model_distances(

@@ -109,7 +109,7 @@ def step(
     objects, free, matched = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
-    objects, free, recovered = reidentify(objects, free, frame, config)
+    objects, free, recovered = reidentify(objects, free, frame, dt, config)
     free, parts = drop_fragments(objects, free, config.containment)
     initiation = state.initiation.with_scores(found)
     arrived = admit(seed, initiation, expected, objects, free, frame, config)

@@ -25,6 +25,8 @@ CUT = 0.7
 """A detection smaller than this share of an object's size shows a part of it."""
 REMEMBERED = 1.0
 """Seconds for which an object may be seen in part until that counts as its size."""
+FIRST_SURPRISE = 0.25**2
+"""How far a detection of a new object is off, squared, in mean half-axes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,6 +118,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         Its half-axes when it was last detected as a whole.
     cut_for
         Seconds for which it has been seen in part only, as one that goes behind a wall.
+    surprise
+        How far detections were off its predictions: mean squares in x and y, in mean half-axes.
     """
 
     identity: int
@@ -138,6 +142,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     origin: tuple[float, float] = (0.0, 0.0)
     moved: bool = False
     cut_for: float = 0.0
+    surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
 
     @classmethod
     def begin(
@@ -286,7 +291,21 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         if self.cut_for:
             return self
         error = np.array(self.track.ellipse[:2]) - self.predicted[:2]
-        return replace(self, velocity=self.velocity + (1 - smoothing) * error / dt)
+        squares = error**2 / math.prod(self.axes)
+        dx, dy = (smoothing * np.array(self.surprise) + (1 - smoothing) * squares).tolist()
+        velocity = self.velocity + (1 - smoothing) * error / dt
+        return replace(self, velocity=velocity, surprise=(dx, dy))
+
+    def variance(self, now: float, dt: float, smoothing: float) -> Floats:
+        """Return the variance (2,) of where it is predicted, in squared mean half-axes.
+
+        That of a forecast with a smoothed velocity, frames ahead: Hyndman et al., Forecasting with
+        Exponential Smoothing, 2008, the additive trend with alpha 1.
+        """
+        frames, follows = max((now - self.last_time) / dt, 1.0), 1 - smoothing
+        slope = 1 + follows * frames + follows**2 * frames * (2 * frames - 1) / 6
+        out: Floats = np.array(self.surprise) * (1 + (frames - 1) * slope)
+        return out
 
     def observe(self, frame: Frame, dt: float, *, learn: bool) -> Self:
         """Run a step of its filter, around where it is detected or should be.

@@ -39,8 +39,7 @@ def associate(
     boxes = as_rows(each.box for each in detections)
 
     def detect(i: int, box: Box) -> None:
-        found = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
-        after[visible[i]] = found.update_velocity(config.smoothing.velocity, dt)
+        after[visible[i]] = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
 
     blobs = merged_blobs(places, boxes, config.containment, config.association.merged_blob_ratio)
     taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
@@ -58,7 +57,8 @@ def associate(
     costs = config.association.costs(overlaps, distances)
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)
-        after[visible[i]] = after[visible[i]].vote(detections[j].label)
+        found = after[visible[i]].update_velocity(config.smoothing.velocity, dt)
+        after[visible[i]] = found.vote(detections[j].label)
         identity = objects[visible[i]].identity
         log.append(LoggedDetection(detections[j], DetectionOutcome.MATCHED, identity))
         taken.add(j)

@@ -21,6 +21,7 @@ def reidentify(
     objects: Sequence[TrackedObject],
     free: Sequence[Detection],
     frame: Frame,
+    dt: float,
     config: SceneConfig,
 ) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
     """Return the objects, some visible again; the detections that stay free; outcomes.
@@ -39,8 +40,9 @@ def reidentify(
     places = np.array(
         [(each.predicted, predicted.get(each.occluded_by or 0, each.predicted)) for each in lost]
     )
-    unseen = np.array([frame.time - each.last_time for each in lost])
-    rows, columns, off = config.association.near(places, unseen, boxes)
+    kept = config.smoothing.velocity
+    variances = np.array([each.variance(frame.time, dt, kept) for each in lost])
+    rows, columns, off = config.association.near(places, variances, boxes)
     distances = model_distances(lost, frame, boxes, rows, columns)
     costs = config.association.recovery_costs(off, distances)
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
