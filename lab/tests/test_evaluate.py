@@ -378,13 +378,6 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
     assert error in problems[0].what
 
 
-def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    entries, problems = resolve(["cv2:csrt", "nummiaro"])
-    assert [good.name for good in entries] == ["nummiaro"]
-    assert "motes[opencv]" in problems[0].what
-
-
 def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """KCF takes five times as long where a second one has no core of its own."""
     (home / "cv2.py").write_text(
