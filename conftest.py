@@ -40,8 +40,8 @@ os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Return twice the cores, and two: those with a browser and with Ray wait most of the time."""
-    return 2 * cores() + 2
+    """Return the cores and one: some tests wait for a browser, but more would slow each other."""
+    return cores() + 1
 
 
 @pytest.fixture(scope="session")
