@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from backgrounds import METHODS, NEEDS_CV2, NO_CV2
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
@@ -75,6 +76,30 @@ def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
             assert len(found) == 1, index
             assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
     assert detector.warnings == {}
+
+
+def test_a_gray_shirt_that_comes_before_a_white_wall_is_no_shadow() -> None:
+    """It is found before a green wall; before a white one, of which it is a shade, it stays."""
+    rng, start, known = np.random.default_rng(0), 30, (BackgroundDetector(), BackgroundDetector())
+    for index in range(80):
+        place = Box(min(3 * (index - start), 110), 30, 24, 50)
+        pixels = np.full((120, 160, 3), 200.0)
+        pixels[:, :80] = (40, 120, 40)
+        if index >= start:
+            x = place.x
+            shirt = np.zeros((120, 160, 1))
+            shirt[35:75, x : x + 24] = 1
+            shirt = uniform_filter(shirt, (1, 11, 1))  # its rim is soft, as on film
+            pixels = (1 - shirt) * pixels + shirt * 160
+            pixels[30:40, x : x + 24] = pixels[70:80, x : x + 24] = (60, 20, 20)  # hair and shoes
+        noise = rng.integers(-4, 5, pixels.shape)
+        frame = Frame(index, index / 25, np.rint(pixels + noise).astype(np.uint8))
+        known[0].observe([place] if index > start else [])
+        boxes, unknown = ([each.box for each in detector(frame)] for detector in known)
+        if index > start + 35:
+            assert len(unknown) == 2, index
+            assert len(boxes) == 1, index
+            assert iou(boxes[0], place) > 0.7, index
 
 
 def test_a_moving_camera_is_said_once() -> None:

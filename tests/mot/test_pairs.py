@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
@@ -59,13 +58,23 @@ def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
     rng, rule = np.random.default_rng(0), Association()
     places = np.concatenate([rng.uniform(0, 300, (40, 2, 2)), rng.uniform(3, 30, (40, 2, 3))], 2)
     variances, boxes = rng.uniform(0, 4, (40, 2)), boxes_like("alike", rng, 60)
-    i, j, off = rule.near(places, variances, boxes)
+    area = 640 * 480
+    i, j, off = rule.near(places, variances, boxes, area)
     centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
     seen = (variances + rule.part**2) * places[:, 0, 2:4].prod(axis=1)[:, None]
     squares = (places[:, :, None, :2] - centers) ** 2 / seen[:, None, None]
-    shares = np.sqrt(squares.sum(axis=3).min(axis=1) / chi2.ppf(rule.gate, 2))
+    as_likely = 2 * np.log(area / (2 * np.pi * np.sqrt(seen.prod(axis=1))))
+    shares = np.sqrt(squares.sum(axis=3).min(axis=1) / as_likely[:, None])
     np.testing.assert_array_equal([i, j], np.nonzero(shares <= 1))
     np.testing.assert_allclose(off, shares[i, j])
+
+
+def test_an_object_that_may_be_anywhere_is_found_nowhere() -> None:
+    rule, place, area = Association(), np.array([[[100.0, 100, 12, 12, 0]] * 2]), 640 * 360
+    here, beside = np.array([[94.0, 94, 13, 13], [154, 94, 13, 13]])
+    for sigma, found in (0.5, [0]), (5, [0, 1]), (19, []):
+        _, j, _ = rule.near(place, np.full((1, 2), sigma**2), np.stack([here, beside]), area)
+        assert j.tolist() == found, sigma
 
 
 @pytest.mark.parametrize("block", [3, 1000])

@@ -31,10 +31,6 @@ class Association(Config, frozen=True):
         edge of the gate. With a larger value more detections are accepted.
     appearance
         Weight of the distance in appearance in the cost of a pair; the overlap has weight 1.
-    gate
-        Probability with which an occluded object that reappears does so in its gate, the area
-        around its predicted place. The gate grows the faster, the less evenly the object has moved.
-        With a larger value it is larger.
     part
         Standard deviation of the center of an object that reappears, as it is seen in part, in mean
         half-axes of the object. With a larger value gates are larger.
@@ -46,7 +42,6 @@ class Association(Config, frozen=True):
     overlap: Share = 0.3
     distance: Share = 0.45
     appearance: NonNegative = 0.5
-    gate: Annotated[float, Meta(gt=0, lt=1)] = 0.99
     part: NonNegative = 0.5
     merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
 
@@ -63,11 +58,13 @@ class Association(Config, frozen=True):
         return np.where(overlaps >= self.overlap, costs, np.inf)
 
     def near(
-        self, places: Floats, variances: Floats, boxes: Floats
+        self, places: Floats, variances: Floats, boxes: Floats, area: float
     ) -> tuple[Integers, Integers, Floats]:
         """Return which detections lie in the gates of occluded objects, and how far off they are.
 
-        A gate ends at a Mahalanobis distance: the quantile of chi-square, two degrees of freedom.
+        A gate ends where the object is as likely as a new one, which may come anywhere in the
+        picture: Reid, An algorithm for tracking multiple targets, IEEE Transactions on Automatic
+        Control 1979. So an object whose place is not known any more has none.
 
         Parameters
         ----------
@@ -77,6 +74,8 @@ class Association(Config, frozen=True):
             (n, 2), of the places in x and y, in squared mean half-axes.
         boxes
             (m, 4), of the detections.
+        area
+            Of the picture, in pixels.
 
         Returns
         -------
@@ -84,16 +83,18 @@ class Association(Config, frozen=True):
             (k,) each: object and detection, sorted, and the distance as a share of the largest one.
         """
         sizes = np.sqrt(places[:, :1, 2] * places[:, :1, 3])
-        reach = sizes * np.sqrt(-2 * math.log(1 - self.gate) * (variances + self.part**2))
-        reach = np.maximum(reach, np.finfo(float).tiny)
+        sigmas = np.maximum(sizes * np.sqrt(variances + self.part**2), 1)  # a pixel at least
+        limits = np.maximum(2 * np.log(area / (2 * math.pi * sigmas.prod(axis=1))), 0)
+        reach = (sigmas * np.sqrt(limits)[:, None]).max(axis=1)
         pairs = [
-            meeting(search_areas(places[:, p, :2], reach.max(axis=1)), boxes)
-            for p in range(places.shape[1])
+            meeting(search_areas(places[:, p, :2], reach), boxes) for p in range(places.shape[1])
         ]
         i, j = np.unique(np.hstack(pairs), axis=1)
         away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
-        off = np.linalg.norm(away / reach[i, None], axis=2).min(axis=1)
-        return i[off <= 1], j[off <= 1], off[off <= 1]
+        squares = ((away / sigmas[i, None]) ** 2).sum(axis=2).min(axis=1)
+        inside = squares < limits[i]
+        i, j, squares = i[inside], j[inside], squares[inside]
+        return i, j, np.sqrt(squares / limits[i])
 
     def recovery_costs(self, gate_distances: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of pairs of an occluded object and a detection; infinite for none.

@@ -36,7 +36,7 @@ def test_an_object_is_visible_again_where_it_is_detected() -> None:
 def test_the_gate_grows_with_time_the_faster_the_less_evenly_an_object_moved(
     surprise: float, reached: bool
 ) -> None:
-    away = PLACE._replace(x=105)  # more than four mean half-axes
+    away = PLACE._replace(x=78)  # more than two mean half-axes
     hidden = replace(occluded(1, BEFORE, PLACE), surprise=(surprise, surprise))
     for index, found in ((2, False), (15, reached)):
         frame = picture(index, (away, RED))

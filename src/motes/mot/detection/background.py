@@ -29,6 +29,7 @@ from motes.mot.detection.background_models import (
     RunningGaussian,
 )
 from motes.mot.detection.blobs import blobs
+from motes.mot.detection.foreground_memory import ForegroundMemory
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -172,11 +173,11 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
 class BackgroundDetector:
     """Finds moving objects before a fixed camera. A `Detector`; frames come in order.
 
-    A pixel is foreground if it differs from the background in more than its light (`illumination`).
-    Foreground is not learned for a time (`SelectiveUpdate`). A patch without edges of its own is no
-    object: an object that has become background there has left the place (`ghosts`). A frame that
-    is mostly foreground, as when a light is switched on, has no detections, and the background is
-    learned anew from it.
+    A pixel is foreground if it differs from the background in more than its light (`illumination`),
+    or was a known object's in the frame before (`foreground_memory`). Foreground is not learned for
+    a time (`SelectiveUpdate`). A patch without edges of its own is no object: an object that has
+    become background there has left the place (`ghosts`). A frame that is mostly foreground, as
+    when a light is switched on, has no detections, and the background is learned anew from it.
 
     Parameters
     ----------
@@ -269,6 +270,7 @@ class BackgroundDetector:
             return []
         self._flooded = 0
         self.mask = mask = without_tremble(mask, planes, self._background)
+        self._memory.remember(mask, self._moved)
         if self._frames % LEARNED == 0:
             learned = self._update.learned_from(planes, mask, frame.time, self._moved)
             self._model.learn(learned, min(LEARNED * self._rate, 1.0))
@@ -284,6 +286,7 @@ class BackgroundDetector:
         self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
         self._background = Background(planes, self.config.noise)
+        self._memory = ForegroundMemory()
         self._frames = 0
 
     @property
@@ -301,7 +304,7 @@ class BackgroundDetector:
         differs = self._model.foreground(planes)
         limits = LightLimits(config.shadow, config.highlight, config.tint, config.texture)
         mask = without_light(differs, planes, self._background, limits)
-        return with_enclosed(mask, differs)
+        return self._memory.added(with_enclosed(mask, differs), differs, self._moved)
 
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""

@@ -42,7 +42,8 @@ def reidentify(
     )
     kept = config.smoothing.velocity
     variances = np.array([each.variance(frame.time, dt, kept) for each in lost])
-    rows, columns, off = config.association.near(places, variances, boxes)
+    area = frame.width * frame.height
+    rows, columns, off = config.association.near(places, variances, boxes, area)
     distances = model_distances(lost, frame, boxes, rows, columns)
     costs = config.association.recovery_costs(off, distances)
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)

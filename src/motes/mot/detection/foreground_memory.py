@@ -1,0 +1,62 @@
+"""What light may explain, and yet is an object's: it was so in the frame before.
+
+A gray shirt looks like a shadow of the white wall behind it, and a dark car's side like one of the
+road. But light does not turn an object into a shadow. So what has been an object's foreground, and
+still differs from the background, stays so; a shadow that lies beside an object has never been.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from motes.core.geometry import Box
+from motes.mot.boxes import as_rows
+from motes.mot.detection.morphology import Mask
+from motes.mot.overlaps import best_partners, overlapping_pairs
+
+SAME = 0.3
+"""Least intersection over union of an object's boxes in two frames, as of its detections."""
+
+
+class ForegroundMemory:
+    """The foreground of the frame before, which moves along with the objects that are known."""
+
+    def __init__(self) -> None:
+        self._mask: Mask | None = None
+        self._known: Sequence[Box] = ()
+
+    def remember(self, mask: Mask, known: Sequence[Box]) -> None:
+        """Take the foreground (H, W) of a frame, and the objects' boxes in it."""
+        self._mask, self._known = mask, known
+
+    def added(self, mask: Mask, before: Mask, known: Sequence[Box]) -> Mask:
+        """Return a mask with those pixels of the one before that were foreground of the objects.
+
+        Parameters
+        ----------
+        mask, before
+            (H, W) of 0 and 1, without and with the pixels that light may explain.
+        known
+            Boxes of the known objects in this frame.
+        """
+        if self._mask is None or not known or not self._known:
+            return mask
+        out = mask.copy()
+        rows, last = as_rows(known), as_rows(self._known)
+        for i, j in best_partners(*overlapping_pairs(rows, last, SAME)).items():
+            dx, dy = (rows[i, :2] - last[j, :2] + (rows[i, 2:] - last[j, 2:]) / 2).round().tolist()
+            here, there = _windows(known[i], int(dx), int(dy), mask.shape)
+            out[here] |= before[here] & self._mask[there]
+        return out
+
+
+def _windows(
+    box: Box, dx: int, dy: int, shape: tuple[int, ...]
+) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return the pixels of a box, and those dx, dy pixels before, as far as both are in a frame."""
+    height, width = shape
+    top, left = max(round(box.y), 0, dy), max(round(box.x), 0, dx)
+    bottom = max(min(round(box.y + box.height), height, height + dy), top)
+    right = max(min(round(box.x + box.width), width, width + dx), left)
+    here = slice(top, bottom), slice(left, right)
+    return here, (slice(top - dy, bottom - dy), slice(left - dx, right - dx))
