@@ -324,6 +324,17 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
+    Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
+    line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
+    assert main(["batch", "film-[01].mp4", "--workers", "1", *line, "out"]) == 0
+    for name in ("film-0", "film-1"):
+        assert main(["track", f"{name}.mp4", *line, "one.csv", "--overwrite"]) == 0
+        assert rows(home / "out", name) == Path("one.csv").read_text()
+    assert main(["batch", "film-*.mp4", "--workers", "1", *line, "out"]) == 6
+    assert "none of" in (home / "out" / "jobs" / "film-2.json").read_text()
+
+
 @pytest.mark.slow
 def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")

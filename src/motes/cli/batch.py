@@ -108,6 +108,9 @@ class JobOptions:
     detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
         None
     )
+    keyframes: Annotated[
+        str | None, Parameter(help="File of keyframes; each row begins with the name of its film.")
+    ] = None
     detector: Annotated[str | None, Parameter(help="Detector of motes watch.")] = None
     places: Annotated[str | None, Parameter(help="TOML file of lines and zones.")] = None
     preset: Annotated[str | None, Parameter(help="Preset of the tracker.")] = None

@@ -39,7 +39,7 @@ File = Annotated[
     Parameter(
         group=KEYFRAMES,
         help="File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or "
-        "FIRST:LAST,absent. With several films, a row begins with the name of its film.",
+        "FIRST:LAST,absent. A row may begin with the name of its film: others are left out.",
     ),
 ]
 
@@ -61,12 +61,7 @@ class KeyframeOptions:
     @property
     def given(self) -> bool:
         """Whether any of these options is used."""
-        return self.keyframes is not None or self.in_one_film
-
-    @property
-    def in_one_film(self) -> bool:
-        """Whether an option names frames without their film."""
-        return bool(self.at or self.absent or self.backward)
+        return self.keyframes is not None or bool(self.at or self.absent or self.backward)
 
     def marks(self, source: str) -> Marks:
         """Return the keyframes of these options, for a source.

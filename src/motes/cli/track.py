@@ -52,7 +52,9 @@ app = App(
 
 @app.default
 def track(
-    *sources: str,
+    source: str | None = None,
+    /,
+    *,
     target: TargetOptions = TargetOptions(),
     keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
@@ -73,7 +75,7 @@ def track(
     help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
-    """Track one object, or several, through a video; or one through each of several videos.
+    """Track one object, or several, through a video.
 
     The result has a row for each frame: the target's position, the confidence, and the status
     (searching, tracking or lost). With several objects it has a row for each object: its box and
@@ -82,13 +84,10 @@ def track(
     Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
     go to a file named after the source.
 
-    With several videos and --keyframes, -o is a folder, which gets the rows of each video.
-
     Parameters
     ----------
-    sources
-        A video, an image, a folder or pattern of images, the number of a camera, or an address; or
-        several videos, or a pattern of them, with --keyframes.
+    source
+        A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
     if help_all:
         show_all("track")
@@ -104,7 +103,7 @@ def track(
 
         print(to_toml(config), end="")
         return DONE
-    if not sources:
+    if source is None:
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
@@ -121,13 +120,7 @@ def track(
         from motes.cli.track_between import TrackingChoice
 
         choice = TrackingChoice(config, values.seed, preset, plane)
-        return _track_keyframes(sources, keys, target, frames, outputs, choice)
-    if len(sources) > 1:
-        raise ConfigError(
-            f"No option takes {' '.join(sources[1:])}; numbers of one option need commas, and "
-            f"several videos --keyframes."
-        )
-    (source,) = sources
+        return _track_keyframes(source, keys, target, frames, outputs, choice)
     if outputs.save_histogram is not None:
         from motes.cli.save_histogram import save_histogram
 
@@ -186,28 +179,17 @@ def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
 
 
 def _track_keyframes(
-    sources: Sequence[str],
+    source: str,
     keys: KeyframeOptions,
     target: TargetOptions,
     frames: FrameOptions,
     outputs: TrackOutputs,
     choice: TrackingChoice,
 ) -> int:
-    """Track an object between keyframes, or backward; or one in each of several films."""
+    """Track an object between keyframes, or backward."""
     from motes.cli.track_between import Between, open_film, track_between
-    from motes.cli.track_films import films_of, marks_of_films, track_films
 
-    films = films_of(sources)
     region = target.region()
-    if len(films) > 1:
-        if keys.keyframes is None or keys.in_one_film or region is not None:
-            raise ConfigError(
-                "The targets of several films are in the file of --keyframes; omit other targets."
-            )
-        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
-        each = marks_of_films(films, keys.keyframes)
-        return track_films(each, frames, outputs, choice)
-    (source,) = films
     marks = keys.marks(source)
     if region is None and not any(mark for _, mark in marks):
         raise ConfigError(

@@ -11,7 +11,6 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.moment import Sink
 from motes.cli.options import FrameOptions, say_rate
-from motes.cli.progress import FrameProgress
 from motes.cli.track_keyframes import Outputs, Run, moments_of, write_others, write_stretches
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_outputs import pictures_outputs
@@ -104,40 +103,23 @@ def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> in
     output, outputs
         Where the results go.
     """
-    opened = list[Sink]()
-    run = Run(len(job.history.keys))
+    run, opened = Run(len(job.history.keys)), list[Sink]()
     try:
-        track_film(job, output, outputs, run, opened, quiet=output == "-")
+        _track(job, output, outputs, run, opened)
     finally:
         if run.states:
             summarize([str(run)], job.film, opened, run.interrupted)
     return interrupts.code(run.interrupted) if run.interrupted else DONE
 
 
-def track_film(
-    job: Between,
-    output: str | None,
-    outputs: TrackOutputs,
-    run: Run,
-    opened: list[Sink],
-    *,
-    quiet: bool = False,
-    bar: FrameProgress | None = None,
+def _track(
+    job: Between, output: str | None, outputs: TrackOutputs, run: Run, opened: list[Sink]
 ) -> None:
     """Track a target between keyframes; with --resume, only what is missing.
 
-    Parameters
-    ----------
-    job, output, outputs
-        As in `track_between`.
-    run
-        Counts the frames.
-    opened
-        Gets the outputs, for a summary.
-    quiet, bar
-        As in `run_stretches`.
+    `run` counts the frames, and `opened` gets the outputs, for a summary.
     """
-    film, history, units = job.film, job.history, job.choice.units
+    film, history, units, quiet = job.film, job.history, job.choice.units, output == "-"
     path = _history_of(output, outputs)
     table = None if not outputs.resume else _begun_rows(output, path, history, film)
     if outputs.resume:
@@ -152,7 +134,7 @@ def track_film(
         opened.append(finished := _Finished(output))
         old = History.load(history_path(Path(output)))
         finished.rows, run.interrupted = refine_rows(
-            film, table, old, old, Path(output), quiet=quiet, bar=bar
+            film, table, old, old, Path(output), quiet=quiet
         )
         run.states.update(track.status for track in table.tracks)
         _replay(Outputs(None, None, others, pictures), film, table, motion, run)
@@ -163,7 +145,7 @@ def track_film(
         rows = rows_output(output, film, outputs, further=further)
         opened.append(rows)
     each = Outputs(rows, path, others, pictures)
-    write_stretches(film, history, each, motion, run, quiet=quiet, bar=bar)
+    write_stretches(film, history, each, motion, run, quiet=quiet)
 
 
 class _Finished:
