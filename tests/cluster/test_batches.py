@@ -370,33 +370,6 @@ def test_the_table_of_results_without_pyarrow(
     assert counts(store)[0] == {"done": 1, "waiting": 1}
 
 
-@pytest.mark.slow
-def test_films_in_parts_have_the_same_rows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    clip(Path("film.mp4"), 60, options={"g": "12"})
-    Path("keys.csv").write_text(
-        "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12\n45,2,2,16,12\n"
-    )
-    usual = {"source": "film.mp4", "init": "", "keyframes": "keys.csv"}
-    whole = [usual | {"name": "a"}, usual | {"name": "b", "start": "5", "end": "50"}]
-    batch_jobs.table(Path("jobs.csv"), [*whole, {"source": "film.mp4", "name": "c"}])
-    assert main(["batch", "jobs.csv", "-o", "whole", "--workers", "1"]) == 0
-    capsys.readouterr()
-    line = ["batch", "jobs.csv", "-o", "parts", "--workers", "2", "--split", "10", "--log", "log"]
-    assert main(line) == 0
-    jobs = {msgspec.json.decode(each)["job"] for each in Path("log").read_bytes().splitlines()}
-    assert jobs == {"a", "b", "c", *(f"{name} part {n}" for name in "ab" for n in range(3))}
-    for path in Path("whole/rows").glob("*/*"):
-        assert path.read_bytes() == Path("parts", *path.parts[1:]).read_bytes(), path
-    assert not Path("parts/parts").exists()
-    assert main(line) == 0
-    assert "3 jobs, 0 done, 3 done before" in capsys.readouterr().err
-    assert main([*line, "--rows", "parquet"]) == 2
-    assert "--split is for rows in CSV" in capsys.readouterr().err
-
-
 def test_progress_is_served_and_printed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
@@ -14,7 +13,6 @@ import msgspec
 from motes.cli.messages import counted, log
 from motes.cli.metrics_page import place_of, serve_metrics
 from motes.cluster.driver import BatchEvent, Finished
-from motes.cluster.jobs import Job
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
 from motes.core.errors import FormatError
@@ -57,12 +55,6 @@ class BatchProgress:
         self._bar: Any = None
         self._open = contextlib.ExitStack()
         self._begun = self._shown = time.monotonic()
-
-    def expecting(self, jobs: Iterable[Job]) -> Iterator[Job]:
-        """Yield jobs that come on top of the others."""
-        for job in jobs:
-            self.total += 1
-            yield job
 
     def keep(self, record: Record) -> None:
         """Count a job that an earlier run has finished."""
