@@ -148,7 +148,7 @@ def _track(
     write_stretches(film, history, each, motion, run, quiet=quiet)
 
 
-class _Finished:
+class _Finished(Sink):
     """The rows of an earlier run, for the summary."""
 
     def __init__(self, name: str) -> None:
@@ -161,9 +161,6 @@ class _Finished:
     def result(self) -> str:
         """The file, and how many of its rows are new."""
         return f"{self._name} ({self.rows or 'none'} of its rows made anew)"
-
-    def __enter__(self) -> _Finished:
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Do nothing."""
