@@ -23,7 +23,7 @@ import batch_jobs
 from clips import clip
 from motes.cli import main
 from motes.cli.batch_progress import BatchProgress
-from motes.cluster.driver import BatchEvent, Finished, batch, longest_first
+from motes.cluster.driver import BatchEvent, batch, longest_first
 from motes.cluster.inputs import missing
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
@@ -86,7 +86,7 @@ def run(
     events: list[BatchEvent] = list(
         batch(pool, Folder(out), jobs, plan, lambda record: kept.append(record.name))
     )
-    return kept, {each.record.name: each.record for each in events if isinstance(each, Finished)}
+    return kept, {each.name: each for each in events if isinstance(each, Record)}
 
 
 @pytest.fixture
@@ -106,7 +106,6 @@ def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
     again = InProcess()
     kept, made = run(out, jobs, again)
     assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
-    assert made["c"].files == {"rows/job=c/rows.csv": made["c"].files["rows/job=c/rows.csv"]}
     assert rows(out, "c") == "film-0.mp4 0\n"
 
 
@@ -218,7 +217,7 @@ def test_a_worker_that_was_taken_for_dead_changes_nothing(tmp_path: Path, film: 
     first = work(order)
     before = rows(tmp_path / "out", "a")
     second = work(order)
-    assert (second.files, second.inputs) == (first.files, first.inputs)
+    assert second.inputs == first.inputs
     assert rows(tmp_path / "out", "a") == before
     ((_, kept),) = records(Folder(tmp_path / "out"), [order.job])
     assert kept == second
@@ -239,7 +238,7 @@ def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
     plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=5.0)
     with LocalPool(2) as pool:
         events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
-    made = {each.record.name: each.record for each in events if isinstance(each, Finished)}
+    made = {each.name: each for each in events if isinstance(each, Record)}
     assert {name: each.status for name, each in made.items()} == {
         "dies": "failed", "hangs": "failed", "fails": "failed",
         "a": "done", "b": "done", "c": "done",
@@ -380,11 +379,11 @@ def test_progress_is_served_and_printed(
         progress.keep(done)
         for event in (
             Started(task, "here", 1),
-            Finished(done),
+            done,
             Started(task, "here", 1),
             Again(task, "Lost."),
             Started(task, "here", 1),
-            Finished(msgspec.structs.replace(done, status="failed")),
+            msgspec.structs.replace(done, status="failed"),
             Started(task, "here", 1),
         ):
             progress.note(event)

@@ -12,7 +12,7 @@ import msgspec
 
 from motes.cli.messages import counted, log
 from motes.cli.metrics_page import place_of, serve_metrics
-from motes.cluster.driver import BatchEvent, Finished
+from motes.cluster.driver import BatchEvent
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
 from motes.core.errors import FormatError
@@ -82,8 +82,7 @@ class BatchProgress:
             self._finish(event)
         self._show()
 
-    def _finish(self, event: Finished) -> None:
-        record = event.record
+    def _finish(self, record: Record) -> None:
         self._add(
             record.status, record.name, attempt=record.attempts, host=record.host,
             seconds=record.seconds, frames=record.frames, error=record.error,

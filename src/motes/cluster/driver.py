@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -35,13 +34,8 @@ AHEAD = 64
 driver holds few jobs."""
 
 
-class Finished(NamedTuple):
-    """A job has its record."""
-
-    record: Record
-
-
-BatchEvent = Finished | Started | Again
+BatchEvent = Record | Started | Again
+"""What becomes of a job: in the end it has a record."""
 
 
 def batch(
@@ -72,7 +66,7 @@ def batch(
         if isinstance(event, Started | Again):
             yield event
         else:
-            yield Finished(_settled(store, event, plan))
+            yield _settled(store, event, plan)
 
 
 def longest_first(tasks: Iterable[Task], ahead: int = AHEAD) -> Iterator[Task]:
