@@ -9,8 +9,9 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.messages import log
-from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, FirstPixel, Workers
+from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, Workers
 from motes.core.errors import ConfigError, FormatError
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

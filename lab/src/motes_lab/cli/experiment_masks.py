@@ -8,7 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import REPEATED, RUN, FirstPixel
+from motes.cli.options import REPEATED, RUN
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

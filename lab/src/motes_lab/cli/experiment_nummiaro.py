@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
+from motes.cli.options import FLAG, RUN, ObjectPreset
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import Region, Seeds
 from motes_lab.cli.experiment_inputs import ClipRuns, Clips, crowds_of, views_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory

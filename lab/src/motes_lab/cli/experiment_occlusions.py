@@ -8,8 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.options import REPEATED, RUN, ObjectPreset, Seeds, Workers
+from motes.cli.options import REPEATED, RUN, ObjectPreset, Workers
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import Seeds
 from motes_lab.cli.experiment_inputs import crowds_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory

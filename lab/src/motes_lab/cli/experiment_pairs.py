@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.options import DATASET, REPEATED, RUN, FirstPixel, Seeds, Workers
+from motes.cli.options import REPEATED, RUN, Workers
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import DATASET, FirstPixel, Seeds
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

@@ -11,8 +11,9 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import numbers_of, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed
+from motes.cli.options import HYPHEN, RUN, ObjectPreset, Seed
 from motes.core.errors import SourceError
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import ClipRuns, crowds_of, films_of
 from motes_lab.cli.experiment_output import ResultOptions, announce, show
 from motes_lab.cli.experiment_scenes import Full, scene_factory
