@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +25,6 @@ from motes.cli.watch_options import ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
 from motes.cluster.work import Made
 from motes.correction.history import ENDING
-from motes.correction.keyframes import ABSENT
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
@@ -86,10 +85,10 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
 
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
-    target = TargetOptions(init=[_text(region) for region in job.init], detect=job.detect)
+    init = [",".join(map(repr, region)) for region in job.init]
     return track(
         job.source,
-        target=target,
+        target=TargetOptions(init=init, detect=job.detect),
         keys=KeyframeOptions(keyframes=_path(job.keyframes)),
         frames=frames,
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
@@ -97,10 +96,6 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
         **network_settings(job.network),
     )
-
-
-def _text(region: Sequence[float] | None) -> str:
-    return ABSENT if region is None else ",".join(map(repr, region))
 
 
 def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import HYPHEN, RUN
+from motes.cli.options import HYPHEN, REPEATED, RUN
 from motes.core.errors import ConfigError
 
 DATASET = Group("Dataset", sort_key=1)
@@ -19,6 +19,11 @@ FirstPixel = Annotated[
         help="Coordinate of the first pixel in the ground truth: 0 or 1, or 'GLOB=0' for some "
         "sequences. The default is that of the dataset's layout.",
     ),
+]
+Only = Annotated[
+    list[str] | None,
+    REPEATED,
+    Parameter(group=DATASET, help="Only these sequences, such as 'seg-*'; may be repeated."),
 ]
 Seeds = Annotated[
     int, Parameter(group=RUN, help="Number of runs of each tracker that uses random numbers.")
