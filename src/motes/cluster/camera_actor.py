@@ -36,6 +36,9 @@ KEY = 32
 BUFFER = 1 << 15
 """Bytes that a connection holds at each end: a few reports. If the program is slow, cameras wait,
 and live ones drop pictures; they do not send old ones."""
+ALIVE = {"TCP_KEEPIDLE": 5, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 5}
+"""Seconds of silence, seconds between questions, and their number: then a node that is gone without
+a word ends the connection, also in the middle of a message."""
 
 
 class CameraActor:
@@ -173,6 +176,10 @@ def pipe_of(connection: socket.socket) -> Connection:
     """Return a connection as a pipe that holds little and waits for nothing."""
     connection.settimeout(None)
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, number in ALIVE.items():
+        if hasattr(socket, name):
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), number)
     for side in (socket.SO_SNDBUF, socket.SO_RCVBUF):
         connection.setsockopt(socket.SOL_SOCKET, side, BUFFER)
     return Connection(connection.detach())
