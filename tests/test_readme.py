@@ -63,9 +63,9 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "video.mp4").symlink_to(video)
     (tmp_path / "street.mp4").symlink_to(street)
-    (tmp_path / "more").mkdir()
-    for name in ("a.mp4", "b.mp4", "more/c.mp4"):
-        (tmp_path / name).symlink_to(video)
+    (tmp_path / "films").mkdir()
+    for name in ("a.mp4", "b.mp4", "c.mp4"):
+        (tmp_path / "films" / name).symlink_to(video)
     (tmp_path / "task.xml").write_text(TASK, encoding="utf-8")
     (tmp_path / "labels").mkdir()
     (tmp_path / "labels" / "street_1.txt").write_text("0 0.5 0.5 0.1 0.2 0.9\n", encoding="utf-8")

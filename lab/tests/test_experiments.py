@@ -501,10 +501,11 @@ def test_progress_has_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch) -> 
         yield Result({}, progress="clip 1", share=0.25)
         yield Result({}, progress="clip 2")
 
+    expected = Expected("2 clips", 75.0)
     now = iter([100.0, 120.0, 140.0])
     monkeypatch.setattr("motes_lab.cli.experiment_output.time.monotonic", lambda: next(now))
     monkeypatch.setattr("rich.console.Console", Shown)
-    assert show(steps(), Output("it", ("",), None, overwrite=False), (), 75.0) == 0
+    assert show(steps(), Output("it", ("",), None, overwrite=False), (), expected) == 0
     assert texts == [
         "measuring, about 75 s left",
         "measuring: clip 1, about 60 s left",

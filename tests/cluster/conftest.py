@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-NODE = {"num_cpus": 1, "resources": {"reaches-hall": 1, "handover": 1}}
+NODE = {"num_cpus": 1, "resources": {"reaches-hall": 1}}
 """A node on which anything may run."""
 QUICK = {
     "health_check_initial_delay_ms": 1000,

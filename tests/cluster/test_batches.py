@@ -23,7 +23,7 @@ import batch_jobs
 from clips import clip
 from motes.cli import main
 from motes.cli.batch_progress import BatchProgress
-from motes.cluster.driver import BatchEvent, Finished, batch, longest_first
+from motes.cluster.driver import BatchEvent, batch, longest_first
 from motes.cluster.inputs import missing
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
@@ -86,7 +86,7 @@ def run(
     events: list[BatchEvent] = list(
         batch(pool, Folder(out), jobs, plan, lambda record: kept.append(record.name))
     )
-    return kept, {each.record.name: each.record for each in events if isinstance(each, Finished)}
+    return kept, {each.name: each for each in events if isinstance(each, Record)}
 
 
 @pytest.fixture
@@ -106,7 +106,6 @@ def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
     again = InProcess()
     kept, made = run(out, jobs, again)
     assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
-    assert made["c"].files == {"rows/job=c/rows.csv": made["c"].files["rows/job=c/rows.csv"]}
     assert rows(out, "c") == "film-0.mp4 0\n"
 
 
@@ -218,7 +217,7 @@ def test_a_worker_that_was_taken_for_dead_changes_nothing(tmp_path: Path, film: 
     first = work(order)
     before = rows(tmp_path / "out", "a")
     second = work(order)
-    assert (second.files, second.inputs) == (first.files, first.inputs)
+    assert second.inputs == first.inputs
     assert rows(tmp_path / "out", "a") == before
     ((_, kept),) = records(Folder(tmp_path / "out"), [order.job])
     assert kept == second
@@ -239,7 +238,7 @@ def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
     plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=5.0)
     with LocalPool(2) as pool:
         events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
-    made = {each.record.name: each.record for each in events if isinstance(each, Finished)}
+    made = {each.name: each for each in events if isinstance(each, Record)}
     assert {name: each.status for name, each in made.items()} == {
         "dies": "failed", "hangs": "failed", "fails": "failed",
         "a": "done", "b": "done", "c": "done",
@@ -324,6 +323,17 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
+    Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
+    line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
+    assert main(["batch", "film-[01].mp4", "--workers", "1", *line, "out"]) == 0
+    for name in ("film-0", "film-1"):
+        assert main(["track", f"{name}.mp4", *line, "one.csv", "--overwrite"]) == 0
+        assert rows(home / "out", name) == Path("one.csv").read_text()
+    assert main(["batch", "film-*.mp4", "--workers", "1", *line, "out"]) == 6
+    assert "none of" in (home / "out" / "jobs" / "film-2.json").read_text()
+
+
 @pytest.mark.slow
 def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")
@@ -359,33 +369,6 @@ def test_the_table_of_results_without_pyarrow(
     assert counts(store)[0] == {"done": 1, "waiting": 1}
 
 
-@pytest.mark.slow
-def test_films_in_parts_have_the_same_rows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    clip(Path("film.mp4"), 60, options={"g": "12"})
-    Path("keys.csv").write_text(
-        "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12\n45,2,2,16,12\n"
-    )
-    usual = {"source": "film.mp4", "init": "", "keyframes": "keys.csv"}
-    whole = [usual | {"name": "a"}, usual | {"name": "b", "start": "5", "end": "50"}]
-    batch_jobs.table(Path("jobs.csv"), [*whole, {"source": "film.mp4", "name": "c"}])
-    assert main(["batch", "jobs.csv", "-o", "whole", "--workers", "1"]) == 0
-    capsys.readouterr()
-    line = ["batch", "jobs.csv", "-o", "parts", "--workers", "2", "--split", "10", "--log", "log"]
-    assert main(line) == 0
-    jobs = {msgspec.json.decode(each)["job"] for each in Path("log").read_bytes().splitlines()}
-    assert jobs == {"a", "b", "c", *(f"{name} part {n}" for name in "ab" for n in range(3))}
-    for path in Path("whole/rows").glob("*/*"):
-        assert path.read_bytes() == Path("parts", *path.parts[1:]).read_bytes(), path
-    assert not Path("parts/parts").exists()
-    assert main(line) == 0
-    assert "3 jobs, 0 done, 3 done before" in capsys.readouterr().err
-    assert main([*line, "--rows", "parquet"]) == 2
-    assert "--split is for rows in CSV" in capsys.readouterr().err
-
-
 def test_progress_is_served_and_printed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -396,11 +379,11 @@ def test_progress_is_served_and_printed(
         progress.keep(done)
         for event in (
             Started(task, "here", 1),
-            Finished(done),
+            done,
             Started(task, "here", 1),
             Again(task, "Lost."),
             Started(task, "here", 1),
-            Finished(msgspec.structs.replace(done, status="failed")),
+            msgspec.structs.replace(done, status="failed"),
             Started(task, "here", 1),
         ):
             progress.note(event)

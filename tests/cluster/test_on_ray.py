@@ -11,12 +11,13 @@ import pytest
 
 import batch_jobs
 from motes.cli import main
-from motes.cluster.driver import Finished, batch
+from motes.cluster.driver import batch
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
 from motes.cluster.on_ray import RayPool
 from motes.cluster.pool import Again, Ended, Started, Task, run
 from motes.cluster.ray_connection import connected
+from motes.cluster.records import Record
 from motes.cluster.store import Folder
 from motes.cluster.work import Plan
 from motes.core.errors import ConfigError
@@ -78,7 +79,7 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
         events = done(pool, tmp_path / "ray", hit=True)
         pool.close()
     assert any(isinstance(each, Again) for each in events)
-    finished = [each.record for each in events if isinstance(each, Finished)]
+    finished = [each for each in events if isinstance(each, Record)]
     assert sorted(each.name for each in finished) == sorted(job.name for job in jobs)
     assert results(tmp_path / "ray") == results(tmp_path / "local")
 

@@ -1,4 +1,4 @@
-"""Who is a neighbor, how a rig falls into connected groups, and identities as in the whole."""
+"""Who is a neighbor, and identities of groups that nothing joins."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import heapq
 from test_reidentification import RIG, SHIFT
 
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.neighborhoods import connected, neighbors_of
+from motes.mot.cameras.neighborhoods import neighbors_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, Rig
 from simulated_cameras import Building, Simulation
@@ -33,16 +33,6 @@ def test_passages_and_overlaps_make_neighbors() -> None:
     }
     apart = Rig.parse(RIG.partition("[[passage]]")[0])
     assert neighbors_of(apart) == {"hall": (), "office": ()}
-    assert [each.camera for each in connected(apart)] == [(camera,) for camera in apart.camera]
-
-
-def test_a_rig_falls_into_its_groups() -> None:
-    """With all that joins their cameras."""
-    one, two = Building(2, 2).rig(), Building(1, 3).rig()
-    assert connected(joined(one, two)) == [joined(one), joined(two, letters="y")]
-    pairs = Building(1, 3, cameras=2).rig()
-    assert connected(pairs) == [pairs]
-    assert pairs.overlap
 
 
 def test_groups_give_the_identities_of_the_whole() -> None:
@@ -51,7 +41,9 @@ def test_groups_give_the_identities_of_the_whole() -> None:
     simulations = [Simulation(building, 15, 2, seed=seed) for seed in (0, 1)]
     rig = joined(building.rig(), building.rig())
     whole = CrossCameraAssociation(rig)
-    groups = {group.camera[0].name[0]: CrossCameraAssociation(group) for group in connected(rig)}
+    groups = {
+        letter: CrossCameraAssociation(joined(building.rig(), letters=letter)) for letter in "xy"
+    }
     there, back = dict[int, tuple[str, int]](), dict[tuple[str, int], int]()
     reports = heapq.merge(
         *(

@@ -21,7 +21,6 @@ import pytest
 from motes.cli import main
 from motes.core.frame import Frame
 from motes.mot.cameras import camera_process, rig_camera
-from motes.mot.cameras import rig as rig_module
 from motes.mot.cameras.camera_report import Arrival, CameraReport
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady
@@ -166,8 +165,7 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
         def _send(self, arrivals: object) -> None:
             log.append(f"{self.name} {arrivals}")
 
-    monkeypatch.setattr(rig_module, "CameraProcess", Recording)
-    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))))
+    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))), start=Recording)
     monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(times)}")
     times: list[float] = []
     starts = {"one": 0.0, "two": 0.02}
@@ -175,7 +173,7 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
     frames = {name: iter([start + 0.04 * n for n in range(4)]) for name, start in starts.items()}
     order = sorted(cameras, key=lambda name: name == slow)
 
-    def works(camera: camera_process.CameraProcess) -> bool:
+    def works(camera: RigCamera) -> bool:
         """Have a camera announce a frame or report one, as its process would."""
         done = len(camera.reports) + sum(each.startswith(camera.name) for each in log)
         if camera.next is None and (time := next(frames[camera.name], None)) is not None:
@@ -328,9 +326,15 @@ def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
 
 def kill(watch: RigRunner) -> None:
     """Kill the hall's process."""
-    pid = watch.pids["hall"]
-    assert pid
-    os.kill(pid, signal.SIGKILL)
+    os.kill(process_of(watch), signal.SIGKILL)
+
+
+def process_of(watch: RigRunner) -> int:
+    """Return the process of the one camera."""
+    (hall,) = watch._cameras
+    assert isinstance(hall, camera_process.CameraProcess)
+    assert hall.process.pid
+    return hall.process.pid
 
 
 def told(
@@ -381,10 +385,10 @@ def test_a_process_that_dies_at_the_same_place_again_is_given_up(
         first = next(news)
         assert isinstance(first, CameraMessage)
         assert "SIGKILL" in first.text
-        pid = watch.pids["hall"]
+        pid = process_of(watch)
 
         def kill_next() -> None:
-            _until(lambda: watch.pids["hall"] not in (None, pid))
+            _until(lambda: process_of(watch) != pid)
             kill(watch)
 
         threading.Thread(target=kill_next).start()
@@ -467,6 +471,12 @@ class SilentCamera(RigCamera):
 
     def _start(self) -> None:
         self.sent: list[object] = []
+
+    def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Do nothing."""
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         self.sent.append(arrivals)

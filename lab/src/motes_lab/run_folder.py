@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from motes import __version__
 from motes.core.config import Config, from_dict, from_json
@@ -136,15 +137,8 @@ def _resumed_record(out: Path, now: Record) -> Record:
             f"{out} cannot be resumed with this {changed[0]}; replace it with --overwrite, or "
             f"choose another --out."
         )
-    return Record(
-        motes=now.motes,
-        dataset=now.dataset,
-        sequences=before.sequences | now.sequences,
-        trackers=before.trackers | now.trackers,
-        protocols=now.protocols,
-        seeds=now.seeds,
-        time_limit=now.time_limit,
-        max_frames=now.max_frames,
+    return replace(
+        now, sequences=before.sequences | now.sequences, trackers=before.trackers | now.trackers
     )
 
 

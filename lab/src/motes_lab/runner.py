@@ -165,14 +165,11 @@ def run(
         else:
             errors, files = event.value
             for name, data in files:
-                _write(out / name, data)
+                path = out / name
+                with writing(path):
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    write_whole(path, data)
             yield JobEvent(job, errors)
-
-
-def _write(path: Path, data: bytes) -> None:
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, data)
 
 
 # The functions below run in a worker.

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from motes.cli.moment import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
@@ -15,7 +16,6 @@ from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Moment
     from motes.video.film import Film
     from motes.video.sources import Source
 
@@ -39,7 +39,7 @@ def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
     return painted
 
 
-class AnnotatedVideo:
+class AnnotatedVideo(Sink):
     """A video that begins at 0; checks on construction that it can be written.
 
     Parameters

@@ -61,13 +61,6 @@ class WorkOptions:
         ),
     ] = ATTEMPTS
     time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
-    split: Annotated[
-        int | None,
-        Parameter(
-            help="With track and keyframes: split films at keyframes into parts of this many "
-            "frames or more. Each part is a job. The rows are the same."
-        ),
-    ] = None
     checksums: Annotated[
         bool,
         FLAG,
@@ -87,8 +80,6 @@ class WorkOptions:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
         check_counts(attempts=self.attempts)
         worker_count(self.workers)
-        if self.split is not None:
-            check_counts(split=self.split)
         if not 0 < self.time_limit < float("inf"):
             raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
 
@@ -108,6 +99,9 @@ class JobOptions:
     detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
         None
     )
+    keyframes: Annotated[
+        str | None, Parameter(help="File of keyframes; each row begins with the name of its film.")
+    ] = None
     detector: Annotated[str | None, Parameter(help="Detector of motes watch.")] = None
     places: Annotated[str | None, Parameter(help="TOML file of lines and zones.")] = None
     preset: Annotated[str | None, Parameter(help="Preset of the tracker.")] = None
@@ -263,7 +257,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes.cli.batch_job import make
     from motes.cli.batch_progress import BatchProgress
     from motes.cluster import resources
-    from motes.cluster.driver import PARTS, Stage, batch, stages_of_split
+    from motes.cluster.driver import batch
     from motes.cluster.open_pool import open_pool
     from motes.cluster.state import load_jobs, write_table
     from motes.cluster.work import Plan
@@ -281,29 +275,20 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     )
     for job in load_jobs(store):  # also those of a folder that somebody else has made
         check_code(job.detector, work.own_code)
-    stages = [Stage(load_jobs(store), store, plan)]
-    if work.split is not None:
-        if options.form != "csv" or options.overlay:
-            raise ConfigError("--split is for rows in CSV without --overlay; omit one of them.")
-        stages = stages_of_split(store, lambda: load_jobs(store), plan, work.split)
     workers = worker_count(work.workers)
     threads = max(resources.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
     with BatchProgress(options.total, work.metrics, work.log) as progress:
         try:
             with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
-                for each in stages:
-                    jobs = each.jobs if each is stages[-1] else progress.expecting(each.jobs)
-                    for event in batch(pool, each.store, jobs, each.plan, progress.keep):
-                        interrupts.check()
-                        progress.note(event)
-                        pool.show(progress.numbers())
+                for event in batch(pool, store, load_jobs(store), plan, progress.keep):
+                    interrupts.check()
+                    progress.note(event)
+                    pool.show(progress.numbers())
         except KeyboardInterrupt as interrupt:
             interrupted = interrupt
     if interrupted is None:
         progress.written = write_table(store)
-        if not progress.failed:
-            store.remove(PARTS)
     log(f"{interrupts.word(interrupted)}{progress.summary(out)}.")
     if interrupted is not None:
         return interrupts.code(interrupted)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,10 +23,8 @@ from motes.cli.watch import PRESET, watch
 from motes.cli.watch_counting import CountingOptions
 from motes.cli.watch_options import ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
-from motes.cluster.split import join_parts, marks_of, parts_of
 from motes.cluster.work import Made
 from motes.correction.history import ENDING
-from motes.correction.keyframes import ABSENT
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
@@ -64,9 +62,6 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     MotesError
         As the command does.
     """
-    if parts_of(job):
-        join_parts(job, folder / "rows.csv")
-        return Made(_rows(folder / "rows.csv"))
     rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
     frames = CountedFrames(start=job.start, end=job.end, stride=job.stride, fps=job.fps)
     with _quiet():
@@ -90,26 +85,17 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
 
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
-    keyframes = _path(job.keyframes)
-    if job.is_part:
-        keyframes = rows.parent.with_name("keyframes.csv")
-        lines = (f"{t},{_text(mark)}\n" for t, mark in marks_of(job).items())
-        keyframes.write_text("".join(lines))
-    target = TargetOptions(init=[_text(region) for region in job.init], detect=job.detect)
+    init = [",".join(map(repr, region)) for region in job.init]
     return track(
         job.source,
-        target=target,
-        keys=KeyframeOptions(keyframes=keyframes),
+        target=TargetOptions(init=init, detect=job.detect),
+        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
         frames=frames,
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
         preset=job.preset,
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
         **network_settings(job.network),
     )
-
-
-def _text(region: Sequence[float] | None) -> str:
-    return ABSENT if region is None else ",".join(map(repr, region))
 
 
 def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:

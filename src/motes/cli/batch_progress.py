@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 import time
-from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self
 
 import msgspec
 
 from motes.cli.messages import counted, log
 from motes.cli.metrics_page import place_of, serve_metrics
-from motes.cluster.driver import BatchEvent, Finished
-from motes.cluster.jobs import Job
+from motes.cli.progress import TerminalBar
+from motes.cluster.driver import BatchEvent
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
 from motes.core.errors import FormatError
@@ -54,15 +52,9 @@ class BatchProgress:
         self._place = None if metrics is None else place_of(metrics)
         self._file = None if file is None else Path(file)
         self._log: BinaryIO | None = None
-        self._bar: Any = None
+        self._bar = TerminalBar("jobs", total)
         self._open = contextlib.ExitStack()
         self._begun = self._shown = time.monotonic()
-
-    def expecting(self, jobs: Iterable[Job]) -> Iterator[Job]:
-        """Yield jobs that come on top of the others."""
-        for job in jobs:
-            self.total += 1
-            yield job
 
     def keep(self, record: Record) -> None:
         """Count a job that an earlier run has finished."""
@@ -90,8 +82,7 @@ class BatchProgress:
             self._finish(event)
         self._show()
 
-    def _finish(self, event: Finished) -> None:
-        record = event.record
+    def _finish(self, record: Record) -> None:
         self._add(
             record.status, record.name, attempt=record.attempts, host=record.host,
             seconds=record.seconds, frames=record.frames, error=record.error,
@@ -123,10 +114,9 @@ class BatchProgress:
 
     def _show(self) -> None:
         rate, frames, left = self._times()
-        if self._bar is not None:
-            self._bar.update(
-                self._task, completed=self.ended, failed=self.failed, rate=rate, frames=frames
-            )
+        if self._bar.shown:
+            speed = f"{rate:.2f} jobs/s {frames:.0f} frames/s"
+            self._bar.update(completed=self.ended, rate=speed, state=f"{self.failed} failed")
         elif time.monotonic() - self._shown > INTERVAL:
             self._shown = time.monotonic()
             log(
@@ -150,9 +140,7 @@ class BatchProgress:
                 raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
         if self._place is not None:
             self._open.callback(serve_metrics(self._place, self._metrics).close)
-        if sys.stderr.isatty():
-            self._bar = self._open.enter_context(_bar())
-            self._task = self._bar.add_task("", total=self.total, failed=0, rate=0.0, frames=0.0)
+        self._open.enter_context(self._bar)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -178,19 +166,3 @@ class BatchProgress:
             Metric("motes_batch_seconds_left", "gauge", "Time until the end, as the rate goes on.",
                    {own: self._times()[2]}),
         ]  # fmt: skip
-
-
-def _bar() -> Any:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.completed:.0f}/{task.total:.0f} jobs"),
-        BarColumn(bar_width=None),
-        TextColumn("{task.fields[rate]:.2f} jobs/s {task.fields[frames]:.0f} frames/s"),
-        TimeRemainingColumn(compact=True),
-        TextColumn("{task.fields[failed]} failed"),
-        console=Console(stderr=True),
-        transient=True,
-        expand=True,
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +52,6 @@ def run_stretches(
     show: Callable[[], None] | None = None,
     *,
     quiet: bool = False,
-    bar: FrameProgress | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
 
@@ -72,8 +71,6 @@ def run_stretches(
         Is called after `done`; it may be interrupted.
     quiet
         Whether there is no progress bar.
-    bar
-        A bar that is shown already; by default one for these stretches.
 
     Returns
     -------
@@ -83,7 +80,7 @@ def run_stretches(
     count = sum((each.last - each.first + len(each.keys)) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
-        with nullcontext(bar) if bar else FrameProgress(count, quiet=quiet) as progress:
+        with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
                 counted = _Counted(
@@ -127,7 +124,6 @@ def refine_rows(
     goal: Path,
     *,
     quiet: bool = False,
-    bar: FrameProgress | None = None,
 ) -> Refined:
     """Track what changes and what is not finished; write rows and history.
 
@@ -144,7 +140,7 @@ def refine_rows(
         The history before the correction and after it; the same one, to finish rows.
     goal
         The file of the new rows.
-    quiet, bar
+    quiet
         As in `run_stretches`.
 
     Raises
@@ -171,7 +167,7 @@ def refine_rows(
     left = parts
     try:
         done, interrupted = run_stretches(
-            film, parts, after.tracker, after.seed, replace, quiet=quiet, bar=bar
+            film, parts, after.tracker, after.seed, replace, quiet=quiet
         )
         left = parts[done:]
     finally:

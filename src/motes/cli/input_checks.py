@@ -7,7 +7,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -51,23 +51,6 @@ def region_of(flag: str, text: str) -> list[float]:
         if text.count(",") == form.count(","):
             return numbers_of(flag, text, form)
     raise ConfigError(f"{flag} takes {BOX} or {ELLIPSE}, numbers with commas; got {text!r}.")
-
-
-def first_pixels(texts: Sequence[str]) -> dict[str, int]:
-    """Return the values of --first-pixel, by the pattern of their sequences.
-
-    Raises
-    ------
-    ConfigError
-        If a text has another form.
-    """
-    pixels = {}
-    for text in texts:
-        pattern, _, number = text.rpartition("=")
-        if number not in ("0", "1"):
-            raise ConfigError(f"--first-pixel takes 0, 1 or GLOB=0, as in 'seg-*=0'; got {text!r}.")
-        pixels[pattern or "*"] = int(number)
-    return pixels
 
 
 def worker_count(workers: int | None) -> int:

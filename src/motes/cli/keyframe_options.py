@@ -39,7 +39,7 @@ File = Annotated[
     Parameter(
         group=KEYFRAMES,
         help="File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or "
-        "FIRST:LAST,absent. With several films, a row begins with the name of its film.",
+        "FIRST:LAST,absent. A row may begin with the name of its film: others are left out.",
     ),
 ]
 
@@ -61,24 +61,29 @@ class KeyframeOptions:
     @property
     def given(self) -> bool:
         """Whether any of these options is used."""
-        return self.keyframes is not None or self.in_one_film
+        return self.keyframes is not None or bool(self.at or self.absent or self.backward)
 
-    @property
-    def in_one_film(self) -> bool:
-        """Whether an option names frames without their film."""
-        return bool(self.at or self.absent or self.backward)
-
-    def marks(self, source: str) -> Marks:
-        """Return the keyframes of these options, for a source.
+    def checked_marks(self, source: str, region: Sequence[float] | None) -> Marks:
+        """Return the keyframes of these options for a source, which go with the region of --init.
 
         Raises
         ------
         ConfigError
-            If an option has another form.
+            If an option has another form, or nothing marks the target.
         FormatError
             If the file cannot be read, or has keyframes of other films only.
         """
-        return marks(source, self.keyframes, self.at, self.absent)
+        found = marks(source, self.keyframes, self.at, self.absent)
+        if region is None and not any(mark for _, mark in found):
+            raise ConfigError(
+                "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,"
+                "height."
+            )
+        if self.backward and len(found) + (region is not None) > 1:
+            raise ConfigError(
+                "Between keyframes, the target is tracked in both directions; omit --backward."
+            )
+        return found
 
 
 def marks(

@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
 from motes.cli.messages import log
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.core.errors import ConfigError
 from motes.output.local_server import Server, reply
 from motes.output.metrics import CONTENT_TYPE, Metric, text
@@ -48,7 +48,7 @@ def serve_metrics(place: tuple[str, int], metrics: Callable[[], list[Metric]]) -
     return server
 
 
-class MetricsPage:
+class MetricsPage(Sink):
     """Serves the numbers of a run of `motes watch`, at /metrics.
 
     Parameters
@@ -58,8 +58,6 @@ class MetricsPage:
     film, scene, sent
         The parts of the run.
     """
-
-    result = None
 
     def __init__(
         self,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -89,11 +90,18 @@ Moments = Callable[[Iterator[Frame]], Generator[Moment, None, None]]
 class Sink(AbstractContextManager[object], Protocol):
     """An output: it takes the result of each frame, and is closed as a context manager."""
 
+    @abstractmethod
     def write(self, moment: Moment, /) -> None:
         """Add a frame."""
-        ...
 
     @property
     def result(self) -> str | None:
         """The name of what was written, for the summary; None for nothing."""
-        ...
+        return None
+
+    def __enter__(self) -> Self:
+        return self
+
+    @abstractmethod
+    def __exit__(self, *exception: Any) -> None:
+        """Finish what was written."""

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 TARGET = Group("Target", sort_key=1)
 KEYFRAMES = Group("Keyframes", sort_key=2)
-DATASET = Group("Dataset", sort_key=1)
 RUN = Group("Run", sort_key=2)
 FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
@@ -75,24 +74,7 @@ Fps = Annotated[
         "the film says, for images the frameRate in their seqinfo.ini, else 25.",
     ),
 ]
-FirstPixel = Annotated[
-    list[str] | None,
-    Parameter(
-        group=DATASET,
-        negative=(),
-        help="Coordinate of the first pixel in the ground truth: 0 or 1, or 'GLOB=0' for some "
-        "sequences. The default is that of the dataset's layout.",
-    ),
-]
-Seeds = Annotated[
-    int, Parameter(group=RUN, help="Number of runs of each tracker that uses random numbers.")
-]
 Seed = Annotated[int, Parameter(group=CONFIGURATION, help="Seed of the random numbers: 0 or more.")]
-Region = Annotated[
-    str | None,
-    HYPHEN,
-    Parameter(help="The target in the first frame: a box x,y,width,height."),
-]
 ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from motes.cli.messages import counted, log
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
 from motes.mot.analytics.events import Event
@@ -25,7 +25,7 @@ from motes.output.mqtt import PORTS, Mqtt, topic_of
 from motes.output.webhook import Webhook
 
 
-class SentEvents:
+class SentEvents(Sink):
     """Events on their way to webhooks and brokers, each until it is confirmed.
 
     Parameters

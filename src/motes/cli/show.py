@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import Self
 
 from motes.cli.messages import log
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.output.live_picture import View, view
 from motes.output.overlay import Draw
 
 
-class Show:
+class Show(Sink):
     """Shows the newest picture of a run.
 
     Parameters
@@ -19,8 +19,6 @@ class Show:
     painted
         Returns a function that draws a result; called with each of them.
     """
-
-    result = None
 
     def __init__(self, painted: Callable[[Moment], Draw]) -> None:
         self._painted = painted

@@ -18,7 +18,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     refuse,
 )
-from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.keyframe_options import KeyframeOptions, Marks
 from motes.cli.load_config import tracker_config
 from motes.cli.network_option import NetworkFiles, Threads, open_network, with_network
 from motes.cli.options import (
@@ -30,14 +30,13 @@ from motes.cli.options import (
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs
+from motes.cli.track_request import TrackRequest
 from motes.cli.track_target import TargetOptions
 from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.moment import Sink
-    from motes.cli.track_between import TrackingChoice
-    from motes.sot.presets import TrackerConfig
 
 app = App(
     name="track",
@@ -52,7 +51,9 @@ app = App(
 
 @app.default
 def track(
-    *sources: str,
+    source: str | None = None,
+    /,
+    *,
     target: TargetOptions = TargetOptions(),
     keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
@@ -73,7 +74,7 @@ def track(
     help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
-    """Track one object, or several, through a video; or one through each of several videos.
+    """Track one object, or several, through a video.
 
     The result has a row for each frame: the target's position, the confidence, and the status
     (searching, tracking or lost). With several objects it has a row for each object: its box and
@@ -82,13 +83,10 @@ def track(
     Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
     go to a file named after the source.
 
-    With several videos and --keyframes, -o is a folder, which gets the rows of each video.
-
     Parameters
     ----------
-    sources
-        A video, an image, a folder or pattern of images, the number of a camera, or an address; or
-        several videos, or a pattern of them, with --keyframes.
+    source
+        A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
     if help_all:
         show_all("track")
@@ -104,11 +102,44 @@ def track(
 
         print(to_toml(config), end="")
         return DONE
-    if not sources:
+    if source is None:
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     open_network(config)
+    if outputs.save_histogram is not None and not keys.given:
+        from motes.cli.save_histogram import save_histogram
+
+        return save_histogram(
+            source, outputs.save_histogram, target, frames, outputs, config, preset
+        )
+    _check_fitting(target, keys, frames, units, outputs, fps_target)
+    begin = None if keys.given else target.begin(known)
+    plane = units.units()
+    check_keyframe_error(outputs.keyframe_error)
+    marks = keys.checked_marks(source, target.region()) if keys.given else []
+    output = _checked_output(source, outputs)
+    asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
+    if begin is None:
+        return _track_keyframes(asked, marks, target.region(), backward=keys.backward)
+    if len(target.regions()) > 1:
+        return _track_several(asked, target.regions())
+
+    from motes.cli.track_one import track_one
+    from motes.sot.tracker import Tracker
+
+    return track_one(asked, Tracker(config, values.seed, fps_target), begin)
+
+
+def _check_fitting(
+    target: TargetOptions,
+    keys: KeyframeOptions,
+    frames: FrameOptions,
+    units: UnitOptions,
+    outputs: TrackOutputs,
+    fps_target: float | None,
+) -> None:
+    """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
         papers = bool(outputs.figures) and not motion_names(outputs.figures)
         unfit: dict[str, object] = {
@@ -116,48 +147,14 @@ def track(
             "--figures FOLDER": papers, "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
-        plane = units.units()
-        check_keyframe_error(outputs.keyframe_error)
-        from motes.cli.track_between import TrackingChoice
-
-        choice = TrackingChoice(config, values.seed, preset, plane)
-        return _track_keyframes(sources, keys, target, frames, outputs, choice)
-    if len(sources) > 1:
-        raise ConfigError(
-            f"No option takes {' '.join(sources[1:])}; numbers of one option need commas, and "
-            f"several videos --keyframes."
-        )
-    (source,) = sources
-    if outputs.save_histogram is not None:
-        from motes.cli.save_histogram import save_histogram
-
-        return save_histogram(
-            source, outputs.save_histogram, target, frames, outputs, config, preset
-        )
+        return
     if outputs.resume and fps_target is not None:
         raise ConfigError(
             "A run with --fps-target cannot be repeated exactly; omit it or --resume."
         )
-    regions = target.regions()
-    begin = target.begin(known)
-    if len(regions) > 1:
+    if len(target.regions()) > 1:
         single = {"--figures": outputs.figures, "--masks": outputs.masks, **units.given}
         refuse(single | {"--resume": outputs.resume, "--fps-target": fps_target}, "for one --init")
-    plane = units.units()
-    check_keyframe_error(outputs.keyframe_error)
-    output = _checked_output(source, outputs)
-    if len(regions) > 1:
-        if output is not None:
-            from motes.cli.watch_outputs import check_several
-
-            check_several(output, outputs.format)
-        return _track_several(source, regions, frames, output, outputs, config, values.seed, preset)
-
-    from motes.cli.track_one import track_one
-    from motes.sot.tracker import Tracker
-
-    tracker = Tracker(config, values.seed, fps_target)
-    return track_one(source, tracker, begin, frames, output, outputs, plane, preset, values.seed)
 
 
 def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
@@ -186,73 +183,49 @@ def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
 
 
 def _track_keyframes(
-    sources: Sequence[str],
-    keys: KeyframeOptions,
-    target: TargetOptions,
-    frames: FrameOptions,
-    outputs: TrackOutputs,
-    choice: TrackingChoice,
+    asked: TrackRequest, marks: Marks, region: Sequence[float] | None, *, backward: bool
 ) -> int:
-    """Track an object between keyframes, or backward; or one in each of several films."""
-    from motes.cli.track_between import Between, open_film, track_between
-    from motes.cli.track_films import films_of, marks_of_films, track_films
+    """Track an object between keyframes, or backward; `region` is that of --init."""
+    from motes.cli.track_between import track_between
+    from motes.video.film import Film
 
-    films = films_of(sources)
-    region = target.region()
-    if len(films) > 1:
-        if keys.keyframes is None or keys.in_one_film or region is not None:
-            raise ConfigError(
-                "The targets of several films are in the file of --keyframes; omit other targets."
-            )
-        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
-        each = marks_of_films(films, keys.keyframes)
-        return track_films(each, frames, outputs, choice)
-    (source,) = films
-    marks = keys.marks(source)
-    if region is None and not any(mark for _, mark in marks):
-        raise ConfigError(
-            "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,height."
-        )
-    if keys.backward and len(marks) + (region is not None) > 1:
-        raise ConfigError(
-            "Between keyframes, the target is tracked in both directions; omit --backward."
-        )
-    output = _checked_output(source, outputs)
-    film = open_film(source, frames, last=marks[0][0] if keys.backward and marks else None)
+    frames, end = asked.frames, asked.frames.end
+    if backward and marks:
+        last = marks[0][0] + 1
+        end = last if end is None else min(end, last)
+    film = Film(asked.source, start=frames.start, end=end, fps=frames.fps)
+    say_rate(film)
     if region is not None:
-        marks = [(film.frames.stop - 1 if keys.backward else film.frames.start, region), *marks]
-    return track_between(Between(film, source, marks, choice), output, outputs)
+        marks = [(film.frames.stop - 1 if backward else film.frames.start, region), *marks]
+    return track_between(asked, film, marks)
 
 
-def _track_several(
-    source: str,
-    regions: Sequence[Sequence[float]],
-    frames: FrameOptions,
-    output: str | None,
-    outputs: TrackOutputs,
-    config: TrackerConfig,
-    seed: int,
-    preset: str,
-) -> int:
+def _track_several(asked: TrackRequest, regions: Sequence[Sequence[float]]) -> int:
     """Track the objects in several regions of the first frame."""
     from motes.cli.annotated_video import AnnotatedVideo, painted_scene
     from motes.cli.known_run import remembered
     from motes.cli.show import Show
     from motes.cli.track_batch import track_several
-    from motes.cli.watch_outputs import rows_output
+    from motes.cli.watch_outputs import check_several, rows_output
     from motes.mot.analytics.regions import Regions
     from motes.sot.batch import Trackers
 
-    overwrite = outputs.overwrite
-    with frames.open(source) as film:
+    output, outputs, frames = asked.output, asked.outputs, asked.frames
+    if output is not None:
+        check_several(output, outputs.format)
+    with frames.open(asked.source) as film:
         say_rate(film)
         opened: list[Sink] = []
         if outputs.overlay is not None:
-            stride, paint = frames.stride, painted_scene(Regions())
-            opened.append(AnnotatedVideo(outputs.overlay, film, stride, paint, overwrite=overwrite))
+            paint, anew = painted_scene(Regions()), outputs.overwrite
+            opened.append(
+                AnnotatedVideo(outputs.overlay, film, frames.stride, paint, overwrite=anew)
+            )
         if outputs.show:
             opened.append(Show(painted_scene(Regions())))
         if output is not None:
-            opened += remembered(output, outputs, film, frames, config, seed, preset)
+            opened += remembered(
+                output, outputs, film, frames, asked.config, asked.seed, asked.preset
+            )
             opened.append(rows_output(output, film, outputs))
-        return track_several(film, Trackers(config, seed), regions, opened)
+        return track_several(film, Trackers(asked.config, asked.seed), regions, opened)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.moment import Sink
-from motes.cli.options import FrameOptions, say_rate
-from motes.cli.progress import FrameProgress
 from motes.cli.track_keyframes import Outputs, Run, moments_of, write_others, write_stretches
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_outputs import pictures_outputs
+from motes.cli.track_request import TrackRequest
 from motes.cli.track_units import check_size, motion_names
 from motes.cli.watch_outputs import STREAMED, format_of, rows_output
 from motes.core import interrupts
@@ -23,126 +22,44 @@ from motes.core.files import is_special
 from motes.correction.history import History, Marks, history_path
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import KnownRows
-from motes.mot.analytics.real_units import PIXELS, GroundMotion, RealUnits
+from motes.mot.analytics.real_units import PIXELS, GroundMotion
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import check_writable
-from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def open_film(source: str, frames: FrameOptions, *, last: int | None) -> Film:
-    """Return the film with the frames that these options use, up to a last one."""
-    end = frames.end
-    if last is not None:
-        end = last + 1 if end is None else min(end, last + 1)
-    film = Film(source, start=frames.start, end=end, fps=frames.fps)
-    say_rate(film)
-    return film
-
-
-@dataclass(frozen=True)
-class TrackingChoice:
-    """How a target is tracked.
-
-    Attributes
-    ----------
-    config, seed, preset
-        The tracker, and the name of its preset.
-    units
-        How pixels become metres; None for pixels.
-    """
-
-    config: TrackerConfig
-    seed: int
-    preset: str
-    units: RealUnits | None
-
-
-@dataclass(frozen=True)
-class Between:
-    """A film and what is marked in it.
-
-    Attributes
-    ----------
-    film, source
-        The film, and its name on the command line.
-    marks
-        The keyframes.
-    choice
-        The tracker and the units.
-    """
-
-    film: Film
-    source: str
-    marks: Marks
-    choice: TrackingChoice
-
-    @property
-    def history(self) -> History:
-        """The history of a run that begins.
-
-        Raises
-        ------
-        ConfigError
-            If keyframes contradict each other or do not fit the film, or the lens does not.
-        """
-        own = self.choice
-        found = History.begin(self.film, own.config, own.seed, self.marks, own.units, own.preset)
-        film = self.film
-        check_keyframes(found.keys, film.name, film.frames, film.width, film.height)
-        check_size(own.units, film)
-        return found
-
-
-def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> int:
+def track_between(asked: TrackRequest, film: Film, marks: Marks) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
 
-    Parameters
-    ----------
-    job
-        The film and its keyframes.
-    output, outputs
-        Where the results go.
+    Raises
+    ------
+    ConfigError
+        If keyframes contradict each other or do not fit the film, or the lens does not.
     """
-    opened = list[Sink]()
-    run = Run(len(job.history.keys))
+    history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
+    check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
+    check_size(asked.units, film)
+    run, opened = Run(len(history.keys)), list[Sink]()
     try:
-        track_film(job, output, outputs, run, opened, quiet=output == "-")
+        _track(asked, film, history, run, opened)
     finally:
         if run.states:
-            summarize([str(run)], job.film, opened, run.interrupted)
+            summarize([str(run)], film, opened, run.interrupted)
     return interrupts.code(run.interrupted) if run.interrupted else DONE
 
 
-def track_film(
-    job: Between,
-    output: str | None,
-    outputs: TrackOutputs,
-    run: Run,
-    opened: list[Sink],
-    *,
-    quiet: bool = False,
-    bar: FrameProgress | None = None,
-) -> None:
+def _track(asked: TrackRequest, film: Film, history: History, run: Run, opened: list[Sink]) -> None:
     """Track a target between keyframes; with --resume, only what is missing.
 
-    Parameters
-    ----------
-    job, output, outputs
-        As in `track_between`.
-    run
-        Counts the frames.
-    opened
-        Gets the outputs, for a summary.
-    quiet, bar
-        As in `run_stretches`.
+    `run` counts the frames, and `opened` gets the outputs, for a summary.
     """
-    film, history, units = job.film, job.history, job.choice.units
+    output, outputs, units = asked.output, asked.outputs, asked.units
+    quiet = output == "-"
     path = _history_of(output, outputs)
     table = None if not outputs.resume else _begun_rows(output, path, history, film)
     if outputs.resume:
         outputs = replace(outputs, overwrite=True)
-    others = pictures_outputs(film, job.source, output, outputs, units)
+    others = pictures_outputs(film, asked.source, output, outputs, units)
     pictures = any((outputs.overlay, outputs.masks, outputs.show))
     motion = None
     if units is not None or motion_names(outputs.figures):
@@ -152,7 +69,7 @@ def track_film(
         opened.append(finished := _Finished(output))
         old = History.load(history_path(Path(output)))
         finished.rows, run.interrupted = refine_rows(
-            film, table, old, old, Path(output), quiet=quiet, bar=bar
+            film, table, old, old, Path(output), quiet=quiet
         )
         run.states.update(track.status for track in table.tracks)
         _replay(Outputs(None, None, others, pictures), film, table, motion, run)
@@ -163,10 +80,10 @@ def track_film(
         rows = rows_output(output, film, outputs, further=further)
         opened.append(rows)
     each = Outputs(rows, path, others, pictures)
-    write_stretches(film, history, each, motion, run, quiet=quiet, bar=bar)
+    write_stretches(film, history, each, motion, run, quiet=quiet)
 
 
-class _Finished:
+class _Finished(Sink):
     """The rows of an earlier run, for the summary."""
 
     def __init__(self, name: str) -> None:
@@ -179,9 +96,6 @@ class _Finished:
     def result(self) -> str:
         """The file, and how many of its rows are new."""
         return f"{self._name} ({self.rows or 'none'} of its rows made anew)"
-
-    def __enter__(self) -> _Finished:
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Do nothing."""

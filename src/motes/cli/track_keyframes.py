@@ -13,7 +13,6 @@ import numpy as np
 from motes.cli.correct_run import run_stretches
 from motes.cli.messages import counted
 from motes.cli.moment import Hindsight, Moment, Sink
-from motes.cli.progress import FrameProgress
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
@@ -80,7 +79,6 @@ def write_stretches(
     run: Run,
     *,
     quiet: bool = False,
-    bar: FrameProgress | None = None,
 ) -> None:
     """Track a target between its keyframes, and write its frames in order.
 
@@ -99,7 +97,7 @@ def write_stretches(
         The places on the ground, if they are measured.
     run
         Counts the frames; it also holds where an error ends the run.
-    quiet, bar
+    quiet
         As in `run_stretches`.
     """
     parts = stretches(film.frames, history.keys)
@@ -131,7 +129,7 @@ def write_stretches(
         for each in (*outputs.others, *([] if outputs.rows is None else [outputs.rows])):
             stack.enter_context(each)
         _, run.interrupted = run_stretches(
-            film, parts, history.tracker, history.seed, write, show, quiet=quiet, bar=bar
+            film, parts, history.tracker, history.seed, write, show, quiet=quiet
         )
     if outputs.history is not None and not left:
         history.save(outputs.history, line_count(rows_path(outputs.history)))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import glob
 import io
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFolder, remove_leftovers
@@ -61,7 +61,7 @@ def masks_output(
     return FolderMasks(path, film, overwrite=overwrite)
 
 
-class Masks(ABC):
+class Masks(Sink):
     """Makes the mask of each frame in which the target is tracked."""
 
     def __init__(self) -> None:
@@ -80,17 +80,6 @@ class Masks(ABC):
     @abstractmethod
     def add(self, moment: Moment, mask: Mask) -> None:
         """Write the mask of a frame; it is empty where the target is not tracked."""
-
-    @property
-    @abstractmethod
-    def result(self) -> str | None:
-        """What was written."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    @abstractmethod
-    def __exit__(self, *exception: object) -> None: ...
 
 
 class FolderMasks(Masks):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from motes.cli.annotated_video import AnnotatedVideo, painted_target
 from motes.cli.input_checks import stem_of
@@ -82,7 +82,7 @@ def pictures_outputs(
     return opened
 
 
-class Figures:
+class Figures(Sink):
     """The figures of the papers, drawn at the end, also after an interruption."""
 
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
@@ -113,9 +113,6 @@ class Figures:
     def result(self) -> str | None:
         """The files."""
         return f"{len(self._files)} figures in {self._folder}" if self._files else None
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None or issubclass(kind, KeyboardInterrupt):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
@@ -25,9 +24,6 @@ from motes.rows.schema import CAMERA
 from motes.rows.writer import TrackWriter
 from motes.sot.known_target import KnownTarget
 
-if TYPE_CHECKING:
-    from motes.cluster.rig_on_ray import ClusterRig
-
 
 def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
     """Return the rows of a camera's frame, with the identities of the rig."""
@@ -46,16 +42,16 @@ def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
 @contextlib.contextmanager
 def watcher(
     rig: Rig, seed: int, target: KnownTarget | None, cluster: str | None
-) -> Iterator[RigRunner | ClusterRig]:
+) -> Iterator[RigRunner]:
     """Give what watches the cameras: processes of this machine, or actors on a cluster."""
     if cluster is None:
         with RigRunner(rig, seed, target) as local:
             yield local
         return
     from motes.cluster.ray_connection import connected
-    from motes.cluster.rig_on_ray import ClusterRig
+    from motes.cluster.rig_on_ray import cluster_rig
 
-    with connected(cluster) as ray, ClusterRig(ray, rig, seed, target) as remote:
+    with connected(cluster) as ray, cluster_rig(ray, rig, seed, target) as remote:
         yield remote
 
 

@@ -6,11 +6,11 @@ import os
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import result_line
@@ -108,7 +108,7 @@ def check_several(name: str, form: str | None) -> None:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
-class RowsOutput:
+class RowsOutput(Sink):
     """Rows of motes in a file or on standard output."""
 
     def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
@@ -128,9 +128,6 @@ class RowsOutput:
             return f"{name} (it had all {rows} rows already)" if self._complete else None
         return f"{name} (rows from {resumed + 1} on)"
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         self._writer.__exit__(kind, *rest)
         self._complete = kind is None
@@ -145,7 +142,7 @@ class MotOutput(Lines):
         self.put([result_line(picture.frame, each) for each in visible(picture)])
 
 
-class DocumentOutput:
+class DocumentOutput(Sink):
     """A file of a format that is made at the end, also of an interrupted run.
 
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
@@ -209,9 +206,6 @@ class DocumentOutput:
         if self._journal is not None:
             advice = f"its rows are kept in {self.rows}. Make room, then: {self._remedy}"
         return FormatError(f"{self.path} cannot be written: {error.strerror}; {advice}")
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *exception: object) -> None:
         if self._journal is None:

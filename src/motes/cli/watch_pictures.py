@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import io
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.cli.moment import Moment
+from motes.cli.moment import Moment, Sink
 from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
@@ -25,7 +24,7 @@ from motes.rows.writer import check_writable
 Pixels = NDArray[np.uint8]
 
 
-class _Pictures(ABC):
+class _Pictures(Sink):
     """Pictures that are written at the end, also of an interrupted run."""
 
     def __init__(self, names: Mapping[str, Path], overwrite: bool) -> None:
@@ -43,9 +42,6 @@ class _Pictures(ABC):
     def result(self) -> str | None:
         """The files."""
         return ", ".join(map(str, self._written)) or None
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *exception: object) -> None:
         from PIL import Image

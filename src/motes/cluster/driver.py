@@ -7,10 +7,8 @@ goes on where the other one was killed.
 
 from __future__ import annotations
 
-import dataclasses
 import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -27,25 +25,17 @@ from motes.cluster.records import (
     records,
     result_names,
 )
-from motes.cluster.split import parts_of
-from motes.cluster.store import Store, open_store
+from motes.cluster.store import Store
 from motes.cluster.work import Order, Plan, work
 from motes.core.errors import FormatError, MotesError
 
 AHEAD = 64
 """Jobs among which the longest one is started first: so workers end at about the same time, and the
 driver holds few jobs."""
-PARTS = "parts"
-"""The folder of a store that has the parts of films until they are joined."""
 
 
-class Finished(NamedTuple):
-    """A job has its record."""
-
-    record: Record
-
-
-BatchEvent = Finished | Started | Again
+BatchEvent = Record | Started | Again
+"""What becomes of a job: in the end it has a record."""
 
 
 def batch(
@@ -76,46 +66,7 @@ def batch(
         if isinstance(event, Started | Again):
             yield event
         else:
-            yield Finished(_settled(store, event, plan))
-
-
-class Stage(NamedTuple):
-    """Jobs that are done before those of the next stage, with their store and plan."""
-
-    jobs: Iterable[Job]
-    store: Store
-    plan: Plan
-
-
-def stages_of_split(
-    store: Store, jobs: Callable[[], Iterable[Job]], plan: Plan, split: int
-) -> list[Stage]:
-    """Return the stages of a batch that splits films: their parts, then all jobs.
-
-    Parts are a batch of their own, in a folder of the store. A job joins its parts.
-
-    Parameters
-    ----------
-    store, plan
-        Those of the batch.
-    jobs
-        Yields all jobs, each time that it is called.
-    split
-        The frames of a part, or more.
-    """
-    address = f"{plan.out}/{PARTS}"
-
-    def whole() -> Iterator[Job]:
-        for job in jobs():
-            yield replace(job, split=split, parts_in=address)
-
-    def parts() -> Iterator[Job]:
-        for job, record in records(store, whole()):
-            if record is None or _outdated(record, job, plan):
-                yield from parts_of(job)
-
-    part_plan = dataclasses.replace(plan, out=address)
-    return [Stage(parts(), open_store(address), part_plan), Stage(whole(), store, plan)]
+            yield _settled(store, event, plan)
 
 
 def longest_first(tasks: Iterable[Task], ahead: int = AHEAD) -> Iterator[Task]:

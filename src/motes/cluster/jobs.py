@@ -54,9 +54,6 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
         Frames per second of images.
     label
         Any text; it is copied to the table of results.
-    split, parts_in, is_part
-        No columns: the frames of a part of this job (`split.py`) or 0; the address of the store of
-        parts; and whether this is one.
     """
 
     name: str = ""
@@ -77,9 +74,6 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     stride: int = 1
     fps: float | None = None
     label: str | None = None
-    split: int = 0
-    parts_in: str | None = None
-    is_part: bool = False
 
     @property
     def files(self) -> list[tuple[str, str]]:
@@ -98,12 +92,11 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     def digest(self, *more: object) -> str:
         """Return a text that differs where the job, or `more`, differs."""
         # All values: which ones count as defaults changes when a job goes to another process.
-        values = astuple(replace(self, split=0, parts_in=None))
-        data = msgspec.json.encode([values, *more])
+        data = msgspec.json.encode([astuple(self), *more])
         return hashlib.sha256(data).hexdigest()[:16]
 
 
-COLUMNS = Job.__struct_fields__[:-3]
+COLUMNS = Job.__struct_fields__
 
 
 def job_of(row: Mapping[str, Any], name: str) -> Job:

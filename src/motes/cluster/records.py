@@ -40,8 +40,6 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
         The machine, and the version of motes.
     inputs
         The files that were read, the source first.
-    files
-        The checksums of the results, by their names.
     error
         Why there are no results, in one line; or what was strange.
     """
@@ -55,7 +53,6 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     host: str = ""
     version: str = ""
     inputs: tuple[InputFile, ...] = ()
-    files: dict[str, str] = {}
     error: str | None = None
 
 

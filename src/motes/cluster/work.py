@@ -17,7 +17,7 @@ from motes.cluster.jobs import Job
 from motes.cluster.objects import StoreError
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.cluster.records import Record, encoded, place_of, record_name
-from motes.cluster.store import open_store, sha256
+from motes.cluster.store import open_store
 from motes.core.errors import MotesError, SourceError
 
 
@@ -112,17 +112,10 @@ def work(order: Order) -> Record:
             raise
         except MotesError as error:
             return replace(record, seconds=_since(begun), error=str(error))
-        names = {place_of(job.name, path.name): path for path in sorted(made.iterdir())}
-        files = {name: sha256(path) for name, path in names.items()}
-        for name, path in names.items():
-            store.write(name, path)
+        for path in sorted(made.iterdir()):
+            store.write(place_of(job.name, path.name), path)
     record = replace(
-        record,
-        status="done",
-        frames=result.frames,
-        files=files,
-        error=result.note,
-        seconds=_since(begun),
+        record, status="done", frames=result.frames, error=result.note, seconds=_since(begun)
     )
     store.write(record_name(job.name), encoded(record))
     return record

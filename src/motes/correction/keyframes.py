@@ -183,7 +183,7 @@ def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
         If the file cannot be read, or has neither.
     """
     found = read_keyframes(path)
-    for name in (source, Path(source).name, ""):
+    for name in (source, Path(source).name, Path(source).stem, ""):
         if name in found:
             return found[name]
     raise InputError(

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from cyclopts import App
 
-from motes.cli.input_checks import first_pixels
 from motes.core.errors import ConfigError, SourceError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.adapters.sot import MotesAdapter
+from motes_lab.cli.dataset_options import first_pixels
 from motes_lab.cli.evaluate_options import (
     DatasetOptions,
     ReportOptions,

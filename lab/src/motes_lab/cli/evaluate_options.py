@@ -10,20 +10,10 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.options import (
-    DATASET,
-    FLAG,
-    OUTPUT,
-    REPEATED,
-    RUN,
-    Cluster,
-    FirstPixel,
-    Overwrite,
-    Seeds,
-    Workers,
-)
+from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, Cluster, Overwrite, Workers
 from motes.cluster.pool import TIME_LIMIT
 from motes.core.errors import ConfigError, FormatError, SourceError
+from motes_lab.cli.dataset_options import DATASET, FirstPixel, Only, Seeds
 from motes_lab.protocols.perturbations import MAX_FRAMES
 from motes_lab.protocols.sot import MIN_FRAMES
 from motes_lab.report.reference import Reference
@@ -92,11 +82,7 @@ class RunOptions:
 class DatasetOptions:
     """The part of a dataset that is measured."""
 
-    sequence: Annotated[
-        list[str] | None,
-        REPEATED,
-        Parameter(help="Measure only these sequences, such as 'seg-*'; may be repeated."),
-    ] = None
+    sequence: Only = None
     annotation: Annotated[
         Path | None, Parameter(help="File of the ground truth, if DATASET is a video.")
     ] = None

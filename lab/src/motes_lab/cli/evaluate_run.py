@@ -64,33 +64,21 @@ class PassProgress(TerminalBar):
     """The progress of an evaluation over passes."""
 
     def __init__(self, total: int, done: int) -> None:
-        self._failures = 0
-        if not sys.stderr.isatty():
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-        self._bar = Progress(
-            TextColumn("{task.completed:.0f}/{task.total:.0f} passes"),
-            BarColumn(),
-            TimeRemainingColumn(compact=True),
-            TextColumn("{task.fields[failures]} failed"),
-            TextColumn("{task.description}", markup=False),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task = self._bar.add_task("", total=total, completed=done, failures=0)
+        super().__init__("passes", total, done)
+        self._failures, self._job = 0, ""
 
     def begin(self, job: Job) -> None:
         """Show the job that runs."""
-        if self._bar is not None:
-            self._bar.update(self._task, description=job.name)
+        self._job = job.name
+        self._show()
 
     def end(self, job: Job, failures: int) -> None:
         """Count the passes of a job, and those that failed."""
         self._failures += failures
-        if self._bar is not None:
-            self._bar.update(self._task, advance=len(job.passes), failures=self._failures)
+        self._show(advance=len(job.passes))
+
+    def _show(self, **values: int) -> None:
+        self.update(state=f"{self._failures} failed {self._job}", **values)
 
 
 def write_crowds(

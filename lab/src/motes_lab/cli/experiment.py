@@ -10,50 +10,42 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.core.errors import ConfigError
-from motes_lab.cli.experiment_camera import moving_camera
-from motes_lab.cli.experiment_dials import dials
-from motes_lab.cli.experiment_effort import effort
-from motes_lab.cli.experiment_maggio import (
-    maggio_figure3,
-    maggio_growth,
-    maggio_rotation,
-)
-from motes_lab.cli.experiment_masks import masks
-from motes_lab.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
-from motes_lab.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
-from motes_lab.cli.experiment_occlusions import occlusions, real_occlusions
-from motes_lab.cli.experiment_pairs import pairs
-from motes_lab.cli.experiment_zhao_pei import (
-    zhao_detections,
-    zhao_figure2,
-    zhao_figure9,
-    zhao_figure10,
-    zhao_team,
+from motes_lab.cli import (
+    experiment_camera,
+    experiment_dials,
+    experiment_effort,
+    experiment_maggio,
+    experiment_masks,
+    experiment_ng_delp,
+    experiment_nummiaro,
+    experiment_occlusions,
+    experiment_pairs,
+    experiment_zhao_pei,
 )
 
 app = App(name="experiment", help_format="plaintext")
 for _experiment in (
-    ng_delp_table1,
-    ng_delp_figure3,
-    nummiaro_leaps,
-    two_rooms,
-    handover,
-    nummiaro_figure9,
-    maggio_figure3,
-    maggio_rotation,
-    maggio_growth,
-    zhao_figure2,
-    zhao_figure9,
-    zhao_figure10,
-    zhao_team,
-    zhao_detections,
-    occlusions,
-    real_occlusions,
-    pairs,
-    moving_camera,
-    dials,
-    masks,
-    effort,
+    experiment_ng_delp.ng_delp_table1,
+    experiment_ng_delp.ng_delp_figure3,
+    experiment_nummiaro.nummiaro_leaps,
+    experiment_nummiaro.two_rooms,
+    experiment_nummiaro.handover,
+    experiment_nummiaro.nummiaro_figure9,
+    experiment_maggio.maggio_figure3,
+    experiment_maggio.maggio_rotation,
+    experiment_maggio.maggio_growth,
+    experiment_zhao_pei.zhao_figure2,
+    experiment_zhao_pei.zhao_figure9,
+    experiment_zhao_pei.zhao_figure10,
+    experiment_zhao_pei.zhao_team,
+    experiment_zhao_pei.zhao_detections,
+    experiment_occlusions.occlusions,
+    experiment_occlusions.real_occlusions,
+    experiment_pairs.pairs,
+    experiment_camera.moving_camera,
+    experiment_dials.dials,
+    experiment_masks.masks,
+    experiment_effort.effort,
 ):
     app.command(_experiment)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import ObjectPreset, Seeds
+from motes.cli.options import ObjectPreset
+from motes_lab.cli.dataset_options import Seeds
 from motes_lab.cli.experiment_inputs import crowds_of, films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

@@ -9,10 +9,12 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.messages import log
-from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, FirstPixel, Workers
+from motes.cli.options import OUTPUT, REPEATED, RUN, Workers
 from motes.core.errors import ConfigError, FormatError
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
+from motes_lab.cli.experiment_scenes import Full
 
 TRACKERS = ("default", "nummiaro", "cv2:csrt")
 LEVELS, SCENES, FRAMES = (0.0, 0.5, 1.0), 2, 40
@@ -39,15 +41,7 @@ def dials(
         REPEATED,
         Parameter(group=RUN, help="Dial to turn; may be repeated. The default is all of them."),
     ] = None,
-    full: Annotated[
-        bool,
-        FLAG,
-        Parameter(
-            group=RUN,
-            help="Five levels, 10 scenes and 60 frames; the default is three, 2 and 40, in less "
-            "than two minutes.",
-        ),
-    ] = False,
+    full: Full = False,
     scenes: Annotated[
         int | None, Parameter(group=RUN, help="Number of scenes for each dial and level.")
     ] = None,
@@ -70,6 +64,8 @@ def dials(
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Hard films: success against motion, light and others.
+
+    With --full: five levels, 10 scenes and 60 frames; without: three, 2 and 40.
 
     Parameters
     ----------

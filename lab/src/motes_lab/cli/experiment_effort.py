@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from motes.cli.input_checks import worker_count
-from motes.cli.options import RUN, FirstPixel, Preset, Seed, Workers
+from motes.cli.options import RUN, Preset, Seed, Workers
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

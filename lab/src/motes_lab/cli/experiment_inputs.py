@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts, first_pixels, numbers_of
-from motes.cli.options import RUN, Seeds
+from motes.cli.input_checks import check_counts, numbers_of
+from motes.cli.options import RUN
 from motes.core.errors import ConfigError, SourceError
+from motes_lab.cli.dataset_options import Seeds, first_pixels
 from motes_lab.cli.experiment_output import Output, show
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import RUN, Seeds
+from motes.cli.options import RUN
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import Seeds
 from motes_lab.cli.experiment_inputs import ClipRuns, Clips, films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

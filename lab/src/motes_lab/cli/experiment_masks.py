@@ -8,7 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import REPEATED, RUN, FirstPixel
+from motes.cli.options import RUN
+from motes_lab.cli.dataset_options import FirstPixel, Only
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
@@ -18,11 +19,7 @@ def masks(
     /,
     *,
     first_pixel: FirstPixel = None,
-    sequences: Annotated[
-        list[str] | None,
-        REPEATED,
-        Parameter(group=RUN, help="Only sequences whose names match, such as 'seg-*'."),
-    ] = None,
+    sequences: Only = None,
     preset: Annotated[str, Parameter(group=RUN, help="Preset of the tracker.")] = "default",
     seed: Annotated[int, Parameter(group=RUN, help="Seed of the random numbers.")] = 0,
     every: Annotated[

@@ -7,7 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN, Region
+from motes.cli.options import RUN
+from motes_lab.cli.dataset_options import Region
 from motes_lab.cli.experiment_inputs import views_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 

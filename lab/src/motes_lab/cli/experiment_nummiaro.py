@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts
-from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
+from motes.cli.options import FLAG, RUN, ObjectPreset
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import Region, Seeds
 from motes_lab.cli.experiment_inputs import ClipRuns, Clips, crowds_of, views_of
-from motes_lab.cli.experiment_output import ResultOptions, announce, show
+from motes_lab.cli.experiment_output import ResultOptions, show
 from motes_lab.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 
 if TYPE_CHECKING:
@@ -62,8 +63,7 @@ def two_rooms(
     from motes_lab.papers import two_rooms as rooms
 
     expected = rooms.expected(seeds, frames, scene)
-    announce(expected, full)
-    return show(rooms.two_rooms(seeds, frames, scene), output, (), expected.seconds)
+    return show(rooms.two_rooms(seeds, frames, scene), output, (), expected, full=full)
 
 
 def handover(

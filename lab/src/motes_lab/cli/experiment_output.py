@@ -100,13 +100,13 @@ class Output:
             log("For the plot, give a folder with --out.")
 
 
-def announce(expected: Expected, full: bool) -> None:
-    """Print how long an experiment will take, and how to get the whole table."""
-    log(f"{expected}.{'' if full else ' The whole table: --full.'}")
-
-
 def show(
-    steps: Experiment, output: Output, problems: Sequence[Problem] = (), seconds: float = 0.0
+    steps: Experiment,
+    output: Output,
+    problems: Sequence[Problem] = (),
+    expected: Expected | None = None,
+    *,
+    full: bool = True,
 ) -> int:
     """Run an experiment and show its results; after an interrupt, the results so far.
 
@@ -116,15 +116,17 @@ def show(
         The experiment, and where its results go.
     problems
         Failures so far.
-    seconds
-        Expected duration in seconds, shown until the first result; 0 if it is not known.
+    expected, full
+        How long it will take, which is printed, and whether that is for the whole table.
     """
     from rich.console import Console
     from rich.text import Text
 
     result: Result | None = None
     start = time.monotonic()
-    first = Text(f"measuring{time_left(seconds)}")
+    if expected is not None:
+        log(f"{expected}.{'' if full else ' The whole table: --full.'}")
+    first = Text(f"measuring{time_left(0.0 if expected is None else expected.seconds)}")
     try:
         with contextlib.closing(steps), Console(stderr=True).status(first) as status:
             for latest in steps:

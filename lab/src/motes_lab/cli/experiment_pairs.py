@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.options import DATASET, REPEATED, RUN, FirstPixel, Seeds, Workers
+from motes.cli.options import RUN, Workers
 from motes.core.errors import ConfigError
+from motes_lab.cli.dataset_options import FirstPixel, Only, Seeds
 from motes_lab.cli.experiment_inputs import films_of
 from motes_lab.cli.experiment_output import ResultOptions, show
 
@@ -18,11 +19,7 @@ def pairs(
     dataset: Path,
     /,
     *tracker: str,
-    sequence: Annotated[
-        list[str] | None,
-        REPEATED,
-        Parameter(group=DATASET, help="Only these films, such as 'seg-*'; may be repeated."),
-    ] = None,
+    sequence: Only = None,
     first_pixel: FirstPixel = None,
     measure: Annotated[
         Literal["iou", "auc", "od"], Parameter(group=RUN, help="What is compared.")

@@ -11,10 +11,11 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import numbers_of, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed
+from motes.cli.options import HYPHEN, RUN, ObjectPreset, Seed
 from motes.core.errors import SourceError
+from motes_lab.cli.dataset_options import FirstPixel
 from motes_lab.cli.experiment_inputs import ClipRuns, crowds_of, films_of
-from motes_lab.cli.experiment_output import ResultOptions, announce, show
+from motes_lab.cli.experiment_output import ResultOptions, show
 from motes_lab.cli.experiment_scenes import Full, scene_factory
 
 FIGURE9_FRAMES = 300
@@ -107,9 +108,9 @@ def zhao_figure9(
         scene = scene_factory(lambda: zhao_pei_figure9.default_detector(crowd), preset)
     frames = crowd.frames if full else min(crowd.frames, FIGURE9_FRAMES)
     expected = zhao_pei_figure9.expected(crowd, scene, frames)
-    announce(expected, full or frames == crowd.frames)
+    full = full or frames == crowd.frames
     steps = zhao_pei_figure9.figure9(crowd, scene, found_by, seed, frames)
-    return show(steps, output, problems, expected.seconds)
+    return show(steps, output, problems, expected, full=full)
 
 
 def zhao_figure10(
@@ -138,14 +139,12 @@ def zhao_figure10(
     from motes_lab.datasets.crossings import parse_crossings
     from motes_lab.papers import zhao_pei_figure10
 
-    named_detector(detector)
+    make = partial(named_detector, detector)
+    make()  # a wrong name is refused first
     text = read_text(truth)
     with error_context(truth):
         clips = parse_crossings(text, str(truth))
-    return show(
-        zhao_pei_figure10.figure10(clips, films, lambda: named_detector(detector), preset, seed),
-        output,
-    )
+    return show(zhao_pei_figure10.figure10(clips, films, make, preset, seed), output)
 
 
 def zhao_team(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import queue
 import threading
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 
 import msgspec
 
@@ -34,29 +32,20 @@ class CameraProcess(RigCamera):
     def _start(self) -> None:
         self.process, self.pipe = started(_serve, *self._args)
 
-    def _send(self, arrivals: tuple[Arrival, ...]) -> None:
-        with suppress(OSError):  # a process that died is noticed when it is listened to
-            self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
+    def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
+        self.process.join()
+        yield from self.fail(f"its process ended with {cause(self.process.exitcode)}")
 
-    def revive(self) -> None:
-        """Start it again if that is due."""
-        if self.due is not None and time.monotonic() >= self.due:
+    def close(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.join()
+        if self.pipe is not None:
             self.pipe.close()
-            self.start()
-
-    def listen(self) -> Iterator[CameraMessage | CameraEnded]:
-        """Receive its next message; yield it unless it is a report, which waits for its time."""
-        try:
-            message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
-        except (EOFError, OSError):
-            self.process.join()
-            yield from self.fail(f"its process ended with {cause(self.process.exitcode)}")
-            return
-        yield from self.receive(message)
 
 
-class _PipeLine:
-    """The line from a camera's process to the main process."""
+class PipeLine:
+    """The line from a camera's process to the main process; it ends this one with that one."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
@@ -64,12 +53,15 @@ class _PipeLine:
         threading.Thread(target=_receive, args=(pipe, self._inbox), daemon=True).start()
 
     def send(self, message: Message) -> None:
+        """Send a message; wait while the pipe is full."""
         self._pipe.send_bytes(msgspec.msgpack.encode(message))
 
     def go(self) -> Go:
+        """Wait for the `Go` of a recording's frame."""
         return self._inbox.get()
 
     def arrivals(self) -> Sequence[Arrival]:
+        """Return what has come since the last call."""
         found: list[Arrival] = []
         while not self._inbox.empty():
             found += self._inbox.get().arrivals
@@ -82,7 +74,7 @@ def _serve(
     """Watch a camera until it ends."""
     os.dup2(2, 1)  # standard output is for rows
     with suppress(BrokenPipeError):
-        watch_camera(camera, seed, origin, target, _PipeLine(pipe))
+        watch_camera(camera, seed, origin, target, PipeLine(pipe))
 
 
 def _receive(pipe: Connection, inbox: queue.SimpleQueue[Go]) -> None:
@@ -90,11 +82,7 @@ def _receive(pipe: Connection, inbox: queue.SimpleQueue[Go]) -> None:
 
     The main process never waits for a camera that is at work: messages are taken at once.
     """
-    parent = multiprocessing.parent_process()
-    assert parent is not None
     while True:
-        if parent.sentinel in wait([pipe, parent.sentinel]):
-            os._exit(1)
         try:
             inbox.put(msgspec.msgpack.decode(pipe.recv_bytes(), type=Go))
         except (EOFError, OSError):

@@ -1,13 +1,11 @@
-"""The graph of doors: which cameras are neighbors, and how a rig falls into groups.
+"""The graph of doors: two cameras are neighbors if a passage or an overlap joins them.
 
-Two cameras are neighbors if a passage or an overlap joins them. Identities move between neighbors
-alone, so cameras of two connected components need to know nothing of each other.
+Identities move between neighbors alone.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
 
 from motes.mot.cameras.rig_config import CameraLink, Rig
 
@@ -35,37 +33,3 @@ def neighbors_of(rig: Rig) -> dict[str, tuple[str, ...]]:
             found[one].add(other)
     order = {camera.name: n for n, camera in enumerate(rig.camera)}
     return {name: tuple(sorted(near, key=order.__getitem__)) for name, near in found.items()}
-
-
-def connected(rig: Rig) -> list[Rig]:
-    """Return the connected components of the graph, each with its cameras in the order of the rig.
-
-    Passages and overlaps are those between the cameras of the component.
-    """
-    return [_limited(rig, names) for names in _components(neighbors_of(rig))]
-
-
-def _limited(rig: Rig, names: set[str]) -> Rig:
-    """Return a component of a rig: either both ends of a passage are in it or none."""
-    return Rig(
-        tuple(camera for camera in rig.camera if camera.name in names),
-        tuple(each for each in rig.passage if each.between[0].rpartition("/")[0] in names),
-        tuple(each for each in rig.overlap if each.cameras[0] in names),
-    )
-
-
-def _components(near: Mapping[str, Iterable[str]]) -> list[set[str]]:
-    """Return the connected components of a graph, in its order."""
-    found, left = [], dict.fromkeys(near)
-    while left:
-        start = next(iter(left))
-        reached, waiting = {start}, [start]
-        while waiting:
-            for name in near[waiting.pop()]:
-                if name not in reached:
-                    reached.add(name)
-                    waiting.append(name)
-        found.append(reached)
-        for name in reached:
-            del left[name]
-    return found

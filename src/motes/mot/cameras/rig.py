@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing.connection import wait
 from typing import Self
 
@@ -16,10 +16,14 @@ from motes.core.worker_processes import blocked_signals
 from motes.mot.cameras.camera_process import CameraProcess
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.neighborhoods import neighbors_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Rig
 from motes.sot.known_target import KnownTarget
+
+LOOK = 0.2
+"""Seconds after which cameras are looked at, though none has sent anything."""
 
 
 class RigRunner:
@@ -39,43 +43,44 @@ class RigRunner:
     target
         A known target for which all cameras wait, in place of all objects. Its identity is 1.
 
-    Attributes
-    ----------
-    pids
-        Process identifiers by the cameras' names.
+    start
+        Starts a camera: the process of one, by default. It gets the camera, the seed, the reading
+        of `time.monotonic` at time 0 of live frames, and the target.
     """
 
-    def __init__(self, rig: Rig, seed: int = 0, target: KnownTarget | None = None) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        seed: int = 0,
+        target: KnownTarget | None = None,
+        start: Callable[..., RigCamera] = CameraProcess,
+    ) -> None:
         self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()
         with blocked_signals():
-            self._cameras = [CameraProcess(camera, seed, origin, target) for camera in rig.camera]
-
-    @property
-    def pids(self) -> dict[str, int | None]:
-        """Process identifiers by the cameras' names."""
-        return {camera.name: camera.process.pid for camera in self._cameras}
+            self._cameras = [start(camera, seed, origin, target) for camera in rig.camera]
+        cameras = {camera.name: camera for camera in self._cameras}
+        self._near = {
+            name: [cameras[each] for each in (name, *near)]
+            for name, near in neighbors_of(rig).items()
+        }
 
     def __iter__(
         self,
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         while any(not camera.over or camera.reports for camera in self._cameras):
             for camera in self._cameras:
-                camera.revive()
-            listening = {
+                yield from camera.look()
+            pipes = {
                 camera.pipe: camera
                 for camera in self._cameras
-                if not camera.over and camera.due is None
+                if camera.pipe is not None and not camera.over
             }
-            pauses = [
-                camera.due - time.monotonic() for camera in self._cameras if camera.due is not None
-            ]
-            if listening or pauses:
-                for pipe in wait(list(listening), max(min(pauses), 0) if pauses else None):
-                    yield from listening[pipe].listen()  # type: ignore[index]
+            for pipe in wait([*pipes], LOOK):
+                yield from pipes[pipe].listen()  # type: ignore[index]
             while (report := next_report(self._cameras, self.handover)) is not None:
                 yield report, self.handover.update(report)
-                announce(report, self._cameras, self.handover)
+                announce(report, self._near[report.camera], self.handover)
 
     def __enter__(self) -> Self:
         return self
@@ -83,17 +88,15 @@ class RigRunner:
     def __exit__(self, *_: object) -> None:
         with blocked_signals():
             for camera in self._cameras:
-                camera.process.kill()
-                camera.process.join()
-                camera.pipe.close()
+                camera.close()
 
 
 def announce(
-    report: CameraReport, cameras: Sequence[RigCamera], handover: CrossCameraAssociation
+    report: CameraReport, near: Sequence[RigCamera], handover: CrossCameraAssociation
 ) -> None:
-    """Send live cameras the objects that they may expect after a report of another camera."""
-    for camera in cameras:
-        if camera.listens and camera.name != report.camera:
+    """Send live cameras the objects that they may expect after a report of one near them."""
+    for camera in near:
+        if camera.listens:
             camera.send_arrivals(handover.arrivals(camera.name, report.time))
 
 

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
+import socket
 import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
+from multiprocessing.connection import Connection
 
+import msgspec
 from msgspec.structs import replace
 
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady, Message, NextFrame
+from motes.mot.cameras.messages import (
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    Go,
+    Message,
+    NextFrame,
+)
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.video.reconnect import LONGEST_PAUSE
 
@@ -23,7 +34,7 @@ So a camera knows in a frame what the others saw in the frame before, and all wo
 
 
 class RigCamera(ABC):
-    """A camera whose process is elsewhere; a subclass starts the process and carries messages.
+    """A camera whose process is elsewhere, at the other end of a pipe; a subclass starts it.
 
     A process that ends without a `CameraEnded` is started again, after growing pauses.
 
@@ -33,6 +44,8 @@ class RigCamera(ABC):
 
     Attributes
     ----------
+    pipe
+        The pipe to its process; None if there is nothing to be heard.
     reports
         Reports that wait for their time.
     live, over
@@ -45,6 +58,7 @@ class RigCamera(ABC):
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.pipe: Connection | socket.socket | None = None
         self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
         self.next: float | None = None
@@ -77,12 +91,36 @@ class RigCamera(ABC):
         """Start the process."""
 
     @abstractmethod
-    def _send(self, arrivals: tuple[Arrival, ...]) -> None:
-        """Send a `Go`; a process that died is noticed elsewhere."""
+    def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
+        """Find that nobody is at the other end of the pipe; yield what there is to say."""
 
-    def _now(self) -> float:
-        """Return the reading of a clock, in seconds."""
-        return time.monotonic()
+    @abstractmethod
+    def close(self) -> None:
+        """End the process."""
+
+    def look(self) -> Iterator[CameraMessage | CameraEnded]:
+        """Start it again if that is due; yield what there is to say."""
+        if self.due is not None and time.monotonic() >= self.due:
+            self.start()
+        yield from ()
+
+    def listen(self) -> Iterator[CameraMessage | CameraEnded]:
+        """Receive its next message; yield it unless it is a report, which waits for its time."""
+        assert isinstance(self.pipe, Connection)
+        try:
+            message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
+        except (EOFError, OSError):
+            self.pipe.close()
+            self.pipe = None
+            yield from self._lost()
+            return
+        yield from self.receive(message)
+
+    def _send(self, arrivals: tuple[Arrival, ...]) -> None:
+        """Send a `Go`; a process that died is noticed when it is listened to."""
+        with suppress(OSError):
+            if isinstance(self.pipe, Connection):
+                self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
 
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.
@@ -149,7 +187,7 @@ class RigCamera(ABC):
         if self._working:
             self._working.popleft()
         if self._ended is not None:
-            away = self._now() - self._ended
+            away = time.monotonic() - self._ended
             self._ended = None
             yield CameraMessage(self.name, f"it is back after {away:.1f} s.")
         self._reported += 1
@@ -168,9 +206,9 @@ class RigCamera(ABC):
             yield CameraEnded(self.name, self._reported, failure=why)
             return
         self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
-        self.due, self._failed_at = self._now() + self._pause, self._reported
+        self.due, self._failed_at = time.monotonic() + self._pause, self._reported
         if self._ended is None:
-            self._ended = self._now()
+            self._ended = time.monotonic()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")
 
 
