@@ -25,6 +25,7 @@ from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.files import is_special, remove_leftovers
+from motes.rows.journal import text_name
 
 if TYPE_CHECKING:
     from motes.correction.history import History, Remembered
@@ -140,7 +141,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
         refuse({"--fps": fps}, _beside(rows))
     film = Film(source, end=known.end, fps=known.fps)
     known.check(film)
-    name = Path(film.name).name
+    name = text_name(Path(film.name).name)
     if name != known.film and known.frames is not None:
         log(f"{name} has the size and the frames of {known.film}, and is taken for it.")
     return film
