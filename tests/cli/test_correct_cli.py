@@ -87,6 +87,19 @@ def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
     assert "beck.mkv has bytes that are no text; rename the file." in said
 
 
+def test_an_unknown_option_is_named_before_rows_of_many_objects(go: Go) -> None:
+    two = "--init BOX --init 20,20,30,40"
+    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
+    for command in (
+        "refine FILM many.csv --at 3=BOX --particls 3",
+        "check FILM many.csv --particls 3",
+    ):
+        code, said = go(command)
+        assert (code, "There is no option --particls" in said) == (2, True), said
+    code, said = go("refine FILM many.csv --at 3=BOX")
+    assert (code, "many.csv has no rows of one target" in said) == (3, True), said
+
+
 def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
     assert go(f"track FILM --at 0=BOX --at 23=BOX -o rows.csv {OPTIONS}")[0] == 0
     shutil.copy(film, "other.mkv")
