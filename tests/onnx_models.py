@@ -7,6 +7,7 @@ the pixel. The model first undoes the scaling of its input, so that wrong values
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,10 @@ def save(
     deviation: tuple[float, ...] = (255.0, 255.0, 255.0),
     channels_last: bool = False,
     names: str = "",
+    open_sides: bool = False,
+    metadata: Mapping[str, str] = {},
 ) -> Path:
-    """Write a model with a head of `onnx_heads` for inputs of a size; return the path."""
+    """Write a model with a head of `onnx_heads` for inputs of a size, and return the path."""
     width, height = size
     graph = Graph()
     pixels = "images"
@@ -81,7 +84,9 @@ def save(
     )
     scores = graph.add("Sigmoid", logits)
     outputs = _HEADS[head](graph, logits, scores, width, height)
-    layout = [1, height, width, 3] if channels_last else [1, 3, height, width]
+    layout: list[Any] = [1, height, width, 3] if channels_last else [1, 3, height, width]
+    if open_sides:
+        layout = [1, 3, "height", "width"]
     given = helper.make_tensor_value_info("images", TensorProto.FLOAT, layout)
     inputs = [given]
     if head == "lists":
@@ -94,8 +99,7 @@ def save(
         graph.values,
     )
     model = helper.make_model(whole, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
-    if names:
-        helper.set_model_props(model, {"names": names})
+    helper.set_model_props(model, {**metadata, "names": names})
     onnx.save(model, str(path))
     return path
 
@@ -175,6 +179,22 @@ def _rfdetr(graph: Graph, logits: str, scores: str, width: int, height: int) -> 
     return {boxes: FLOAT, graph.add("Transpose", logits, perm=[0, 2, 1], name="labels"): FLOAT}
 
 
+def _rtdetr(graph: Graph, logits: str, scores: str, width: int, height: int) -> dict[str, int]:
+    best, which = _rows(graph, scores)
+    return {graph.add("Concat", _shares(width, height), best, which, axis=2): FLOAT}
+
+
+def _rtdetr_classes(
+    graph: Graph, logits: str, scores: str, width: int, height: int
+) -> dict[str, int]:
+    """Return the scores of all classes, as older exports do; none is quite 0 or 1."""
+    turned = graph.add("Transpose", scores, perm=[0, 2, 1])
+    turned = graph.add(
+        "Add", graph.add("Mul", turned, np.array([0.98], np.float32)), np.array([0.01], np.float32)
+    )
+    return {graph.add("Concat", _shares(width, height), turned, axis=2): FLOAT}
+
+
 def _lists(graph: Graph, logits: str, scores: str, width: int, height: int) -> dict[str, int]:
     """Return boxes in the size that the second input gives."""
     best, which = _rows(graph, scores)
@@ -194,5 +214,7 @@ _HEADS = {
     "nms": _nms,
     "detr": _detr,
     "rfdetr": _rfdetr,
+    "rtdetr": _rtdetr,
+    "rtdetr classes": _rtdetr_classes,
     "lists": _lists,
 }

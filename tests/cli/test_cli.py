@@ -491,6 +491,8 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --histogram h.json --background none.png", 3, "no image none.png; check"),
         ("track FILM --histogram h.json --preset mean_shift", 2, "choose preset nummiaro"),
         ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
+        ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
+        ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4 .*; for the file write ./-dash.mp4"),
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
         ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
         ("track folder --init BOX", 3, "There are no images in folder"),
@@ -511,6 +513,7 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     Path("broken.toml").write_text("x = [")
     Path("empty.mp4").touch()
     Path("text.mp4").write_text("hello\n")
+    Path("-dash.mp4").touch()
     Path("folder").mkdir()
     if "h.json" in line:
         assert go("track FILM --init BOX --save-histogram h.json")[0] == 0

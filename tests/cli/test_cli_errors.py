@@ -102,6 +102,16 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
     assert "defect" not in error
 
 
+def test_a_missing_package_is_named() -> None:
+    """As of a Python in which motes is found, but was not installed."""
+    code = (
+        "import sys; sys.modules['cyclopts'] = None; from motes.cli import main; sys.exit(main())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    assert done.stderr.startswith("motes: error: The installation is not whole: ")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("columns", ["0", "junk", "9" * 30])
 def test_help_at_any_width(columns: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
@@ -70,6 +71,33 @@ def test_rows_between_keyframes(go: Go) -> None:
     assert go(line)[0] == 5
     assert go(f"{line} --overwrite --format jsonl")[0] == 0
     assert json.loads(Path("rows.csv").read_text().splitlines()[10])["x"] is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others have only names of text")
+def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
+    name = "l\udcfcbeck.mkv"  # Latin-1, as of an old disk
+    shutil.copy(film, name)
+    assert go(f"track {name} --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert History.load(Path("rows.csv.run.json")).film == "l\\udcfcbeck.mkv"
+    code, said = go(f"refine {name} rows.csv --at 9=BOX")
+    assert (code, "is taken for it" in said) == (0, False), said
+    assert go(f"watch {name} -o many.jsonl --end 5")[0] in (0, 4)
+    code, said = go("batch *.mkv --do watch -o results")
+    assert code == 2
+    assert "beck.mkv has bytes that are no text; rename the file." in said
+
+
+def test_an_unknown_option_is_named_before_rows_of_many_objects(go: Go) -> None:
+    two = "--init BOX --init 20,20,30,40"
+    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
+    for command in (
+        "refine FILM many.csv --at 3=BOX --particls 3",
+        "check FILM many.csv --particls 3",
+    ):
+        code, said = go(command)
+        assert (code, "There is no option --particls" in said) == (2, True), said
+    code, said = go("refine FILM many.csv --at 3=BOX")
+    assert (code, "many.csv has no rows of one target" in said) == (3, True), said
 
 
 def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:

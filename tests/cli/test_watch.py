@@ -289,6 +289,14 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     code, _, error = go(f"{line} --own-process --detections.every 2 --overwrite")
     assert code == 0, error
     assert "appears walker 1" in error
+    Path("red.toml").unlink()
+    code, _, error = go(f"{line} --classes walker --overwrite")
+    assert code == 2
+    assert "--classes: red.onnx does not name its classes; give their numbers, or" in error
+    assert go(f"{line} --classes 0 --overwrite")[0] == 0
+    code, _, error = go("still.mkv --detector gaussian --classes walker")
+    assert code == 2
+    assert "--classes: This detector knows no classes; give a trained one." in error
 
 
 @pytest.mark.slow

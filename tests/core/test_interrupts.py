@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import pty
@@ -20,6 +21,7 @@ from typing import Any
 import pytest
 
 from motes import open_source, synthetic
+from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.video.prefetch import prefetch
@@ -167,6 +169,35 @@ def call_and_wait(call: Callable[[], object]) -> None:
         end = time.monotonic() + 300
         while time.monotonic() < end:
             time.sleep(0.001)
+
+
+def test_a_line_that_an_interrupt_meets_is_not_printed_twice() -> None:
+    """On a terminal, an interrupt comes nearly always while a line is written."""
+    for _ in range(10):
+        terminal, theirs = pty.openpty()
+        shown = bytearray()
+
+        def read(terminal: int = terminal, shown: bytearray = shown) -> None:
+            sent = False
+            with contextlib.suppress(OSError):  # the other side is closed
+                while True:
+                    shown.extend(os.read(terminal, 1 << 16))
+                    if not sent:
+                        sent = True
+                        send()
+
+        reader = threading.Thread(target=read)
+        with open(theirs, "w") as file:
+            stream = _lenient(file)
+            with contextlib.suppress(Interrupt), raised():
+                reader.start()
+                for number in itertools.count():
+                    stream.write(f"{number}\n")
+            stream.flush()
+        reader.join()
+        os.close(terminal)
+        lines = bytes(shown).split()
+        assert len(lines) == len(set(lines))
 
 
 @pytest.mark.parametrize("number", SIGNALS)

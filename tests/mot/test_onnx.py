@@ -36,7 +36,8 @@ def model(folder: Path, head: str, **how: Any) -> Path:
     """Return a model whose input is scaled as the models of its head have it."""
     usual = INPUTS[head]
     mean, deviation = usual.scale
-    given = {"order": usual.order, "mean": mean, "deviation": deviation, **how}
+    said = {"head": "RTDETRDecoder"} if head == "rtdetr" else {}
+    given = {"order": usual.order, "mean": mean, "deviation": deviation, "metadata": said, **how}
     return save(folder / f"{head}.onnx", head, **given)
 
 
@@ -101,6 +102,39 @@ def test_names_in_the_file_are_used(tmp_path: Path) -> None:
     path = model(tmp_path, "yolo", names="{0: 'person', 1: 'car'}")
     found = OnnxDetector(str(path))(picture((64, 0, 16, 16, BLUE)))
     assert [each.label for each in found] == ["car"]
+
+
+@pytest.mark.parametrize("form", ["rtdetr", "rtdetr classes"])
+@pytest.mark.parametrize(
+    "said", [{"head": "RTDETRDecoder"}, {"description": "Ultralytics rtdetr-l model"}]
+)
+def test_an_rtdetr_of_ultralytics_is_known_by_its_metadata(
+    form: str, said: dict[str, str], tmp_path: Path
+) -> None:
+    """Its six columns look like those of models with their own suppression, in other units."""
+    path = save(tmp_path / "model.onnx", form, metadata=said)
+    detector = OnnxDetector(str(path))
+    found = detector(picture((32, 64, 32, 32, RED), (128, 0, 32, 32, BLUE), size=(192, 64 * 2)))
+    assert detector.head == "rtdetr"
+    assert boxes(found) == {(32, 64, 32, 32): "0", (128, 0, 32, 32): "1"}
+
+
+def test_open_sides_are_those_of_the_training(tmp_path: Path) -> None:
+    path = save(tmp_path / "model.onnx", "nms", open_sides=True, metadata={"imgsz": "[64, 96]"})
+    found = OnnxDetector(str(path))(picture((16, 32, 16, 16, RED)))
+    assert boxes(found) == {(16, 32, 16, 16): "0"}
+
+
+@pytest.mark.parametrize("said", ["[64]", "(0, 9)", "'no'", "[[64, 96]]", "(" * 9])
+def test_damaged_sides_are_not_used(said: str, tmp_path: Path) -> None:
+    assert OnnxDetector(str(model(tmp_path, "yolo", metadata={"imgsz": said}))).head == "yolo"
+
+
+def test_a_model_for_another_task_is_refused(tmp_path: Path) -> None:
+    """The outputs for poses have the shape of boxes with classes."""
+    path = model(tmp_path, "yolo", metadata={"task": "pose"})
+    with pytest.raises(ConfigError, match="It is a model for the task pose; export one for detect"):
+        OnnxDetector(str(path))
 
 
 def test_scores_and_overlaps_are_limits(tmp_path: Path) -> None:

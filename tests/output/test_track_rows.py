@@ -147,10 +147,21 @@ def test_a_file_that_is_deleted_meanwhile_is_an_error(tmp_path: Path, another: b
         kept.unlink()
         if another:
             path.touch()
-        with pytest.raises(FormatError, match=r"r.csv was deleted while it was written, with all"):
+        with pytest.raises(FormatError, match=r"r.csv was deleted or replaced"):
             writer.write(*rows(3)[2])
         with pytest.raises(FormatError, match=r"lines.csv was deleted"):
             lines.put(["2"])
+
+
+def test_rows_of_two_runs_that_overwrite_are_not_mixed(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    with TrackWriter(path, overwrite=True) as first, TrackWriter(path, overwrite=True) as second:
+        first.write(*rows(1)[0])
+        second.write(*rows(1)[0])
+        with pytest.raises(FormatError, match=r"r.csv was deleted or replaced"):
+            first.write(*rows(2)[1])
+        second.write(*rows(2)[1])
+    assert [row["frame"] for row in csv.DictReader(path.read_text().splitlines())] == ["0", "1"]
 
 
 def test_a_full_disk_is_one_clear_error() -> None:

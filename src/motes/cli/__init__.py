@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from motes.cli.exit_codes import DONE, NO_MEMORY, USAGE
+from motes.cli.exit_codes import DONE, FAULT, NO_MEMORY, USAGE
 from motes.cli.streams import drop_output, finish_output, usable
 from motes.core import interrupts
 from motes.core.errors import clear
@@ -72,6 +72,8 @@ def _run(program: str, commands: Callable[[], App], tokens: Sequence[str]) -> in
             message, code = explain(error, program)
         except MemoryError:  # the message needs memory too
             message, code = NO_MEMORY, USAGE
+        except ImportError:  # and packages, one of which is missing
+            message, code = f"The installation is not whole: {error}; install motes again.", FAULT
         drop_output()
         print("motes: error:", clear(" ".join(message.split())), file=sys.stderr)
         return code

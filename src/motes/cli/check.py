@@ -65,8 +65,6 @@ def check(
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
     from motes.core.files import write_whole, writing
-    from motes.correction.history import history_beside
-    from motes.correction.rows import KnownRows
     from motes.correction.suspects import doubts
     from motes.rows.writer import check_writable
 
@@ -77,9 +75,7 @@ def check(
                 raise FormatError(f"{path} does not end in {ending}; rename it.")
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
-    known = history_beside(rows)
-    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
-    film, history = corrected_run(app, source, rows, table, known, tracker, settings)
+    table, film, history = corrected_run(app, source, rows, tracker, settings)
     tracks = table.tracks
     if not table.hindsight:
         tracks = _compared(film, table, history.tracker, history.seed)

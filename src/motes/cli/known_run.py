@@ -25,6 +25,7 @@ from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.files import is_special, remove_leftovers
+from motes.rows.journal import text_name
 
 if TYPE_CHECKING:
     from motes.correction.history import History, Remembered
@@ -140,7 +141,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
         refuse({"--fps": fps}, _beside(rows))
     film = Film(source, end=known.end, fps=known.fps)
     known.check(film)
-    name = Path(film.name).name
+    name = text_name(Path(film.name).name)
     if name != known.film and known.frames is not None:
         log(f"{name} has the size and the frames of {known.film}, and is taken for it.")
     return film
@@ -150,13 +151,11 @@ def corrected_run(
     app: App,
     source: str,
     rows: Path,
-    table: "KnownRows",
-    known: "History | None",
     options: TrackerOptions,
     settings: Mapping[str, Any],
     units: UnitOptions = UnitOptions(),
-) -> "tuple[Film, History]":
-    """Return the film of rows of one target, and their history with its keyframes.
+) -> "tuple[KnownRows, Film, History]":
+    """Return the rows of one target, their film, and their history with its keyframes.
 
     Rows of a plain `motes track` get the first target as their keyframe, and may get another
     tracker.
@@ -166,13 +165,16 @@ def corrected_run(
     ConfigError
         For an unknown option, one that is remembered already, or rows without a target.
     InputError
-        If it is another film.
+        If the rows are not of one target, or it is another film.
     """
     from motes.cli.load_config import tracker_config
-    from motes.correction.history import History
+    from motes.correction.history import History, history_beside
+    from motes.correction.rows import KnownRows
 
+    known = history_beside(rows)
     preset = options.preset or (known and known.preset) or "default"
     tracker = tracker_config(app, preset, options.config, settings)
+    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     own = options.given | {f"--{key}": value for key, value in settings.items()}
     if known is not None and known.corrections:
         refuse(own, _beside(rows))
@@ -182,14 +184,14 @@ def corrected_run(
     film = film_of_rows(source, rows, options.fps, known)
     table.check(film)
     if known is not None and known.corrections:
-        return film.part(known.start, known.end or len(film.times)), known
+        return table, film.part(known.start, known.end or len(film.times)), known
     seed = options.seed or 0
     if known is not None and not any(each is not None for each in own.values()):
         tracker, seed = known.tracker, known.seed
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
     mark = first.ellipse if first.ellipse.theta else first.box
-    return part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
+    return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 
 def _beside(rows: Path) -> str:

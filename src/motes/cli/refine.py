@@ -58,12 +58,9 @@ def refine(
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
     from motes.cli.correct_run import refine_rows
-    from motes.correction.history import history_beside, history_path
-    from motes.correction.rows import KnownRows
+    from motes.correction.history import history_path
     from motes.rows.writer import check_writable
 
-    known = history_beside(rows)
-    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     goal = rows if output is None else output
     check_not_source(source, goal)
     if output is not None:
@@ -72,7 +69,7 @@ def refine(
         check_writable(output, overwrite)
         check_writable(history_path(output), overwrite)
     new = marks(source, keyframes, at, absent)
-    film, history = corrected_run(app, source, rows, table, known, tracker, settings, units)
+    table, film, history = corrected_run(app, source, rows, tracker, settings, units)
     if not new and not history.unfinished:
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -192,7 +193,9 @@ class _Known:
             alike += [known[name] for name in difflib.get_close_matches(wanted, known, n=1)]
         command = f"motes config {'--watch' if self._command == 'watch' else self._preset}"
         hint = f"see motes {self._command} --help and {command}."
-        if alike:
+        if os.path.exists(flag):
+            hint = f"for the file write ./{flag}."
+        elif alike:
             key = self._keys.get(alike[0].lstrip("-"))
             group = key is not None and key.choices
             hint = f"did you mean {alike[0]}{'.KEY' if group else ''}?"

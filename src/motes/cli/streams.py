@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any
 
 from motes.core.errors import FormatError
 
@@ -69,15 +69,23 @@ def _open_closed() -> None:
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
 
 
-class _Lenient(io.FileIO):
-    """A file that drops bytes which it cannot write."""
+class _Lenient(io.TextIOWrapper):
+    """Text into a file that drops what it cannot write.
 
-    def write(self, data: Any) -> int:
-        """Write bytes; return their number."""
-        try:
-            return super().write(data)
-        except OSError:
-            return len(data)
+    The file below is one of Python's own. If an interrupt came after a `write` of the file in
+    Python had written, the buffer above would keep the text, and write it again at the end.
+    """
+
+    def write(self, text: str) -> int:
+        """Write text; return its length."""
+        with contextlib.suppress(OSError):
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what waits."""
+        with contextlib.suppress(OSError):
+            super().flush()
 
 
 def _lenient(stream: Any) -> Any:
@@ -87,7 +95,5 @@ def _lenient(stream: Any) -> Any:
     except (OSError, ValueError):  # it has no file
         return stream
     stream.flush()
-    file = _Lenient(number, "w", closefd=False)
-    return io.TextIOWrapper(
-        cast(Any, io.BufferedWriter(file)), stream.encoding, stream.errors, line_buffering=True
-    )
+    file = open(number, "wb", closefd=False)  # noqa: SIM115
+    return _Lenient(file, stream.encoding, stream.errors, line_buffering=True)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from motes.cli.metrics_page import MetricsPage
     from motes.cli.moment import Sink
     from motes.cli.sent_events import SentEvents
-    from motes.core.detection import Detector
+    from motes.core.detection import Detector, DetectorConfig
     from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig
     from motes.video.sources import Source
@@ -213,7 +213,7 @@ def _detector(
         detector = running.enter_context(DetectorProcess(config.detector))
     else:
         detector = config.detector.detector()
-    check_classes(detector, config.detections.classes)
+    check_classes(detector, config.detector, config.detections.classes)
     detector = config.for_camera(detector)
     if isinstance(detector, PreparedDetector) and is_recorded(source):
         with frames.open(source) as film:
@@ -254,15 +254,25 @@ def _opened(
     return opened
 
 
-def check_classes(detector: Detector, wanted: Sequence[str]) -> None:
-    """Check that a detector has some classes, if it knows which it has; else a ConfigError."""
+def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str]) -> None:
+    """Check that a detector can find some classes; else a ConfigError. A callable may find any."""
     from motes.mot.detection.adapters import class_names
+    from motes.mot.detection.background import BackgroundConfig
+    from motes.mot.detection.onnx_detector import OnnxConfig
+    from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 
+    if wanted and isinstance(kind, BackgroundConfig | FacesConfig | PeopleConfig | RecordedConfig):
+        raise ConfigError("--classes: This detector knows no classes; give a trained one.")
     known = class_names(detector)
     for name in wanted:
         if known and name not in known:
             raise ConfigError(
                 f"--classes: The detector has no class {name!r}; it has {', '.join(known)[:200]}."
+            )
+        if not known and isinstance(kind, OnnxConfig) and not name.isdecimal():
+            raise ConfigError(
+                f"--classes: {kind.file} does not name its classes; give their numbers, or their "
+                f"names as classes in a TOML file beside it."
             )
 
 

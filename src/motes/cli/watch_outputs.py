@@ -17,13 +17,7 @@ from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.visibility import visible
-from motes.rows.journal import (
-    FrameRow,
-    Header,
-    Journal,
-    JournalWriter,
-    journal_of,
-)
+from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, journal_of, text_name
 from motes.rows.schema import Form as RowForm
 from motes.rows.writer import Lines, TrackWriter, check_writable
 
@@ -179,9 +173,9 @@ class DocumentOutput(Sink):
         objects = tuple(each for each in picture.objects if each.placed)
         try:
             if self._journal is None:
-                head = Header(_text(film.name), film.width, film.height, self._label)
+                head = Header(text_name(film.name), film.width, film.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
-            name = None if file is None else _text(file)
+            name = None if file is None else text_name(file)
             self._journal.add(replace(picture, objects=objects, file=name))
         except OSError as error:
             self._failed = True
@@ -245,11 +239,6 @@ def _usual_format(name: str) -> list[str]:
         return [format_for(name)]
     except ConfigError:
         return []
-
-
-def _text(name: str) -> str:
-    """Return the name of a file with escapes for bytes that are no text."""
-    return name.encode(errors="backslashreplace").decode()
 
 
 class Events(Lines):

@@ -15,6 +15,7 @@ from motes.cluster.jobs import Job, job_of
 from motes.core.config import from_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.core.optional import optional
+from motes.rows.journal import text_name
 
 Row = tuple[int, Mapping[str, Any]]
 SHOWN = 50
@@ -104,6 +105,8 @@ def _check_files(job: Job, missing: Callable[[str], bool]) -> None:
     for column, path in job.files:
         if missing(path):
             raise ConfigError(f"the {column} {path} is missing; check the name.")
+        if text_name(path) != path:  # the list of jobs could not hold it
+            raise ConfigError(f"the name {path} has bytes that are no text; rename the file.")
 
 
 def _csv(path: Path) -> Iterator[Row]:

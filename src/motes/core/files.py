@@ -1,10 +1,7 @@
 """Files and folders that are complete or absent: they get their names when all is written.
 
-Until then a partial file stands beside the target. Its name is the target's, a random part, and an
-ending that video players know, as in `out.mp4.partial-3f9c1a7be2d05846.mp4`. It is always a new
-file: it replaces no file and follows no link, and only the run that made it removes it. So the
-partial file of a killed run stays. `leftovers` finds it, and the command line names it when the
-same target is written again.
+Until then a partial file stands beside the target, as `out.mp4.partial-3f9c1a7be2d05846.mp4`.
+It replaces no file, follows no link, and only its own run removes it: see `leftovers`.
 """
 
 from __future__ import annotations
@@ -76,11 +73,14 @@ def is_special(path: str | Path) -> bool:
 def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     """Open a file that grows row by row, unbuffered; raise an OSError if it appeared meanwhile.
 
-    The file, or the target of a link, may be missing. With `overwrite`, an old file is emptied.
+    The file, or the target of a link, may be missing. With `overwrite`, an old file is removed; a
+    run that still writes it ends with an error.
     """
     if is_special(path):
         return open(path, "wb", buffering=0)
-    return open(_followed(path), "wb" if overwrite else "xb", buffering=0)
+    if overwrite:
+        _followed(path).unlink(missing_ok=True)
+    return open(_followed(path), "xb", buffering=0)
 
 
 def check_ended(text: str) -> None:

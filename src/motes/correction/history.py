@@ -20,6 +20,7 @@ from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
+from motes.rows.journal import text_name
 from motes.rows.writer import check_writable
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
@@ -102,7 +103,7 @@ class History(msgspec.Struct, frozen=True):
         """Return the history of a run that begins, without keyframes."""
         return cls(
             form=FORMAT,
-            film=Path(film.name).name,
+            film=text_name(Path(film.name).name),
             width=film.width,
             height=film.height,
             frames=None,

@@ -255,6 +255,11 @@ def journal_of(name: str) -> Path:
     return Path(f"{Path(name)}{ENDING}")  # a folder's name may end in a slash
 
 
+def text_name(name: str) -> str:
+    """Return the name of a file with escapes for bytes that are no text, as of old disks."""
+    return name.encode(errors="backslashreplace").decode()
+
+
 def object_rows(tracks: Iterable[SceneTrack]) -> tuple[ObjectRow, ...]:
     """Return the rows of the objects in a frame."""
     return tuple(ObjectRow.of(each) for each in tracks)

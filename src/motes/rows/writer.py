@@ -50,7 +50,7 @@ def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
     opened = os.fstat(file.fileno())
     if opened.st_nlink or (os.path.exists(path) and os.path.samestat(opened, os.stat(path))):
         return
-    raise FormatError(f"{path} was deleted while it was written, with all that was in it.")
+    raise FormatError(f"{path} was deleted or replaced while it was written, with all in it.")
 
 
 class Lines:

@@ -88,5 +88,7 @@ def listening(host: str, port: int) -> socket.socket:
         opened.bind(found[4])
         opened.listen()
     except OSError as error:
-        raise ConfigError(f"{host}:{port} cannot be used: {error.strerror}.") from None
+        raise ConfigError(
+            f"{host}:{port} cannot be used: {error.strerror}; choose another --port or --host."
+        ) from None
     return opened

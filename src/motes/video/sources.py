@@ -362,7 +362,8 @@ def find_reader(
     if not os.path.exists(source):
         if glob.has_magic(source):
             return source, ImageFiles(source, glob.glob(source, recursive=True), fps)
-        raise SourceError(f"There is no file or folder {source}; check the name.")
+        advice = "a pattern has * or ?" if "%" in source else "check the name"  # as FFmpeg's %05d
+        raise SourceError(f"There is no file or folder {source}; {advice}.")
     if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
         from motes.video.animation import Animation
 

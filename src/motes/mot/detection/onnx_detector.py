@@ -33,6 +33,8 @@ OPEN = 640
 """Width and height of an input that the file leaves open, as most detectors are trained."""
 GRAY = 114
 """The value of pixels beside a frame in a letterbox, as the YOLO models are trained."""
+MODEL = ("head", "description")
+"""Keys of the metadata by which Ultralytics' RT-DETR shows; its outputs may look like others."""
 TYPES = {"float32": np.float32, "float16": np.float16, "uint8": np.uint8}
 
 
@@ -46,13 +48,13 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     file
         Path of the ONNX file.
     head
-        Form of the model's outputs. Usually they show it (`auto`): `yolox`, `yolov5` (with
+        Form of the model's outputs. Usually the file shows it (`auto`): `yolox`, `yolov5` (with
         objectness), `yolo` (version 8 and later), `nms` (boxes, scores and classes in six columns),
-        `detr` (softmax, no object last), `rfdetr` (sigmoid), `lists` (outputs of boxes, of labels
-        and of scores).
+        `detr` (softmax, no object last), `rfdetr` (sigmoid), `rtdetr` (as Ultralytics exports it),
+        `lists` (outputs of boxes, of labels and of scores).
     size
-        Width and height of the model's input. By default that of the file; 640, 640 if it leaves
-        them open.
+        Width and height of the model's input. By default that of the file; 640, 640 if it does not
+        have them.
     fit
         How a frame becomes an input of that size: with gray on two sides (`letterbox`), below and
         on the right (`corner`), or stretched. By default as the head's models do.
@@ -147,9 +149,12 @@ class OnnxDetector:
         self._type = TYPES[kind]
         channels_last = shape[3] == 3 and shape[1] != 3
         self._channels_last = channels_last if config.layout is None else config.layout == "nhwc"
-        high, wide = shape[1:3] if self._channels_last else shape[2:]
-        open_size = tuple(side if isinstance(side, int) else OPEN for side in (wide, high))
-        self._size: tuple[int, int] = config.size or open_size  # type: ignore[assignment]
+        if (task := file.metadata.get("task", "detect")) != "detect":
+            raise self._error(f"It is a model for the task {task}; export one for detect")
+        trained = _trained_sides(file.metadata.get("imgsz", ""))
+        sides = shape[1:3] if self._channels_last else shape[2:]
+        high, wide = (a if isinstance(a, int) else b for a, b in zip(sides, trained, strict=True))
+        self._size: tuple[int, int] = config.size or (wide, high)
         # RT-DETR and its kin also ask for the size in which they give boxes.
         self._also = {
             each.name: np.array([self._size], np.int64) for each in others if each.type == "int64"
@@ -158,7 +163,10 @@ class OnnxDetector:
         blank = np.zeros((*self._size[::-1], 3), np.uint8)
         try:
             outputs = self._run(blank.astype(np.float64))
-            self.head = recognized(outputs, self._size) if config.head == "auto" else config.head
+            self.head = config.head
+            if config.head == "auto":
+                said = " ".join(file.metadata.get(key, "") for key in MODEL).lower()
+                self.head = "rtdetr" if "rtdetr" in said else recognized(outputs, self._size)
             decoded(self.head, outputs, self._size)
         except ConfigError as error:
             raise self._error(str(error)) from None
@@ -221,13 +229,26 @@ class OnnxDetector:
 
 def named_classes(text: str) -> Names:
     """Return the names of classes in a text of the file's metadata, as Ultralytics writes them."""
-    try:
-        names = ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        return ()
+    names = _literal(text)
     if isinstance(names, dict):
         return {int(number): str(name) for number, name in names.items()}
     return [str(name) for name in names] if isinstance(names, list | tuple) else ()
+
+
+def _trained_sides(text: str) -> tuple[int, int]:
+    """Return height and width in a text of the metadata, as Ultralytics writes them."""
+    match _literal(text):
+        case [int(high), int(wide)] if high > 0 and wide > 0:
+            return high, wide
+    return OPEN, OPEN
+
+
+def _literal(text: str) -> Any:
+    """Return the value that a text of the metadata writes as Python does; None if it does not."""
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return None
 
 
 def onnx_values(file: str) -> dict[str, Any]:

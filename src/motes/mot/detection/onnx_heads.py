@@ -8,6 +8,7 @@
 | `nms` | (N, 6): sides in pixels, score, class | YOLOv10, models with their own suppression |
 | `detr` | logits (Q, C + 1) for softmax, boxes (Q, 4): centers and sizes from 0 to 1 | DETR |
 | `rfdetr` | logits (Q, C) for sigmoid, boxes (Q, 4) likewise | RF-DETR, RT-DETR of transformers |
+| `rtdetr` | (Q, 6): boxes likewise, score, class; or (Q, 4 + C): classes | RT-DETR of Ultralytics |
 | `lists` | boxes (N, 4): sides in pixels; classes (N,); scores (N,) | torchvision, RT-DETR |
 
 A is the number of cells of grids with steps of 8, 16 and 32 pixels.
@@ -25,7 +26,7 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import iou
 from motes.core.types import Floats
 
-Head = Literal["auto", "yolox", "yolov5", "yolo", "nms", "detr", "rfdetr", "lists"]
+Head = Literal["auto", "yolox", "yolov5", "yolo", "nms", "detr", "rfdetr", "rtdetr", "lists"]
 Fit = Literal["letterbox", "corner", "stretch"]
 
 STEPS = (8, 16, 32)
@@ -53,6 +54,7 @@ INPUTS: dict[str, Input] = {
     "nms": Input("letterbox", "rgb", UNIT),
     "detr": Input("stretch", "rgb", IMAGENET),
     "rfdetr": Input("stretch", "rgb", IMAGENET),
+    "rtdetr": Input("stretch", "rgb", UNIT),
     "lists": Input("stretch", "rgb", UNIT),
 }
 SUPPRESSED = ("yolox", "yolov5", "yolo")
@@ -152,6 +154,14 @@ def _rfdetr(outputs: Arrays, size: tuple[int, int]) -> Boxes:
     return _best(sides, 0.5 + 0.5 * np.tanh(logits / 2))  # the sigmoid, which cannot overflow
 
 
+def _rtdetr(outputs: Arrays, size: tuple[int, int]) -> Boxes:
+    rows = _only(outputs)
+    sides, last = _sides(rows[:, :2] * size, rows[:, 2:4] * size), rows[:, -1]
+    if rows.shape[1] == 6 and (last == np.rint(last)).all():  # else of two classes
+        return Boxes(sides, rows[:, 4], last.astype(np.int64))
+    return _best(sides, rows[:, 4:])
+
+
 def _lists(outputs: Arrays, size: tuple[int, int]) -> Boxes:
     values = {name: _batch(array, 1) for name, array in outputs.items()}
     [labels] = [name for name, array in outputs.items() if array.dtype.kind in "iu"]
@@ -171,6 +181,7 @@ _DECODERS = {
     "nms": _nms,
     "detr": _detr,
     "rfdetr": _rfdetr,
+    "rtdetr": _rtdetr,
     "lists": _lists,
 }
 
