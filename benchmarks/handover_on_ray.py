@@ -14,6 +14,7 @@ import numpy as np
 from motes.cluster.handover_actor import HandoverActor
 from motes.core.types import Floats
 from motes.mot.cameras.messages import CameraEnded, CameraReady
+from motes_lab.report.tables import Cell, Row, number
 from simulated_cameras import Building, Simulation
 
 SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
@@ -86,8 +87,8 @@ class Sender:
         await self._meeting.receive.remote(name, 0, number, data)
 
 
-def measure(building: Building, people: float) -> None:
-    """Print the rate of reports through Ray, and the latency at half of it."""
+def measure(building: Building, people: float) -> Row:
+    """Return a row: the rate of reports through Ray, and the latency at half of it."""
     import ray
 
     ray.init(
@@ -121,14 +122,10 @@ def measure(building: Building, people: float) -> None:
         answers = ray.get([sender.send.remote(third, rate / 2 / SENDERS) for sender in senders])
         latency: Floats = 1e3 * np.concatenate(answers)
         ray.get([sender.close.remote() for sender in senders])
-        rows = ray.get(taking)
-        print(
-            f"{len(cameras)} cameras: {rate:.0f} reports/s in all; "
-            f"{total / busy:.0f} for a second of the handover actor's core; at half of that rate "
-            f"{np.median(latency):.1f} ms (median), {np.quantile(latency, 0.99):.1f} ms (99 %); "
-            f"{rows} rows came out",
-            flush=True,
-        )
+        ray.get(taking)
+        rates = (Cell(f"{each:,.0f}") for each in (len(cameras), rate, total / busy))
+        half = np.median(latency), np.quantile(latency, 0.99)
+        return *rates, *(number(float(each), 1) for each in half)
     finally:
         ray.shutdown()
 
