@@ -81,8 +81,8 @@ bench: ready
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
-# The measured tables of docs/, the shortest first. What has been measured is in results/: a run that
-# was stopped goes on. All take more than ten hours; lab/docs/results.md has the time of each.
+# All measured tables of docs/ and lab/docs/, the shortest first: one night on two cores. What has been
+# measured is in results/: a run that was stopped goes on. `docs/generate/results.py --list` has times.
 results: ready
 	$(BIN)/python docs/generate/results.py $(ONLY)
 

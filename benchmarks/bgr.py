@@ -17,6 +17,8 @@ import numpy as np
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
 from motes.synthetic.clips import still
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 from motes_lab.speed.measure import MAIN, SIZE
 
 ROUNDS, UPDATES = 40, 30
@@ -45,8 +47,15 @@ def milliseconds(preset: str) -> tuple[float, float]:
     return one, other
 
 
-if __name__ == "__main__":
-    print("| update | `Tracker`, RGB, ms | `OpenCVTracker`, BGR, ms | ratio |\n|---|---|---|---|")
+def main() -> None:
+    """Print the table."""
+    rows: list[Row] = []
     for name in sys.argv[1:] or ["nummiaro", "ng_delp", "maggio", "default"]:
         rgb, bgr = milliseconds(name)
-        print(f"| `{name}` | {rgb:.3f} | {bgr:.3f} | {bgr / rgb:.3f} |", flush=True)
+        rows.append((Cell(name), *map(number, (rgb, bgr, bgr / rgb))))
+    head = "update", "Tracker, RGB, ms", "OpenCVTracker, BGR, ms", "ratio"
+    print(markdown.table(Table("An update on BGR images", head, rows)))
+
+
+if __name__ == "__main__":
+    main()

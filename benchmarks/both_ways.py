@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -33,6 +34,8 @@ from motes.video.film import Film
 from motes.video.shared import FrameReader
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.metrics.sot import CHI_SQUARE_95
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 RENDERED = ("turning", "growing", "occluded", "rolling", "jumping")
 
@@ -110,7 +113,7 @@ def compared(ahead: Sequence[Track], after: tuple[Floats, Floats], truth: Floats
 
 
 def main() -> None:
-    """Print a table with a row for each film, and the means."""
+    """Print the means over films, and a table with a row for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("dataset", nargs="?", type=Path)
     parser.add_argument("--gap", type=int, default=40, help="frames between keyframes; 0: one")
@@ -119,27 +122,35 @@ def main() -> None:
     parser.add_argument("--preset", default="default")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    means = []
-    print("film | IoU ≥ 0.7 | after | error | after | in the 95 % ellipse | after")
+    means = list[Floats]()
+    rows: list[Row] = []
     for name, reader, boxes in films(options.dataset, options.longest, options.first_pixel):
         present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
         measure = stretch_numbers if options.gap else one_pass_numbers
         keys = [*present[:: options.gap or len(boxes)].tolist()]
         if keys[-1] != present[-1]:
             keys.append(int(present[-1]))
-        rows = []
+        found = list[Floats]()
         for first, last in itertools.pairwise(keys):
             try:
-                rows.append(measure(reader, boxes, first, last, options.preset, options.seed))
+                found.append(measure(reader, boxes, first, last, options.preset, options.seed))
             except MotesError as error:
-                print(f"{name}, frames {first} to {last}: {error}")
-        numbers = np.concatenate(rows)
+                print(f"{name}, frames {first} to {last}: {error}", file=sys.stderr)
+        numbers = np.concatenate(found)
         numbers = numbers[np.isfinite(numbers).all(axis=1)]
         right = (numbers[:, [0, 3]] >= 0.7).mean(axis=0)
         values = np.array([*right, *numbers[:, [1, 4, 2, 5]].mean(axis=0)])
         means.append(values)
-        print(name, *(f"{value:.3f}" for value in values), sep=" | ", flush=True)
-    print("mean", *(f"{value:.3f}" for value in np.mean(means, axis=0)), sep=" | ")
+        rows.append((Cell(name), *map(number, values.tolist())))
+    where = "rendered clips" if options.dataset is None else options.dataset.name
+    how = f"every {options.gap} frames" if options.gap else "one pass"
+    mean = Cell(f"{len(rows)} of {where}, {how}"), *map(number, np.mean(means, axis=0).tolist())
+    head = (
+        *("films", "IoU ≥ 0.7", "after", "error of the center", "after"),
+        *("truth in the 95 % ellipse", "after"),
+    )
+    for title, lines in (("Both ways, means over films", [mean]), ("Both ways, each film", rows)):
+        print(markdown.table(Table(title, head, lines)), end="\n\n")
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ from motes import synthetic
 from motes.cluster.resources import thread_limits
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 FPS = 25
 """Frames a second of the film whose cost is printed."""
@@ -38,7 +40,7 @@ def used(*arguments: str) -> float:
 
 
 def main() -> int:
-    """Print a row for each command."""
+    """Print a table with a row for each command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("film", nargs="?")
     parser.add_argument("box", nargs="?", default="240,180,60,100")
@@ -54,10 +56,7 @@ def main() -> int:
         with open_source(film, end=options.frames) as source:
             size, frames = f"{source.width}x{source.height}", sum(1 for _ in source)
         end = ["-o", str(Path(folder) / "rows.csv"), "--overwrite", "--end"]
-        print(f"{size}, {frames} frames")
-        print(
-            "| command | ms of a core for a frame | core hours for an hour of film |\n|---|---|---|"
-        )
+        rows: list[Row] = []
         for words in (
             ["track", film, "--init", options.box],
             ["track", film, "--init", options.box, "--preset", "nummiaro"],
@@ -66,7 +65,10 @@ def main() -> int:
             rest = used(*words, *end, str(frames)) - used(*words, *end, "1")
             each = rest / (frames - 1)
             shown = " ".join([words[0], *words[4:]])
-            print(f"| {shown} | {1000 * each:.2f} | {FPS * each:.3f} |", flush=True)
+            cells = number(1000 * each, 1), number(FPS * each, 2)
+            rows.append((Cell(shown), Cell(size), *cells))
+    head = "command", "film", "ms of a core for a frame", "core hours for an hour of film"
+    print(markdown.table(Table("What a frame costs a worker", head, rows)))
     return 0
 
 

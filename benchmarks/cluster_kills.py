@@ -21,11 +21,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 from cluster_common import film, finish, ray_cluster, results, running, stamps, start, table
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Table
 
 ATTEMPTS = "50"
 """A job may be hit often by chance; none may fail for that."""
@@ -109,7 +110,7 @@ def main() -> int:
     options = parser.parse_args()
     if options.kind == "node" and not options.ray:
         parser.error("a node is one of a cluster: --ray")
-    rng, begun = random.Random(options.seed), time.monotonic()
+    rng = random.Random(options.seed)
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="kills-")))
         films = [film(folder / "film.mp4", options.frames)]
@@ -118,15 +119,13 @@ def main() -> int:
         finish(jobs, folder / "whole", "--workers", "1")
         trial = Trial(jobs, results(folder / "whole"), cluster and cluster.address)
         seconds = {"worker": 1.0, "node": 6.0, "driver": 10.0 if options.ray else 3.0}
-        batches = 0
         while trial.kills < options.kills:
             trial.run(options.kind, options.kills, rng, seconds[options.kind], cluster)
-            batches += 1
-    print(
-        f"{options.kind}{' on Ray' if options.ray else ''}: {trial.kills} kills in {batches} "
-        f"batches of {options.jobs} jobs, {trial.different} results lost or different, "
-        f"{trial.again} jobs done twice, {time.monotonic() - begun:.0f} s"
-    )
+    where = "on Ray" if options.ray else "processes of this machine"
+    numbers = trial.kills, trial.different, trial.again
+    row = Cell(f"{options.kind}, {where}"), *(Cell(f"{each}") for each in numbers)
+    head = "killed", "kills", "results lost or different", "jobs done twice"
+    print(markdown.table(Table("Batches that are killed", head, [row])))
     return 1 if trial.different or trial.again else 0
 
 

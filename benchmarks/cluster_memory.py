@@ -17,6 +17,8 @@ from motes.cluster.estimate import memory_of
 from motes.cluster.jobs import Job
 from motes.cluster.resources import thread_limits
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 SIZES = ((320, 240), (1280, 720), (1920, 1080), (3840, 2160))
 PRESETS = ("default", "nummiaro", "maggio", "ng_delp", "zhao_pei", "mean_shift")
@@ -54,8 +56,8 @@ def measured(*arguments: str) -> int:
 
 
 def main() -> int:
-    """Print a row for each kind of job and size."""
-    print(f"{'job':16}{'frame':>12}{'measured MB':>13}{'estimated MB':>14}")
+    """Print a table with a row for each kind of job."""
+    cells: dict[str, list[Cell]] = {}
     worst = 0.0
     with tempfile.TemporaryDirectory() as folder:
         for width, height in SIZES:
@@ -82,11 +84,12 @@ def main() -> int:
                 found = measured(*arguments, "-o", rows, "--overwrite")
                 expected = memory_of(job)
                 worst = max(worst, found / expected)
-                print(
-                    f"{name:16}{f'{width}x{height}':>12}{found / 1e6:13.0f}{expected / 1e6:14.0f}",
-                    flush=True,
-                )
-    print(f"largest share of the estimate: {worst:.2f}")
+                text = f"{found / 1e6:.0f} of {expected / 1e6:.0f}"
+                cells.setdefault(name, []).append(Cell(text, found))
+    lines: list[Row] = [(Cell(name), *each) for name, each in cells.items()]
+    head = "job", *(f"{width}x{height}" for width, height in SIZES)
+    note = f"The largest share of an estimate is {worst:.2f}."
+    print(markdown.table(Table("Largest memory in MB, of the estimate", head, lines, note=note)))
     return 0
 
 

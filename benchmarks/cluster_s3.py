@@ -16,13 +16,14 @@ import random
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from cluster_common import film, finish, results, start, table
-from flaky_proxy import FlakyProxy
+from flaky_proxy import FAULTS, FlakyProxy
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 ACCESS = {
     "AWS_ACCESS_KEY_ID": "test",
@@ -62,7 +63,7 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=3, help="of the driver")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    rng, begun = random.Random(options.seed), time.monotonic()
+    rng = random.Random(options.seed)
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="s3-")))
         films = [film(folder / f"film-{n}.mp4", options.frames + 10 * n) for n in range(4)]
@@ -87,11 +88,16 @@ def main() -> int:
         files.get("films/out", str(folder / "out"), recursive=True)
         found, whole = results(folder / "out"), results(folder / "whole")
         wrong = sum(found.get(name) != whole.get(name) for name in {*found, *whole})
-        print(
-            f"{options.jobs} jobs, {proxy.requests} requests, of which went wrong: "
-            f"{dict(proxy.faults)}; {kills} kills of the driver; exit code {process.returncode}; "
-            f"{wrong} results lost or different; {time.monotonic() - begun:.0f} s"
-        )
+    names = {"error": "answered 503", "stall": "stalled"}
+    counts = {
+        "jobs": options.jobs,
+        "kills of the driver": kills,
+        "requests": proxy.requests,
+        **{names.get(fault, fault): proxy.faults[fault] for fault in FAULTS},
+        "results lost or different": wrong,
+    }
+    row: Row = tuple(Cell(f"{each}") for each in counts.values())
+    print(markdown.table(Table("Batches whose requests go wrong", (*counts,), [row])))
     return 1 if wrong or process.returncode else 0
 
 

@@ -22,16 +22,23 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cluster_common import film, finish, ray_cluster, results, start, table
 from motes.cli.batch_job import make
 from motes.cluster.local import LocalPool
 from motes.cluster.on_ray import RayPool
-from motes.cluster.pool import Task, run
+from motes.cluster.pool import Pool, Task, run
 from motes.cluster.ray_connection import connected
 from motes.cluster.table import JobTable
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
+
+
+def said(what: str, measured: str) -> Row:
+    """Return a row of the table."""
+    return Cell(what), Cell(measured)
 
 
 def clocked(jobs: Path, out: Path, *options: str, cores: int | None = None) -> tuple[float, float]:
@@ -64,8 +71,8 @@ def startup(jobs: Path, folder: Path, options: Sequence[str]) -> tuple[float, fl
     return clocked(one, Path(tempfile.mkdtemp(dir=folder)) / "out", *options)
 
 
-def compare_workers(folder: Path, rounds: int, preset: str, longer: int) -> None:
-    """Print the ratios of one worker to two, and of the local pool to Ray.
+def compare_workers(folder: Path, rounds: int, preset: str, longer: int) -> Iterator[Row]:
+    """Yield the ratios of one worker to two, and of the local pool to Ray.
 
     A worker whose film is decoded by a thread uses more than one core where it has them. So there
     are two baselines: one worker on one core, and one worker on the whole machine.
@@ -84,7 +91,7 @@ def compare_workers(folder: Path, rounds: int, preset: str, longer: int) -> None
             for name, (options, cores) in sides.items():
                 seconds, used = clocked(jobs, folder / f"{name}-{number}", *options, cores=cores)
                 taken[name].append(seconds)
-                print(f"{name}: {seconds:.1f} s, {used:.1f} s of processors", flush=True)
+                print(f"{name}: {seconds:.1f} s, {used:.1f} s of processors", file=sys.stderr)
         assert results(folder / "one worker-0") == results(folder / "Ray-0")
     for slow, fast in (
         ("one worker, one core", "two workers"),
@@ -92,12 +99,15 @@ def compare_workers(folder: Path, rounds: int, preset: str, longer: int) -> None
         ("two workers", "Ray"),
     ):
         ratios = [a / b for a, b in zip(taken[slow], taken[fast], strict=True)]
-        print(f"{fast} against {slow}: {statistics.median(ratios):.2f} times as fast "
-              f"({min(ratios):.2f} to {max(ratios):.2f}, {rounds} rounds)")  # fmt: skip
+        yield said(
+            f"{fast} against {slow}, {preset}",
+            f"{statistics.median(ratios):.2f} times as fast ({min(ratios):.2f} to "
+            f"{max(ratios):.2f}, {rounds} rounds), {statistics.median(taken[fast]):.1f} s",
+        )
 
 
-def overhead(folder: Path, count: int, workers: int, ray: bool) -> None:
-    """Print what a job costs beyond its own work."""
+def overhead(folder: Path, count: int, workers: int, ray: bool) -> Iterator[Row]:
+    """Yield what a job costs beyond its own work."""
     jobs = table(folder / "jobs.csv", [film(folder / "film.mp4", 10)], count)
     with contextlib.ExitStack() as stack:
         options: tuple[str, ...] = ("--workers", str(workers))
@@ -109,30 +119,34 @@ def overhead(folder: Path, count: int, workers: int, ray: bool) -> None:
     ms = 1000 / count
     wall = (whole[0] - alone[0]) * workers - own[0]
     used = (whole[1] - alone[1] - own[1]) * ms
-    print(f"{count} jobs, {workers} workers{' of Ray' if ray else ''}:")
-    print(f"  own work {own[0] * ms:.1f} ms a job, overhead {wall * ms:.1f} ms by the clock")
-    if not ray:
-        print(f"  overhead {used:.1f} ms of the processor")
-    print(f"  {whole[0]:.1f} s in all, a batch of one job {alone[0]:.1f} s")
+    yield said(
+        f"overhead of each of {count:,} jobs, {workers} workers{' of Ray' if ray else ''}",
+        f"{wall * ms:.1f} ms by the clock" + ("" if ray else f", {used:.1f} ms of the processor"),
+    )
 
 
-def tasks(count: int) -> None:
-    """Print how long the driver has for a task that does nothing, after some that warm it up."""
+def tasks(count: int) -> Iterator[Row]:
+    """Yield how long the driver has for a task that does nothing, after some that warm it up."""
     with LocalPool(2) as local, ray_cluster(2) as cluster, connected(cluster.address) as ray:
         remote = RayPool(ray)
-        for name, pool in (("local", local), ("Ray", remote), ("local", local), ("Ray", remote)):
+        pools: dict[str, Pool] = {"local": local, "Ray": remote}
+        rows: dict[str, Row] = {}
+        for name, pool in (*pools.items(), *pools.items()):  # the second turn counts
             begun, before = time.perf_counter(), time.process_time()
             for _ in run(pool, (Task(f"{n}", abs, n) for n in range(count))):
                 pass
             wall, used = time.perf_counter() - begun, time.process_time() - before
             ms = 1000 / count
-            print(f"{name}: {count} empty tasks, {wall * ms:.1f} ms each by the clock, "
-                  f"{used * ms:.2f} ms of the driver's processor time", flush=True)  # fmt: skip
+            rows[name] = said(
+                f"an empty task, {name}",
+                f"{wall * ms:.1f} ms by the clock, {used * ms:.2f} ms of the driver's processor",
+            )
         remote.close()
+    yield from rows.values()
 
 
-def memory(folder: Path, counts: Sequence[int], seconds: float) -> None:
-    """Print the largest memory of the driver while so many jobs wait."""
+def memory(folder: Path, counts: Sequence[int], seconds: float) -> Iterator[Row]:
+    """Yield the largest memory of the driver while so many jobs wait."""
     source = film(folder / "film.mp4", 200)
     for count in counts:
         jobs, out = table(folder / f"{count}.csv", [source], count), folder / f"out-{count}"
@@ -148,10 +162,12 @@ def memory(folder: Path, counts: Sequence[int], seconds: float) -> None:
             time.sleep(0.5)
         process.send_signal(signal.SIGTERM)
         begun = time.monotonic()
-        code = process.wait()
-        print(f"{count} jobs: {sizes[0]} MB at first, {sizes[-1]} MB after {seconds:.0f} s, "
-              f"{peak} MB at most; it ended {time.monotonic() - begun:.1f} s after SIGTERM, "
-              f"{code}", flush=True)  # fmt: skip
+        process.wait()
+        yield said(
+            f"the driver, {count:,} jobs that wait",
+            f"{sizes[0]} MB at first, {sizes[-1]} MB after {seconds:.0f} s, {peak} MB at most; "
+            f"ends {time.monotonic() - begun:.1f} s after SIGTERM",
+        )
 
 
 def power(sizes: Sequence[float], values: Sequence[float]) -> float:
@@ -170,8 +186,8 @@ def growth(
     workers: Sequence[int],
     preset: str,
     longer: int,
-) -> None:
-    """Print how the time grows with jobs and workers, with the power; draw it.
+) -> Iterator[Row]:
+    """Yield how the time grows with jobs and workers, with the power; draw it.
 
     So many workers have as many cores.
     """
@@ -180,16 +196,16 @@ def growth(
     for count in counts:
         jobs = table(folder / f"{count}.csv", [source], count)
         by_jobs.append(clocked(jobs, folder / f"jobs-{count}", "--workers", "2")[1])
-        print(f"{count} jobs: {by_jobs[-1]:.1f} s of the processor", flush=True)
+        yield said(f"{count:,} jobs of 10 frames", f"{by_jobs[-1]:.1f} s of the processor")
     films = [film(folder / f"{n}.mp4", longer * (60 + 45 * n)) for n in range(12)]
     jobs = table(folder / "jobs.csv", films, 12, preset)
     by_workers = []
     for number in workers:
         out = folder / f"w-{number}"
         by_workers.append(clocked(jobs, out, "--workers", str(number), cores=number)[0])
-        print(f"{number} workers: {by_workers[-1]:.1f} s", flush=True)
+        yield said(f"12 films, {number} workers", f"{by_workers[-1]:.1f} s by the clock")
     powers = power(counts, by_jobs), power(workers, by_workers)
-    print(f"power with jobs {powers[0]:.2f}, with workers {powers[1]:.2f}")
+    yield said("growth with jobs, with workers, as a power", f"{powers[0]:.2f}, {powers[1]:.2f}")
     if plot is None:
         return
     from matplotlib.figure import Figure
@@ -227,17 +243,18 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="speed-") as scratch:
         folder = Path(scratch)
         if options.what == "workers":
-            compare_workers(folder, options.rounds, options.preset, options.longer)
+            rows = compare_workers(folder, options.rounds, options.preset, options.longer)
         elif options.what == "overhead":
-            overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
+            rows = overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
         elif options.what == "tasks":
-            tasks((options.jobs or [500])[0])
+            rows = tasks((options.jobs or [500])[0])
         elif options.what == "memory":
-            memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
+            rows = memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
         else:
             workers = options.workers if len(options.workers) > 1 else [1, 2]
             counts = options.jobs or [125, 250, 500, 1000, 2000]
-            growth(folder, options.plot, counts, workers, options.preset, options.longer)
+            rows = growth(folder, options.plot, counts, workers, options.preset, options.longer)
+        print(markdown.table(Table("Speed of batches", ("what", "measured"), [*rows])))
     return 0
 
 

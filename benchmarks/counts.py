@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -29,6 +29,8 @@ from motes.video.sources import open_source
 from motes_lab.datasets.crossings import parse_crossings
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.metrics.crossings import Compared, compare_crossings
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 CHOOSE = ("car_traffic_small", "one-by-one-person-detection", "PETS09-S2L1-first200", "TUD-Campus")
 CHECK = ("pycv_movie", "TUD-Stadtmitte")
@@ -121,15 +123,12 @@ def counted(clip: Clip, seed: int) -> Iterator[Compared]:
         yield left + right
 
 
-def report(name: str, lines: Iterable[Compared]) -> Compared:
-    """Print a clip's numbers; return them."""
-    total = Compared([], [], [])
-    for each in lines:
-        total += each
+def row(name: str, total: Compared) -> Row:
+    """Return a row of the table."""
     found, missed, false = map(len, total)
-    where = f"missed {total.missed}, false {total.false}" if missed + false < 20 else ""
-    print(f"{name:30} {found + missed:4} {found:4} {missed:4} {false:4}  {where}", flush=True)
-    return total
+    where = (" ".join(map(str, each)) for each in (total.missed, total.false))
+    numbers = (Cell(f"{each}") for each in (found + missed, found, missed, false))
+    return Cell(name), *numbers, *map(Cell, where)
 
 
 def main() -> None:
@@ -139,13 +138,16 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    print(f"{'clip':30} true found missed false", flush=True)
-    total = [0, 0, 0]
+    rows, all_clips = list[Row](), Compared([], [], [])
     for clip in clips(options.data, options.half):
         if options.only in clip.name:
-            own = report(clip.name, counted(clip, options.seed))
-            total = [a + len(b) for a, b in zip(total, own, strict=True)]
-    print(f"{'all':30} {sum(total[:2]):4} {total[0]:4} {total[1]:4} {total[2]:4}")
+            own = sum(counted(clip, options.seed), Compared([], [], []))
+            rows.append(row(clip.name, own))
+            all_clips += own
+    foot = *row("all", all_clips)[:5], Cell(""), Cell("")
+    head = "clip", "true", "found", "missed", "false", "frames missed", "frames false"
+    title = f"Crossings of the half to {options.half}"
+    print(markdown.table(Table(title, head, rows, (foot,))))
 
 
 if __name__ == "__main__":

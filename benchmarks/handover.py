@@ -19,6 +19,8 @@ import numpy as np
 
 from motes.core.types import Floats
 from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Table, number
 from simulated_cameras import Building, Simulation
 
 COUNTS = 10, 32, 100, 316, 1000, 3162
@@ -67,32 +69,35 @@ def main() -> None:
     if options.lines:
         from handover_lines import measure
 
-        for cameras in options.cameras:
+        lines = [
             measure(building_of(cameras), options.people, options.seconds)
+            for cameras in options.cameras
+        ]
+        head = "cameras", "reports for a second of the program's core", "ms, median", "ms, 99 %"
+        print(markdown.table(Table("Reports by connections", head, lines)))
         return
     times(building_of(9), options.seconds, 3.0)  # imports what it needs
     rows, rng = [], np.random.default_rng(0)
-    print("cameras  reports/s (least to most of the repeats)  ms at half of it: median  99 %")
     for cameras in options.cameras:
         building = building_of(cameras)
         runs = [times(building, options.seconds, options.people) for _ in range(options.repeats)]
         rates = sorted(1 / run.mean() for run in runs)
         latency = 1e3 * np.concatenate([waits(run, 0.5, rng) for run in runs])
         half = np.median(latency), np.quantile(latency, 0.99)
-        number = building.rows * building.columns
+        count = building.rows * building.columns
         middle = rates[len(rates) // 2]
-        print(
-            f"{number:7} {middle:9.0f} ({rates[0]:.0f} to {rates[-1]:.0f}) "
-            f"{half[0]:10.3f} {half[1]:8.3f}",
-            flush=True,
-        )
-        rows.append((number, middle))
+        rate = f"{middle:,.0f} ({rates[0]:,.0f} to {rates[-1]:,.0f})"
+        lines.append((Cell(f"{count:,}"), Cell(rate), number(half[0], 2), number(half[1], 1)))
+        rows.append((count, middle))
+    note = ""
     if len(rows) > 1:
-        count, rate = np.log(np.array(rows)).T
-        power = np.polyfit(count, -rate, 1)[0]
-        print(f"seconds for a report grow with the cameras to the power {power:.2f}")
+        counts, rates = np.log(np.array(rows)).T
+        power = np.polyfit(counts, -rates, 1)[0]
+        note = f"The time for a report grows with the cameras to the power {power:.2f}."
         if options.plot:
             _plot(options.plot, rows, power)
+    head = "cameras", "reports a second", "ms at half of it, median", "ms, 99 %"
+    print(markdown.table(Table("Reports of simulated cameras", head, lines, note=note)))
 
 
 def _plot(name: str, rows: list[tuple[int, float]], power: float) -> None:

@@ -29,6 +29,7 @@ from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
 from motes.rows.schema import CAMERA
 from motes.rows.writer import TrackWriter
+from motes_lab.report.tables import Cell, Row, number
 from simulated_cameras import Building, Simulation
 
 NAME = 64
@@ -124,14 +125,13 @@ def _run(
     return len(used) / taken, np.array([used[key] - sent[key] for key in used])
 
 
-def measure(building: Building, people: float, seconds: float) -> None:
-    """Print the rate of reports at full speed, and the latency with 25 frames a second."""
+def measure(building: Building, people: float, seconds: float) -> Row:
+    """Return the cameras, the rate of reports at full speed, and the latency at 25 frames a second.
+
+    Latency is from the moment at which a camera sends a report to its rows.
+    """
+    cameras = building.rows * building.columns
     rate, _ = _run(building, people, seconds, None)
-    needed = 25 * building.rows * building.columns
-    _, latency = _run(building, people, seconds, needed)
-    print(
-        f"{needed // 25} cameras: {rate:.0f} reports for a second of the program's core; at "
-        f"{needed} reports a second {1e3 * np.median(latency):.1f} ms (median), "
-        f"{1e3 * np.quantile(latency, 0.99):.1f} ms (99 %) from a camera to its rows",
-        flush=True,
-    )
+    _, latency = _run(building, people, seconds, 25 * cameras)
+    late = (float(1e3 * each) for each in (np.median(latency), np.quantile(latency, 0.99)))
+    return Cell(f"{cameras}"), Cell(f"{rate:,.0f}"), *(number(each, 1) for each in late)

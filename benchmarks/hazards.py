@@ -32,6 +32,9 @@ from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
+
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path += [str(TESTS), str(TESTS / "mot")]
 
@@ -54,6 +57,7 @@ def film(path: str, frames: str) -> None:
 def signals(name: str, times: str, seconds: str) -> None:
     """Interrupt runs at random moments."""
     number, rng, ends = signal.Signals[name], random.Random(0), Counter[tuple[int, bool]]()
+    signal.signal(number, signal.SIG_DFL)  # a shell may ignore it in the background, and all below
     run = "import sys; from motes.cli import main; print(flush=True); sys.exit(main())"
     with tempfile.TemporaryDirectory() as folder:
         film(f"{folder}/film.mp4", "3000")
@@ -72,9 +76,13 @@ def signals(name: str, times: str, seconds: str) -> None:
             _, error = program.communicate()
             odd = [text for text in error.splitlines() if _is_odd(text)]
             ends[program.returncode, bool(odd)] += 1
-            print(*odd, sep="\n", end="\n" if odd else "")
-    for (code, strange), count in sorted(ends.items()):
-        print(count, "times exit code", code, "with other messages" * strange)
+            print(*odd, sep="\n", end="\n" if odd else "", file=sys.stderr)
+    rows: list[Row] = [
+        (Cell(name), Cell(f"{count}"), Cell(f"{code}"), Cell("yes" if strange else "no"))
+        for (code, strange), count in sorted(ends.items())
+    ]
+    head = "signal", "runs", "exit code", "with other messages"
+    print(markdown.table(Table("Runs that got a signal", head, rows)))
 
 
 def events(times: str, seconds: str) -> None:

@@ -31,6 +31,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from motes_lab.report import markdown
+from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+
 WIDTH, HEIGHT = 640, 480
 BLOCK, BITS = 16, 32
 """Size of a bit of the clock in pixels, and the number of bits: milliseconds."""
@@ -149,12 +152,11 @@ def measured(
     return rows, pictures, summary
 
 
-def line(ages: list[float]) -> str:
-    """Return the number of ages, their median and their quantile of 95 %, in milliseconds."""
+def quantiles(ages: list[float]) -> list[Cell]:
+    """Return the median of ages and their quantile of 95 %, in milliseconds."""
     if not ages:
-        return "none"
-    half, most = 1000 * np.quantile(ages, [0.5, 0.95])
-    return f"{len(ages)} of them, median {half:.0f} ms, 95 % below {most:.0f} ms"
+        return [Cell(NO_VALUE)] * 2
+    return [number(value, 0) for value in (1000 * np.quantile(ages, [0.5, 0.95])).tolist()]
 
 
 def main() -> None:
@@ -163,10 +165,17 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--rows-only", action="store_true")
     options, more = parser.parse_known_args()
+    lines: list[Row] = []
     for rate in options.rates:
         rows, pictures, summary = measured(rate, options.seconds, options.rows_only, more)
-        print(f"{rate:g} pictures a second: rows {line(rows)}; pictures {line(pictures)}")
-        print(f"    {summary}")
+        print(summary, file=sys.stderr)
+        ages = *quantiles(rows), *quantiles(pictures)
+        lines.append((Cell(f"{rate:g}"), Cell(f"{len(rows)}"), *ages))
+    head = (
+        *("pictures a second", "rows timed", "rows, median ms", "95 % below"),
+        *("page, median ms", "95 % below"),
+    )
+    print(markdown.table(Table("How old results are", head, lines)))
 
 
 if __name__ == "__main__":

@@ -27,6 +27,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 from studio import SIZE, region, render
 
 PERIOD = 0.5
@@ -121,7 +123,7 @@ def main() -> None:
         inside = ["--start", str(around.start), "--end", str(around.stop)]
         runs = {
             "forward": (range(total), ["--init", box(0)], range(0)),
-            "middle": (around, ["--at", f"{middle}={box(middle)}", *inside], range(0)),
+            "from": (around, ["--at", f"{middle}={box(middle)}", *inside], range(0)),
             "keyframes": (around, ["--keyframes", str(marks), *inside], absent),
             "backward": (
                 range(total - part, total),
@@ -129,10 +131,7 @@ def main() -> None:
                 range(0),
             ),
         }
-        print(
-            "| run | frames | minutes | 1st quarter | 2nd | 3rd | 4th | peak, MB | lost | error |"
-        )
-        print("|---|---|---|---|---|---|---|---|---|---|")
+        lines, errors = list[Row](), list[float]()
         for name in options.only.split(","):
             frames, words, gone = runs[name]
             rows = folder / f"rows-{name}.csv"
@@ -141,12 +140,18 @@ def main() -> None:
             lost, error = wrong(rows, frames, gone)
             cut = [len(memory) * i // 4 for i in range(5)]
             means = [statistics.mean(memory[a:b]) for a, b in itertools.pairwise(cut)]
-            cells = [f"{mean:.0f}" for mean in means] + [f"{max(memory):.0f}"]
-            print(
-                f"| {name} | {len(frames)} | {seconds / 60:.1f} | {' | '.join(cells)} "
-                f"| {lost} | {error:.1f} px |",
-                flush=True,
+            megabytes = (number(each, 0) for each in (*means, max(memory)))
+            lines.append(
+                (Cell(name), Cell(f"{len(frames):,}"), number(seconds / 60, 1), *megabytes)
             )
+            errors.append(error)
+            print(f"{name}: {lost} frames without the target", file=sys.stderr)
+        head = (
+            *("run", "frames", "minutes", "MB in the 1st quarter", "2nd", "3rd", "4th"),
+            "peak",
+        )
+        note = f"The center is never more than {max(errors):.0f} pixels off."
+        print(markdown.table(Table("Memory over an hour of film", head, lines, note=note)))
 
 
 if __name__ == "__main__":

@@ -23,6 +23,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import TrackedObject
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 SIZE = 1920, 1080
 COUNTS = 100, 300, 1000, 3000
@@ -84,11 +86,13 @@ def main() -> None:
     for name in OWN:
         clock(name)
     measure(COUNTS[0])  # imports, and kernels from the cache
-    print("| detections | objects | association, ms | objects' own, ms | whole frame, ms |")
-    print("|---|---|---|---|---|")
+    rows: list[Row] = []
     for count in COUNTS:
         objects, rest, theirs = measure(count)
-        print(f"| {count:,} | {objects:,.0f} | {rest:.1f} | {theirs:.0f} | {rest + theirs:.0f} |")
+        cells = number(rest, 1), number(theirs, 0), number(rest + theirs, 0)
+        rows.append((Cell(f"{count:,}"), Cell(f"{objects:,.0f}"), *cells))
+    head = "detections", "objects", "association, ms", "objects' own, ms", "whole frame, ms"
+    print(markdown.table(Table("A frame with thousands of detections", head, rows)))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -28,6 +28,8 @@ from numpy.typing import NDArray
 from motes import OpenCVTracker
 from motes.video.sources import open_source
 from motes_lab.datasets.sot import load_dataset
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 cv2: Any = importlib.import_module("cv2")
 Images: TypeAlias = list[NDArray[np.uint8]]
@@ -108,7 +110,7 @@ def follow(kind: str, count: int, files: Sequence[str]) -> None:
 
 
 def main() -> None:
-    """Print the tables."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs=2)
     parser.add_argument("sequences", type=Path)
@@ -123,7 +125,6 @@ def main() -> None:
     first = {glob: int(pixel) for glob, pixel in (v.rsplit("=", 1) for v in options.first_pixel)}
     sequences, problems = load_dataset(options.sequences, first)
     assert not problems, problems
-    print(f"| ms a frame | {' | '.join(KINDS)} |\n|---|" + "---|" * len(KINDS))
     rows = []
     for sequence in sequences:
         with open_source(sequence.source) as source:
@@ -131,22 +132,26 @@ def main() -> None:
         images = [np.ascontiguousarray(frame.pixels[:, :, ::-1]) for frame in frames]
         box = [round(float(value)) for value in sequence.boxes[0]]
         rows.append(milliseconds(images, [box], options.files))
-        print(
-            f"| {sequence.name} | {' | '.join(f'{value:.1f}' for value in rows[-1])} |", flush=True
-        )
     times = np.array(rows)
-    print(f"| median | {' | '.join(f'{value:.1f}' for value in np.median(times, axis=0))} |")
-    ratios = times / times[:, -1:]
-    print(f"| in TrackerNano's | {' | '.join(f'{v:.2f}' for v in np.median(ratios, axis=0))} |")
-    print(f"\n| objects | | {' | '.join(KINDS)} |\n|---|---|" + "---|" * len(KINDS))
+    ratios = np.median(times / times[:, -1:], axis=0)
+    lines: list[Row] = [
+        row(f"{len(rows)} films, median", np.median(times, axis=0), 1),
+        row("films, median in TrackerNano's", ratios, 2),
+    ]
     for count in COUNTS:
         took = milliseconds(*rendered(count), options.files)
-        print(f"| {count} | ms a frame | {' | '.join(f'{value:.1f}' for value in took)} |")
         more = [
             megabytes(kind, count, options.files) - megabytes(kind, 0, options.files)
             for kind in KINDS
         ]
-        print(f"| | MB | {' | '.join(f'{value:.0f}' for value in more)} |", flush=True)
+        lines += [row(f"rendered, {count} at once", took, 1), row(f"{count} at once, MB", more, 0)]
+    head = "ms of the processor a frame, or MB", *KINDS
+    print(markdown.table(Table("What a trained network takes", head, lines)))
+
+
+def row(name: str, values: Iterable[float], digits: int) -> Row:
+    """Return a row of the table."""
+    return Cell(name), *(number(value, digits) for value in values)
 
 
 if __name__ == "__main__":

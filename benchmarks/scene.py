@@ -25,6 +25,8 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 SIZE, TARGET = (640, 480), (60, 80)
 TARGETS = {20: TARGET, 104: (24, 38)}
@@ -102,24 +104,31 @@ def main() -> None:
     """Print three tables."""
     context = multiprocessing.get_context("spawn")
     with context.Pool(1, maxtasksperchild=1) as pool:
-        print("| objects | detection, ms of processor | tracking | both |\n|---|---|---|---|")
+        rows: list[Row] = []
         for objects in TARGETS:
             costs = [pool.apply(cost, (objects,)) for _ in range(RUNS)]
             detection, followed = np.median(costs, axis=0).tolist()
-            both = detection + followed
-            print(f"| {objects} | {detection:.1f} | {followed:.1f} | {both:.1f} |")
-        print("\n| objects | cores | in turn, frames/s | ahead, frames/s |\n|---|---|---|---|")
+            times = detection, followed, detection + followed
+            rows.append((Cell(f"{objects}"), *(number(each, 1) for each in times)))
+        head: tuple[str, ...] = "objects", "detection, ms of processor", "tracking", "both"
+        print(markdown.table(Table("A scene: detection and tracking", head, rows)), end="\n\n")
+        rows = []
         for objects, cores in itertools.product(TARGETS, (1, 2)):
             rates = [
                 float(np.median([pool.apply(rate, (objects, cores, ahead)) for _ in range(RUNS)]))
                 for ahead in (False, True)
             ]
-            print(f"| {objects} | {cores} | {rates[0]:.0f} | {rates[1]:.0f} |")
-        print("\n| objects | tracking, ms of processor | for each |\n|---|---|---|")
+            numbers = (number(each, 0) for each in rates)
+            rows.append((Cell(f"{objects}"), Cell(f"{cores}"), *numbers))
+        head = "objects", "cores", "in turn, frames a second", "ahead, frames a second"
+        print(markdown.table(Table("A scene: frames a second", head, rows)), end="\n\n")
+        rows = []
         for size in SIZES:
             runs = [pool.apply(tracking, (size,)) for _ in range(RUNS)]
             count, spent = np.median(runs, axis=0).tolist()
-            print(f"| {count:.0f} | {spent:.1f} | {spent / count:.2f} |")
+            rows.append((number(count, 0), number(spent, 1), number(spent / count, 2)))
+        head = "objects", "tracking, ms of processor", "for each"
+        print(markdown.table(Table("A scene: tracking alone", head, rows)))
 
 
 if __name__ == "__main__":

@@ -32,10 +32,14 @@ import httpx
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
+
 SIZE, FRAMES, LOOP = (1920, 1080), 15_000, 600
 HOUR = 240
 """Corrections of an hour, one each 15 seconds, without the pauses."""
-Row = tuple[str, str]
+Said = tuple[str, str]
+"""What was measured, and what was found."""
 
 
 def picture(index: int, size: tuple[int, int]) -> np.ndarray[Any, Any]:
@@ -211,7 +215,7 @@ def quantiles(seconds: list[float]) -> str:
     return f"median {statistics.median(ordered):.3f} s, 95 % {high:.3f} s"
 
 
-def start(folder: Path, rounds: int) -> Row:
+def start(folder: Path, rounds: int) -> Said:
     """Measure the time from the command to the page and the list of films."""
     times = []
     for _ in range(rounds):
@@ -224,7 +228,7 @@ def start(folder: Path, rounds: int) -> Row:
     return "page usable after start", quantiles(times)
 
 
-def seek(client: httpx.Client, page: Page, count: int) -> list[Row]:
+def seek(client: httpx.Client, page: Page, count: int) -> list[Said]:
     """Measure seeks to frames anywhere: at first sight, and of those that were seen before."""
     rng = random.Random(0)
     places = [rng.randrange(page.frames) for _ in range(count)]
@@ -244,7 +248,7 @@ def seek(client: httpx.Client, page: Page, count: int) -> list[Row]:
     return [*found, ("frames in order", f"{rate:.0f} a second")]
 
 
-def tracking(page: Page, size: tuple[int, int], frames: int) -> list[Row]:
+def tracking(page: Page, size: tuple[int, int], frames: int) -> list[Said]:
     """Measure overlays while an object is tracked."""
     number = page.draw(0, size)
     if frames < page.frames:
@@ -258,7 +262,7 @@ def tracking(page: Page, size: tuple[int, int], frames: int) -> list[Row]:
     ]
 
 
-def corrections(page: Page, size: tuple[int, int], rounds: int) -> Row:
+def corrections(page: Page, size: tuple[int, int], rounds: int) -> Said:
     """Measure corrections in the middle of stretches of 100 frames, until the rows are here."""
     number = 1
     ends = range(0, 100 * rounds + 1, 100)
@@ -268,7 +272,7 @@ def corrections(page: Page, size: tuple[int, int], rounds: int) -> Row:
     return "correction to smoothed stretch of 100 frames", quantiles(times)
 
 
-def sessions(client: httpx.Client, film: str, size: tuple[int, int], frames: int) -> Row:
+def sessions(client: httpx.Client, film: str, size: tuple[int, int], frames: int) -> Said:
     """Track in eight sessions at once, each with a seed of its own; compare with one after all."""
     pages = [Page(client, film) for _ in range(8)]
     rows: dict[int, bytes] = {}
@@ -303,7 +307,7 @@ def sessions(client: httpx.Client, film: str, size: tuple[int, int], frames: int
 
 def memory(
     client: httpx.Client, page: Page, pid: int, size: tuple[int, int], steps: int, frames: int
-) -> Row:
+) -> Said:
     """Correct, seek, look, undo and redo for an hour of use without its pauses."""
     rng = random.Random(1)
     known = []
@@ -343,11 +347,10 @@ def main(words: list[str]) -> None:
             film.hardlink_to(given[0])
         else:
             render(film, frames, size)
-        print("| | measured |\n|---|---|")
+        lines: list[Row] = []
 
-        def show(*rows: Row) -> None:
-            for what, value in rows:
-                print(f"| {what} | {value} |", flush=True)
+        def show(*rows: Said) -> None:
+            lines.extend((Cell(what), Cell(value)) for what, value in rows)
 
         def wanted(what: str) -> bool:
             return only is None or what in only
@@ -369,6 +372,8 @@ def main(words: list[str]) -> None:
             if wanted("sessions"):
                 show(sessions(client, "film.mp4", size, 40 if quick else 100))
             page.close()
+    title = f"The studio with a film of {size[0]}x{size[1]}"
+    print(markdown.table(Table(title, ("what", "measured"), lines)))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,8 @@ import numpy as np
 from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes_lab.datasets.sot import load_dataset
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -127,32 +129,33 @@ def follow(shown: Shown) -> None:
 def effort(dataset: Path, names: list[str], data: Path) -> None:
     """Print the corrections of each sequence."""
     program = Program(dataset, data)
-    rates = []
+    rates, rows = list[float](), list[Row]()
     try:
         with browsing() as browser:
             for name in names:
                 ((sequence,), _) = load_dataset(dataset / name)
                 shown = Shown(browser, program.address, viewport={"width": 1600, "height": 1000})
                 truth = np.asarray(sequence.boxes, np.float64)
-                count, right = corrections(shown, f"{name}/img", truth)
+                count = corrections(shown, f"{name}/img", truth)
                 rates.append(100 * count / len(truth))
-                rate = f"{rates[-1]:.1f} for each 100 frames"
-                print(f"{name}: {count} corrections, {rate}; {right:.3f} are right", flush=True)
+                cells = Cell(f"{len(truth)}"), Cell(f"{count}"), number(rates[-1], 1)
+                rows.append((Cell(name), *cells))
                 shown.close()
     finally:
         program.close()
-    print(f"mean {statistics.mean(rates):.1f}, median {statistics.median(rates):.1f}")
+    note = f"Mean {statistics.mean(rates):.1f}, median {statistics.median(rates):.1f}."
+    head = "sequence", "frames", "corrections", "for each 100 frames"
+    print(markdown.table(Table("Corrections on the page", head, rows, note=note)))
 
 
-def corrections(shown: Shown, film: str, truth: Floats) -> tuple[int, float]:
-    """Correct a film on the page until enough frames are right; return how often, and the share."""
+def corrections(shown: Shown, film: str, truth: Floats) -> int:
+    """Correct a film on the page until enough frames are right; return how often."""
     shown.open(film)
     shown.draw(*corners(truth[0]))
     shown.track()
     for count in range(MOST):
-        right = share(shown, truth)
-        if right >= ENOUGH:
-            return count, right
+        if share(shown, truth) >= ENOUGH:
+            return count
         shown.page.keyboard.press("n")
         shown.until("s.seeking === null && s.pictured === s.frame")
         frame = int(shown.state("s.frame"))
@@ -161,7 +164,7 @@ def corrections(shown: Shown, film: str, truth: Floats) -> tuple[int, float]:
         shown.drag(*corners(truth[frame]))
         shown.until(f"s.session.objects[0].keyframes.length > {known} && !s.draft")
         shown.settle()
-    return MOST, share(shown, truth)
+    return MOST
 
 
 def corners(box: Floats) -> tuple[tuple[float, float], tuple[float, float]]:

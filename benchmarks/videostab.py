@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,8 @@ from motes.core.types import Floats
 from motes.mot.detection.global_motion import CORNERS, GlobalMotion
 from motes_lab.datasets.mot import load_mot_dataset
 from motes_lab.papers.moving_camera import View, motion_errors, view_frames
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table, number
 
 OWN = 1000
 """Number of corners of videostab's own detector (`GFTTDetector`)."""
@@ -122,11 +124,13 @@ def main() -> None:
                 for corners in (CORNERS, OWN):
                     found = by_videostab(program, pictures, model, corners)
                     add(f"videostab, {model}, {corners} corners", view, *found)
-    row: Callable[..., str] = "{:40} {:>8} {:>8} {:>8} {:>8}".format
-    print(row("pixels off", "median", "95 %", "worst", "ms"))
+    rows: list[Row] = []
     for name, each in errors.items():
-        quantiles = np.quantile(np.concatenate(each), [0.5, 0.95, 1])
-        print(row(name, *(f"{value:.2f}" for value in quantiles), f"{np.mean(times[name]):.1f}"))
+        quantiles = np.quantile(np.concatenate(each), [0.5, 0.95, 1]).tolist()
+        cells = (number(value, 2) for value in quantiles)
+        rows.append((Cell(name), *cells, number(float(np.mean(times[name])), 1)))
+    head = "motion", "median", "95 % below", "worst", "ms"
+    print(markdown.table(Table("The camera's motion, in pixels off", head, rows)))
 
 
 if __name__ == "__main__":

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from functools import partial
 from pathlib import Path
 from random import Random
 
 import pytest
 
-from fuzzing.campaign import Failure, Kind, attempt, run
+from fuzzing.__main__ import table
+from fuzzing.campaign import Failure, Kind, Result, attempt, run
 from fuzzing.kinds import KINDS
 from fuzzing.mutator import CHANGES, MOST, Change
+from motes_lab.report import markdown
 
 CORPUS = Path(__file__).parent / "fuzzing" / "corpus"
 BY_NAME = {kind.name: kind for kind in KINDS}
@@ -74,6 +77,18 @@ def test_what_falls_is_found_and_the_rest_is_done() -> None:
     for data, reason in reasons.items():
         assert reason in fallen[data].reason
     assert told == result.failures
+
+
+def test_the_table_counts_what_came_of_all_inputs() -> None:
+    counts = {"toy": Counter(read=1200, fell=1), "other": Counter(refused=3)}
+    lines = markdown.table(table(Result(counts=counts))).splitlines()
+    assert lines[2:] == [
+        "| input | inputs | read | refused | fell |",
+        "| --- | --- | --- | --- | --- |",
+        "| toy | 1,201 | 1,200 | 0 | 1 |",
+        "| other | 3 | 0 | 3 | 0 |",
+        "| all | 1,204 | 1,200 | 3 | 1 |",
+    ]
 
 
 def test_the_same_seed_gives_the_same_inputs() -> None:

@@ -13,10 +13,11 @@ beginning of the titles of the tables that are shown. The commands that make it 
 
     <!-- end campus -->
 
-Rows of tables with the same columns are put together. A command is one of motes-lab, or a script of
-benchmarks/ that prints its tables: `python benchmarks/NAME.py`. It names folders of data in
-capitals (`FOLDERS`). What it writes is kept in results/, so that a run that was stopped goes on
-where it was; remove results/ to measure again.
+Rows of tables with the same columns are put together. A command is one of motes-lab, or Python that
+prints its tables: a script of benchmarks/, or a module of tests/ (`PYTHONPATH=tests python ...`).
+It names folders of data in capitals (`FOLDERS`). What it writes is kept in results/, so that a run
+that was stopped goes on where it was, with the minutes that it took; remove results/ to measure
+again. A command of several tables runs once.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -40,6 +42,7 @@ KEPT = ROOT / "results"
 """The folder of what the commands write."""
 DATA = Path(os.environ.get("MOTES_DATA", ROOT.parent / "shared" / "data")).resolve()
 FOLDERS = {
+    "DATA": ".",
     "SEQUENCES": "sot",
     "OTHERS": "sot-more",
     "FILMS": "film",
@@ -51,8 +54,10 @@ FOLDERS = {
 """Names of folders and files in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
+TESTS = "PYTHONPATH=tests "
+"""How a command begins that needs the modules of tests/."""
 SCRIPT = "python "
-"""How a command begins that is a script; all others are those of motes-lab."""
+"""How a command goes on that prints its tables; all others are those of motes-lab."""
 BLOCK = re.compile(
     r"^<!-- results (?P<name>[\w-]+) \| (?P<minutes>[\d.]+) min \| (?P<title>[^|]+?) -->\n"
     r"(?P<commands>(?:\n|    [^\n]+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",
@@ -132,7 +137,7 @@ def together(tables: Iterable[Written]) -> list[Written]:
 
 def arguments(command: str) -> list[str]:
     """Return a command without its first word, with the folders in place of their names."""
-    _, *given = shlex.split(command)
+    _, *given = shlex.split(command.removeprefix(TESTS))
     names = "|".join(FOLDERS)
     return [
         re.sub(rf"(?<![^=,])({names})(?=[/,]|$)", lambda name: str(DATA / FOLDERS[name[0]]), each)
@@ -142,17 +147,21 @@ def arguments(command: str) -> list[str]:
 
 def folder_name(command: str) -> str:
     """Return the name of the folder of a command's results."""
-    name = "-".join(re.findall(r"[\w-]+", command)[1:3])
+    name = "-".join(re.findall(r"[\w-]+", command.removeprefix(TESTS))[1:3])
     return f"{name}-{hashlib.sha256(command.encode()).hexdigest()[:8]}"
 
 
 def run(command: str, folder: Path) -> int:
     """Run a command that writes its tables into a folder; return its exit code."""
     given = arguments(command)
-    if command.startswith(SCRIPT):
+    if command.removeprefix(TESTS).startswith(SCRIPT):
+        paths = [str(ROOT / "tests")] * command.startswith(TESTS)
+        paths += filter(None, [os.environ.get("PYTHONPATH")])
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
         folder.mkdir(parents=True, exist_ok=True)
         with (folder / "printed.md").open("wb") as printed:
-            return subprocess.run([sys.executable, *given], stdout=printed, cwd=ROOT).returncode
+            script = [sys.executable, *given]
+            return subprocess.run(script, stdout=printed, cwd=ROOT, env=environment).returncode
     again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
     line = [sys.executable, "-m", "motes_lab", *given, "--out", str(folder), again]
     return subprocess.run(line, stdout=subprocess.DEVNULL, cwd=ROOT).returncode
@@ -172,10 +181,13 @@ def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
         done = folder / "done.json"
         if not done.exists():
             print(f"{block.name}: {command}", flush=True)
+            start = time.monotonic()
             if code := run(command, folder):
                 raise RuntimeError(f"{command} ended with exit code {code}.")
+            minutes = round((time.monotonic() - start) / 60, 2)
+            print(f"{block.name}: {minutes} min", flush=True)
             today = datetime.date.today().isoformat()
-            done.write_text(json.dumps({"command": command, "date": today}))
+            done.write_text(json.dumps({"command": command, "date": today, "minutes": minutes}))
         dates.append(json.loads(done.read_text())["date"])
         texts = (each.read_text(encoding="utf-8") for each in sorted(folder.glob("*.md")))
         tables += [each for text in texts for each in written(text)]
@@ -215,7 +227,9 @@ def main(line: Sequence[str] | None = None) -> int:
     """Make the tables that are named, or all, the shortest first; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="tables to make; all by default")
-    names = parser.parse_args(line).names
+    parser.add_argument("--list", action="store_true", help="only say which, and how long each is")
+    options = parser.parse_args(line)
+    names = options.names
     found = sorted(
         blocks(sorted(page for folder in DOCS for page in folder.glob("*.md"))),
         key=lambda each: each.minutes,
@@ -224,8 +238,12 @@ def main(line: Sequence[str] | None = None) -> int:
         known = ", ".join(sorted(each.name for each in found))
         parser.error(f"there is no table {', '.join(sorted(unknown))}; known are {known}.")
     wanted = [each for each in found if not names or each.name in names]
-    minutes = sum(each.minutes for each in wanted)
+    if options.list:
+        print(*(f"{each.minutes:6g} min  {each.name}" for each in wanted), sep="\n")
+    minutes = sum({each.commands: each.minutes for each in wanted}.values())
     print(f"{len(wanted)} tables, about {minutes:.0f} min without those that are in {KEPT.name}/.")
+    if options.list:
+        return 0
     failed = 0
     for block in wanted:
         try:

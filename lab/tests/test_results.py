@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import itertools
 import json
+import os
 import re
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import pytest
 
 from motes_lab.cli import experiment
 from motes_lab.cli.app import app
+from motes_lab.cli.bench import bench
 from motes_lab.cli.evaluate import evaluate
 
 ROOT = Path(__file__).parents[2]
@@ -90,15 +92,19 @@ def test_every_command_is_one_of_the_lab_or_a_script(monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(ROOT)
     known = {experiment.app[name].default_command for name in experiment.app if name[0] != "-"}
     for command in itertools.chain.from_iterable(block.commands for block in BLOCKS):
-        if command.startswith(results.SCRIPT):
-            script, *_ = results.arguments(command)
-            assert (ROOT / script).parent == ROOT / "benchmarks", command
-            assert (ROOT / script).exists(), command
+        if command.removeprefix(results.TESTS).startswith(results.SCRIPT):
+            script, *given = results.arguments(command)
+            if script == "-m":
+                module = ROOT / "tests" / given[0].replace(".", "/")
+                assert (module / "__main__.py").exists() or module.with_suffix(".py").exists()
+            else:
+                assert (ROOT / script).parent == ROOT / "benchmarks", command
+                assert (ROOT / script).exists(), command
             continue
         assert command.startswith("motes-lab "), command
         arguments = [*results.arguments(command), "--out", "out"]
         called, _, _ = app.parse_args(arguments, exit_on_error=False, print_error=False)
-        assert called in known | {evaluate}, command
+        assert called in known | {evaluate, bench}, command
         for each in command.split():
             if each.endswith(".toml"):
                 assert Path(each).exists(), command
@@ -117,8 +123,6 @@ COMMAND = re.compile(
     r"motes-lab (?P<lab>[a-z]+)(?: (?P<name>[a-z][a-z0-9-]*))?|benchmarks/(?P<script>\w+\.py)"
     r"|make (?P<target>bench|fuzz|kills)|python -m fuzzing|\b(?:motes track|TRACK)\b"
 )
-UNREPEATED = re.compile(r"\b(?:[Tt]rials?|as a record|on paper)\b")
-"""Where no command makes a table again, a page says why: its variants are not in the code."""
 DATE = re.compile(r"\b20\d\d-\d\d-\d\d\b")
 
 
@@ -129,26 +133,67 @@ def sections(text: str) -> dict[str, str]:
     return {head.lower().replace(" ", "-"): part for head, part in zip(heads, parts, strict=True)}
 
 
+SITE = sorted(
+    [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "lab").glob("docs/**/*.md")]
+)
+FIGURE = re.compile(r"^[*+-]*\d|\d\.\d|±|\d ?(?:%|ms|µs|s|MB|MiB)\b")
+"""A cell that may be measured: it begins with a number, has a decimal one, or one with a unit."""
+UNMEASURED = {
+    "figure, table or claim": "its numbers are those of other tables; tests compare them",
+    "value": "written by docs/generate/paper_values.py; a test compares it",
+    "package | lines of Python": "budgets, which tests/test_imports.py has",
+    "what happens": "exit codes",
+    "limit": "limits of the studio",
+    "network | files": "files of others",
+    "`--protocol`": "what a protocol does",
+    "column |": "what a column means",
+}
+"""How heads of tables begin whose figures nobody has measured."""
+
+
 def measured_tables(text: str) -> list[str]:
-    """Return the tables of a text in which most cells right of the first column have a digit."""
+    """Return the tables of a text in which a third of the cells or more may be measured.
+
+    The first column names the rows, and empty cells do not count.
+    """
     found = []
-    for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
-        cells = [cell for row in table.splitlines()[2:] for cell in row.strip("|").split("|")[1:]]
-        if sum(bool(re.search(r"\d", cell)) for cell in cells) > len(cells) / 2:
+    for table in re.findall(r"(?:^ *\|.*\n)+", text, re.MULTILINE):
+        rows = [row.strip().strip("|").split("|")[1:] for row in table.splitlines()[2:]]
+        cells = [cell.strip() for row in rows for cell in row if cell.strip()]
+        if cells and 3 * sum(bool(FIGURE.search(cell)) for cell in cells) >= len(cells):
             found.append(table)
     return found
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "lab/docs").glob("*.md")), ids=lambda p: p.stem)
-def test_every_measured_table_names_its_command(page: Path) -> None:
-    """`make results` makes those in blocks; others name theirs, or are said to be a trial."""
-    text = results.BLOCK.sub("", page.read_text(encoding="utf-8"))
-    text = re.sub(r"<!-- values of.*?<!-- values up", "", text, flags=re.DOTALL)
-    whole = text.partition("\n## ")[0]
-    for part in sections(text).values():
-        for table in measured_tables(part):
-            about = whole + part
-            assert COMMAND.search(about) or UNREPEATED.search(about), table.partition("\n")[0]
+def made_by_hand(text: str) -> list[str]:
+    """Return the measured tables of a page that `make results` does not make."""
+    heads = tuple(f"| {head}" for head in UNMEASURED)
+    tables = measured_tables(results.BLOCK.sub("", text))
+    return [table for table in tables if not table.startswith(heads)]
+
+
+@pytest.mark.parametrize("page", SITE, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_measured_table_is_made_by_a_command(page: Path) -> None:
+    assert not made_by_hand(page.read_text(encoding="utf-8"))
+
+
+def test_a_measured_table_outside_of_a_block_is_found() -> None:
+    table = "| tracker | ms | AUC |\n|---|---|---|\n| default | 4.8 (of 3 runs) | {} |\n"
+    assert made_by_hand(f"Measured by hand:\n\n{table.format('0.7 ± 0.1')}")
+    assert made_by_hand(f"- In a list:\n\n  {table.format('much')}")
+    assert not made_by_hand("| name | what it is |\n|---|---|\n| `Frame` | a picture |\n")
+    assert not made_by_hand(PAGE)
+
+
+def test_tables_that_are_not_measured_are_there() -> None:
+    tables = "".join("".join(measured_tables(page.read_text("utf-8"))) for page in SITE)
+    for head in UNMEASURED:
+        assert f"| {head}" in tables, head
+
+
+def test_all_tables_are_made_in_one_night() -> None:
+    """A command of several tables runs once."""
+    assert sum({block.commands: block.minutes for block in BLOCKS}.values()) <= 600
 
 
 def test_every_command_on_the_lab_s_pages_exists() -> None:
@@ -294,6 +339,38 @@ def test_a_script_prints_its_tables(docs: Path, monkeypatch: pytest.MonkeyPatch)
     assert "| printed | 1 |" in docs.read_text()
 
 
+def test_a_module_of_the_tests_prints_its_tables(
+    docs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", "mine")
+
+    def run(
+        line: list[str], stdout: IO[bytes], env: dict[str, str], **_: object
+    ) -> subprocess.CompletedProcess[str]:
+        assert line[1:] == ["-m", "fuzzing", "--rounds", "1"]
+        assert env["PYTHONPATH"].split(os.pathsep) == [str(ROOT / "tests"), "mine"]
+        stdout.write(WRITTEN.format("printed").encode())
+        return subprocess.CompletedProcess(line, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    command = "PYTHONPATH=tests python -m fuzzing --rounds 1"
+    docs.write_text(re.sub(r"    motes-lab[^<]*?MOT/a --tracker x", f"    {command}", PAGE))
+    assert results.main(["one"]) == 0
+    assert "| printed | 1 |" in docs.read_text()
+
+
+def test_tables_are_listed_with_their_minutes(
+    docs: Path, ran: Lines, capfd: pytest.CaptureFixture[str]
+) -> None:
+    again = PAGE.partition("<!-- results other")[0].replace("one", "same")
+    docs.write_text(PAGE + again)
+    assert results.main(["--list"]) == 0
+    lines = [line.split() for line in capfd.readouterr().out.splitlines()]
+    assert lines[:-1] == [["1", "min", "other"], ["2", "min", "one"], ["2", "min", "same"]]
+    assert " ".join(lines[-1]).startswith("3 tables, about 3 min")
+    assert not ran
+
+
 def test_what_was_run_is_not_run_again(docs: Path, ran: Lines) -> None:
     assert results.main(["one"]) == 0
     first = docs.read_text()
@@ -301,7 +378,9 @@ def test_what_was_run_is_not_run_again(docs: Path, ran: Lines) -> None:
     assert len(ran) == 3
     assert docs.read_text().startswith(first[:200])
     (marker, *_) = sorted((docs.parent / "kept").glob("evaluate-*/done.json"))
-    assert json.loads(marker.read_text())["command"] == "motes-lab evaluate MOT/a --tracker x"
+    told = json.loads(marker.read_text())
+    assert told["command"] == "motes-lab evaluate MOT/a --tracker x"
+    assert told["minutes"] >= 0
     marker.unlink()
     assert results.main(["one"]) == 0
     assert ran[-1][-1] == "--resume"  # an evaluation goes on with the tracks that it has

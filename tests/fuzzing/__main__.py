@@ -9,11 +9,15 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from .campaign import Failure, Kind, attempt, guard, run
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
+
+from .campaign import Failure, Kind, Result, attempt, guard, run
 from .kinds import KINDS
 
 
@@ -45,11 +49,21 @@ def main() -> int:
               f"--kind {failure.kind} --again {path}", flush=True)  # fmt: skip
 
     result = run(kinds, options.seed, _until(options.rounds, options.seconds), save)
-    for name, counts in result.counts.items():
-        outcomes = ", ".join(f"{count} {what}" for what, count in sorted(counts.items()))
-        print(f"{name:14}{counts.total():9}  {outcomes}")
-    print(f"{result.inputs} inputs, {len(result.failures)} fell")
+    print(markdown.table(table(result)))
     return 1 if result.failures else 0
+
+
+def table(result: Result) -> Table:
+    """Return how often each came of the inputs of a kind."""
+    every = sum(result.counts.values(), Counter[str]())
+    outcomes = [*sorted({*every} - {"fell"}), "fell"]
+
+    def row(name: str, counts: Counter[str]) -> Row:
+        numbers = counts.total(), *(counts[each] for each in outcomes)
+        return Cell(name), *(Cell(f"{each:,}") for each in numbers)
+
+    rows = [row(name, counts) for name, counts in result.counts.items()]
+    return Table("Damaged inputs", ("input", "inputs", *outcomes), rows, (row("all", every),))
 
 
 def _until(rounds: int | None, seconds: float) -> Callable[[int], bool]:

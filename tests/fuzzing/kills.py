@@ -28,6 +28,8 @@ from PIL import Image
 from motes import synthetic
 from motes.synthetic.clips import Clip
 from motes.video.writer import VideoWriter
+from motes_lab.report import markdown
+from motes_lab.report.tables import Cell, Row, Table
 
 PROGRAM = [sys.executable, "-m"]
 SIZE = (160, 120)
@@ -36,11 +38,16 @@ PATIENCE = 60.0
 TIMES = ("seconds", "ms_median", "ms_95", "fps")
 """Columns of an evaluation that no run repeats."""
 
-NUMBERS = (
-    "kills", "writing", "trials", "kept", "lost", "different", "blocked", "unfinished", "left",
-)  # fmt: skip
-"""Of a tally, in the order of the table."""
-WIDTH = 24
+NUMBERS = {
+    "kills": "kills",
+    "writing": "of them after the first bytes",
+    "kept": "bytes there after a kill",
+    "lost": "bytes lost",
+    "different": "bytes different",
+    "blocked": "runs blocked",
+    "left": "temporary folders left",
+}
+"""Columns of the table, by what they are of a tally."""
 
 Files = dict[str, bytes]
 
@@ -102,8 +109,6 @@ class Tally:
         How many runs were killed.
     writing
         After how many of these kills something was written.
-    trials
-        How many runs were left alone after that.
     kept
         Bytes that were there after the kills.
     lost, different
@@ -121,7 +126,6 @@ class Tally:
 
     kills: int = 0
     writing: int = 0
-    trials: int = 0
     kept: int = 0
     lost: int = 0
     different: int = 0
@@ -194,7 +198,6 @@ def trial(
     `whole` is what an undisturbed run writes in so many `seconds`. Return how many that are now,
     as other programs may take more or less of the machine: less if the command ended sooner.
     """
-    tally.trials += 1
     before: Files = {}
     for _ in range(rng.randint(1, 4)):
         process = case.start(folder)
@@ -269,8 +272,7 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=200, help="of all commands together")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    print("command".ljust(WIDTH), *(name.rjust(10) for name in NUMBERS))
-    good = True
+    rows, good, unfinished = list[Row](), True, 0
     with tempfile.TemporaryDirectory(prefix="kills-") as scratch:
         commands = cases(*render(Path(scratch)))
         for case in commands:
@@ -279,11 +281,14 @@ def main() -> int:
             while tally.kills < options.kills / len(commands):
                 with tempfile.TemporaryDirectory(prefix="trial-", dir=scratch) as folder:
                     seconds = trial(case, rng, Path(folder), whole, seconds, tally)
-            numbers = (str(getattr(tally, name)).rjust(10) for name in NUMBERS)
-            print(case.name.ljust(WIDTH), *numbers, flush=True)
-            for note in tally.notes:
-                print("  " + note)
+            cells = (Cell(f"{getattr(tally, name):,}") for name in NUMBERS)
+            rows.append((Cell(case.name), *cells))
+            print(*tally.notes, sep="\n", file=sys.stderr)
             good &= tally.good
+            unfinished += tally.unfinished
+    head = "command", *NUMBERS.values()
+    note = f"{unfinished} partial files of overlays are left."
+    print(markdown.table(Table("Commands that are killed", head, rows, note=note)))
     return 0 if good else 1
 
 
