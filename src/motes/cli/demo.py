@@ -8,9 +8,6 @@ import importlib
 import io
 import json
 import math
-import multiprocessing
-import os
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,7 +31,10 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, RUN, Overwrite
-from motes.cluster.resources import environment, thread_limits
+from motes.cluster.local import LocalPool
+from motes.cluster.pool import Ended, Task
+from motes.cluster.pool import run as run_all
+from motes.cluster.resources import cores
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -136,24 +136,22 @@ def demo(
         check_counts(frames=frames)
     prepare_folder(out, FILES, overwrite)
     console = Console()
-    processes = multiprocessing.get_context("spawn")
-    workers = min(os.cpu_count() or 1, len(STORIES))
+    plays: dict[int, Played] = {}
     # A film's files appear together, when all are done.
     with tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder:
         folder = Path(partial_folder)
         play = partial(_played, seed=seed, frames=frames, folder=folder)
-        plays: dict[int, Played] = {}
+        tasks = [Task(story.name, play, number) for number, story in enumerate(STORIES)]
         try:
-            with environment(thread_limits()), processes.Pool(workers, _leave_signals) as pool:
-                counts = {}
-                for number, played in pool.imap_unordered(play, range(len(STORIES))):
-                    name, title, _, line = STORIES[number]
-                    plays[number] = played
+            with LocalPool(min(cores(), len(STORIES)), threads=1) as pool:
+                for event in run_all(pool, tasks):
+                    if not isinstance(event, Ended):
+                        continue
+                    if event.error is not None:
+                        raise FormatError(f"The film {event.task.name} is not made. {event.error}")
+                    plays[event.task.argument] = event.value
+                    title = STORIES[event.task.argument].title
                     Console(stderr=True).print(f"{title}.", highlight=False)
-                    if line is not None:
-                        counts[number] = pool.apply_async(_counted, (name, line, folder))
-                for number, count in counts.items():
-                    plays[number] = plays[number]._replace(counted=count.get())
         except KeyboardInterrupt as interrupt:
             log(f"{interrupts.word(interrupt)}{len(plays)} films; nothing is kept of a part.")
             return interrupts.code(interrupt)
@@ -247,8 +245,8 @@ class Played(NamedTuple):
     scores: Mapping[str, Score]
     milliseconds: Mapping[str, float]
     states: Sequence[tuple[str, float]]
-    counted: int | None = None
-    crossings: int | None = None
+    counted: int | None
+    crossings: int | None
 
 
 def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:
@@ -265,13 +263,8 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
     )
 
 
-def _leave_signals() -> None:
-    """Let the program that started this process decide what a signal means."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tuple[int, Played]:
-    """Render a film into a folder and follow its target; return its number and what came of it."""
+def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:
+    """Render a film into a folder, follow its target and count; return what came of it."""
     story = STORIES[number]
     path = folder / f"{story.name}.mp4"
     shown = []
@@ -302,10 +295,11 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tupl
             states.append((str(track.status), round(track.confidence, 2)))
             view.write(_drawn(frame, tracker, runs[1:]))
     visible = [truth.visible for truth in truths]
-    return number, Played(
+    return Played(
         scores={run.name: score(run.overlaps, visible, run.tracking) for run in runs},
         milliseconds={run.name: 1000 * float(np.median(run.seconds)) for run in runs},
         states=states,
+        counted=None if story.line is None else _counted(story.name, story.line, folder),
         crossings=None if story.line is None else _crossings(story.line, shown[0], shown[-1]),
     )
 
