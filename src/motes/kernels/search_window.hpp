@@ -241,16 +241,21 @@ inline void brightness(Samples samples, Plane<float> out) {
     }
 }
 
-// Writes the votes of samples' gradients, each for the four cells (h + 2, 18 (w + 2)) around.
+// Writes the votes of samples' gradients, each for the four cells around, (h + 2, 18 (w + 2)): of
+// each row of cells all of one sector, then all of the next.
 inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                  Plane<float> votes) {
     const Index height = samples.rows, width = samples.columns;
-    ScratchPlane<float> bright(height + 2, width + 2);
-    Scratch<float> magnitude(width), across(width), line(votes.columns);
-    Scratch<std::int32_t> left(width), place(width);
+    const auto cells = std::int32_t(votes.columns / 18);
+    ScratchPlane<float> bright(height + 2, width + 2), shares(3, width);
+    Scratch<float> line(votes.columns);
+    ScratchPlane<std::int32_t> places(3, width);
+    float *__restrict across = shares[0], *__restrict near = shares[1], *__restrict far = shares[2];
+    std::int32_t *__restrict left = places[0], *__restrict row = places[1];
+    std::int32_t* __restrict column = places[2];
     for (Index j = 0; j < width; ++j) {
         const double x = (double(j) + 0.5) / double(cell) + 0.5;
-        left[j] = 18 * std::int32_t(x), across[j] = float(x - double(Index(x)));
+        left[j] = std::int32_t(x), across[j] = float(x - double(Index(x)));
     }
     std::fill_n(votes.data, votes.rows * votes.columns, 0.0f);
     brightness(samples, bright);
@@ -258,16 +263,15 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
         const float *before = bright[i], *here = bright[i + 1], *after = bright[i + 2];
         for (Index j = 0; j < width; ++j) {
             const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
-            magnitude[j] = std::sqrt(dx * dx + dy * dy);
-            const auto row = std::int32_t(dy * float(1.0 / 3) + 256.5f);
-            const auto column = std::int32_t(dx * float(1.0 / 3) + 256.5f);
-            place[j] = left[j] + sectors[row][column];
+            const float magnitude = std::sqrt(dx * dx + dy * dy);
+            far[j] = magnitude * across[j], near[j] = magnitude - far[j];
+            row[j] = std::int32_t(dy * float(1.0 / 3) + 256.5f);
+            column[j] = std::int32_t(dx * float(1.0 / 3) + 256.5f);
         }
-        std::fill_n(static_cast<float*>(line), votes.columns, 0.0f);
+        std::fill_n(line.begin(), votes.columns, 0.0f);
         for (Index j = 0; j < width; ++j) {
-            const float far = magnitude[j] * across[j];
-            line[place[j]] += magnitude[j] - far;
-            line[place[j] + 18] += far;
+            float* to = line.begin() + cells * sectors[row[j]][column[j]] + left[j];
+            to[0] += near[j], to[1] += far[j];
         }
         const double y = (double(i) + 0.5) / double(cell) + 0.5;
         const auto low = double(float(y - double(Index(y))));
@@ -283,15 +287,16 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
 // Writes the energy (h + 2, w + 2) of cells: squared votes of 9 orientations; those at the border
 // are repeated.
 inline void energies(Plane<const float> votes, Plane<float> energy) {
-    const Index rows = energy.rows - 2, columns = energy.columns - 2;
+    const Index rows = energy.rows - 2, columns = energy.columns - 2, cells = energy.columns;
+    std::fill_n(energy.data, energy.rows * energy.columns, 0.0f);
     for (Index i = 1; i <= rows; ++i) {
-        for (Index j = 1; j <= columns; ++j) {
-            float total = 0.0f;
-            for (Index k = 18 * j; k < 18 * j + 9; ++k) {
-                const float both = votes[i][k] + votes[i][k + 9];
-                total += both * both;
+        float* __restrict line = energy[i];
+        for (Index k = 0; k < 9; ++k) {
+            const float *one = votes[i] + k * cells, *opposite = one + 9 * cells;
+            for (Index j = 1; j <= columns; ++j) {
+                const float both = one[j] + opposite[j];
+                line[j] += both * both;
             }
-            energy[i][j] = total;
         }
     }
     for (Index j = 1; j <= columns; ++j)
@@ -333,8 +338,8 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
     energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
     Scratch<float> scratch(columns);
-    float* __restrict line = scratch, *n0 = norms[0], *n1 = norms[1], *n2 = norms[2],
-                      *n3 = norms[3];
+    float *__restrict line = scratch, *__restrict n0 = norms[0], *__restrict n1 = norms[1];
+    float *__restrict n2 = norms[2], *__restrict n3 = norms[3];
     for (Index i = 0; i < rows; ++i) {
         const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
         for (Index j = 0; j < columns; ++j) {
@@ -345,12 +350,13 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
             n2[j] = 1.0f / std::sqrt(below[j] + below[j + 1] + here[j] + middle);
             n3[j] = 1.0f / std::sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle);
         }
-        const float* inner = votes[i + 1] + 18;
         for (Index k = 0; k < 27; ++k) {
-            for (Index j = 0; j < columns; ++j) {
-                const float* at = inner + 18 * j + k;
-                line[j] = k < 9 ? at[0] + at[9] : at[-9];
-            }
+            const float* one = votes[i + 1] + (k < 9 ? k : k - 9) * (columns + 2) + 1;
+            const float* opposite = one + 9 * (columns + 2);
+            if (k < 9)
+                for (Index j = 0; j < columns; ++j) line[j] = one[j] + opposite[j];
+            else
+                std::copy_n(one, columns, line);
             float* __restrict to = out[k][i];
             for (Index j = 0; j < columns; ++j)
                 to[j] = 0.5f * (std::min(line[j] * n0[j], 0.2f) + std::min(line[j] * n1[j], 0.2f) +
