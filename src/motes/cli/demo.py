@@ -1,4 +1,7 @@
-"""`motes demo`: films of three kinds, followed, counted, and shown on one page."""
+"""`motes demo`: films of three kinds, followed, counted, and shown on one page.
+
+What only the playing of films needs is imported late, so that its processes begin sooner.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,14 @@ from importlib import resources
 from itertools import islice
 from pathlib import Path
 from string import Template
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw
 from rich.console import Console
 from rich.table import Table
 
-from motes import synthetic
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
@@ -41,14 +42,13 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.output.overlay import draw, font
-from motes.rows.writer import TrackWriter
-from motes.sot.tracker import Tracker
-from motes.synthetic.clips import Truth
-from motes.video.sources import open_source
-from motes.video.writer import VideoWriter
+
+if TYPE_CHECKING:
+    from motes.sot.tracker import Tracker
+    from motes.synthetic.clips import Truth
 
 Pixels = NDArray[np.uint8]
-Films = Callable[[int], Iterable[tuple[Frame, tuple[Truth, ...]]]]
+Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
 
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
@@ -85,18 +85,23 @@ class Story(NamedTuple):
     peers: Sequence[str] = ("KCF",)
 
 
+def _film(name: str, *size: tuple[int, int]) -> Films:
+    """Return a film of `motes.synthetic`."""
+    return lambda seed: getattr(importlib.import_module("motes.synthetic"), name)(*size, seed=seed)
+
+
 STORIES = (
     Story(
         "beetle",
         "An animal hides behind a stem, turns, grows, leaps and leaves",
-        lambda seed: synthetic.demo((480, 360), seed=seed),
+        _film("demo", (480, 360)),
         peers=("CSRT", "KCF"),  # once, since CSRT takes as long as all else of a film
     ),
-    Story("street", "A car passes behind a lorry, and cars are counted", synthetic.Street, 150),
+    Story("street", "A car passes behind a lorry, and cars are counted", _film("Street"), 150),
     Story(
         "player",
         "A player runs among others who look alike, before a moving camera",
-        synthetic.Pitch,
+        _film("Pitch"),
     ),
 )
 PAGE = "index.html"
@@ -270,6 +275,9 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
 
 def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:
     """Render a film into a folder, follow its target and count; return what came of it."""
+    from motes import Tracker, TrackWriter, open_source
+    from motes.video.writer import VideoWriter
+
     story = STORIES[number]
     path = folder / f"{story.name}.mp4"
     shown = []
@@ -321,6 +329,8 @@ def _motes(name: str, tracker: Tracker) -> TrackerRun:
 
 def _rivals(peers: Sequence[str]) -> list[TrackerRun]:
     """Return trackers of OpenCV, or mean shift where OpenCV does not have them."""
+    from motes import Tracker
+
     try:
         opencv: Any = importlib.import_module("cv2")
     except ImportError:
@@ -355,6 +365,8 @@ def _bgr(frame: Frame) -> Pixels:
 
 def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:
     """Return a frame with the boxes of the others, and the default tracker's particles."""
+    from PIL import Image, ImageDraw
+
     info = tracker.info
     image = Image.fromarray(frame.pixels)
     pen, letters = ImageDraw.Draw(image), font(11)
