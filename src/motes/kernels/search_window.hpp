@@ -20,9 +20,9 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
     for (Index i = 0; i < out.rows; ++i) {
         const float left = float(corner.x + double(i) * down.x);
         const float top = float(corner.y + double(i) * down.y);
-        std::int32_t *__restrict column = columns, *__restrict row = rows;
-        float *__restrict share0 = shares[0], *__restrict share1 = shares[1];
-        float *__restrict share2 = shares[2], *__restrict share3 = shares[3];
+        std::int32_t* __restrict column = columns, * __restrict row = rows;
+        float* __restrict share0 = shares[0], * __restrict share1 = shares[1];
+        float* __restrict share2 = shares[2], * __restrict share3 = shares[3];
         for (std::int32_t j = 0; j < std::int32_t(width); ++j) {
             const float x = std::min(std::max(left + float(j) * across_x, 0.0f), right);
             const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
@@ -94,7 +94,7 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
         for (Index u = 0; u < below; ++u) {
             const double y = double(i) - 0.5 + (double(u) + 0.5) / double(below);
             const double left = corner.x + y * down.x + 0.5, top = corner.y + y * down.y + 0.5;
-            std::int32_t *__restrict column = columns[u], *__restrict row = rows[u];
+            std::int32_t* __restrict column = columns[u], * __restrict row = rows[u];
             const double *x = off_x, *y_off = off_y;
             for (Index k = 0; k < line; ++k)
                 column[k] = bytes * std::int32_t(std::min(std::max(left + x[k], 0.0), right));
@@ -250,8 +250,8 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
     ScratchPlane<float> bright(height + 2, width + 2), shares(3, width);
     Scratch<float> line(votes.columns);
     ScratchPlane<std::int32_t> places(3, width);
-    float *__restrict across = shares[0], *__restrict near = shares[1], *__restrict far = shares[2];
-    std::int32_t *__restrict left = places[0], *__restrict row = places[1];
+    float* __restrict across = shares[0], * __restrict near = shares[1], * __restrict far = shares[2];
+    std::int32_t* __restrict left = places[0], * __restrict row = places[1];
     std::int32_t* __restrict column = places[2];
     for (Index j = 0; j < width; ++j) {
         const double x = (double(j) + 0.5) / double(cell) + 0.5;
@@ -338,8 +338,8 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
     energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
     Scratch<float> scratch(columns);
-    float *__restrict line = scratch, *__restrict n0 = norms[0], *__restrict n1 = norms[1];
-    float *__restrict n2 = norms[2], *__restrict n3 = norms[3];
+    float* __restrict line = scratch, * __restrict n0 = norms[0], * __restrict n1 = norms[1];
+    float* __restrict n2 = norms[2], * __restrict n3 = norms[3];
     for (Index i = 0; i < rows; ++i) {
         const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
         for (Index j = 0; j < columns; ++j) {
