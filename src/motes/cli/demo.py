@@ -95,7 +95,7 @@ STORIES = (
         "beetle",
         "An animal hides behind a stem, turns, grows, leaps and leaves",
         _film("demo", (480, 360)),
-        peers=("CSRT", "KCF"),  # once, since CSRT takes as long as all else of a film
+        peers=("CSRT", "KCF"),  # CSRT is slow: once is enough
     ),
     Story("street", "A car passes behind a lorry, and cars are counted", _film("Street"), 150),
     Story(
