@@ -21,6 +21,7 @@ from typing import Any
 import pytest
 
 from motes import open_source, synthetic
+from motes.cli.exit_codes import UNWRITABLE
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
@@ -138,6 +139,25 @@ def test_a_demo_that_is_stopped_leaves_nothing(tmp_path: Path) -> None:
     assert process.returncode == 143, error
     assert "terminated after 0 films" in error
     assert not out
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.slow
+def test_a_demo_whose_process_dies_says_so_and_ends(tmp_path: Path) -> None:
+    folder = tmp_path / "demo"
+    with started("demo", "--out", folder, stdout=subprocess.PIPE) as process:
+        wait_for(process, lambda: any(folder.glob(".demo-*/*")))
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        for child in children:
+            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                os.kill(int(child), signal.SIGKILL)
+        out, error = process.communicate(timeout=100)
+    assert process.returncode == UNWRITABLE, error
+    assert error.startswith("motes: error: The film ")
+    assert error.endswith(
+        "is not made. Its process ended with SIGKILL (was there too little memory?).\n"
+    )
+    assert (out, error.count("\n")) == ("", 1)
     assert not list(folder.iterdir())
 
 

@@ -1,4 +1,7 @@
-"""`motes demo`: films of three kinds, followed, counted, and shown on one page."""
+"""`motes demo`: films of three kinds, followed, counted, and shown on one page.
+
+What only the playing of films needs is imported late, so that its processes begin sooner.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,6 @@ import importlib
 import io
 import json
 import math
-import multiprocessing
-import os
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,35 +20,35 @@ from importlib import resources
 from itertools import islice
 from pathlib import Path
 from string import Template
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw
 from rich.console import Console
 from rich.table import Table
 
-from motes import synthetic
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, RUN, Overwrite
-from motes.cluster.resources import environment, thread_limits
+from motes.cluster.local import LocalPool
+from motes.cluster.pool import Ended, Task
+from motes.cluster.pool import run as run_all
+from motes.cluster.resources import cores
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.output.overlay import draw, font
-from motes.rows.writer import TrackWriter
-from motes.sot.tracker import Tracker
-from motes.synthetic.clips import Truth
-from motes.video.sources import open_source
-from motes.video.writer import VideoWriter
+
+if TYPE_CHECKING:
+    from motes.sot.tracker import Tracker
+    from motes.synthetic.clips import Truth
 
 Pixels = NDArray[np.uint8]
-Films = Callable[[int], Iterable[tuple[Frame, tuple[Truth, ...]]]]
+Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
 
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
@@ -74,25 +74,34 @@ class Story(NamedTuple):
         Renders it, given a seed; the first object is followed.
     line
         x of an upright line at which objects are counted; None for none.
+    peers
+        Trackers of OpenCV that follow the target too.
     """
 
     name: str
     title: str
     film: Films
     line: int | None = None
+    peers: Sequence[str] = ("KCF",)
+
+
+def _film(name: str, *size: tuple[int, int]) -> Films:
+    """Return a film of `motes.synthetic`."""
+    return lambda seed: getattr(importlib.import_module("motes.synthetic"), name)(*size, seed=seed)
 
 
 STORIES = (
     Story(
         "beetle",
         "An animal hides behind a stem, turns, grows, leaps and leaves",
-        lambda seed: synthetic.demo((480, 360), seed=seed),
+        _film("demo", (480, 360)),
+        peers=("CSRT", "KCF"),  # CSRT is slow: once is enough
     ),
-    Story("street", "A car passes behind a lorry, and cars are counted", synthetic.Street, 150),
+    Story("street", "A car passes behind a lorry, and cars are counted", _film("Street"), 150),
     Story(
         "player",
         "A player runs among others who look alike, before a moving camera",
-        synthetic.Pitch,
+        _film("Pitch"),
     ),
 )
 PAGE = "index.html"
@@ -116,8 +125,9 @@ def demo(
     """Render three films, follow what is in them, and show all on a page.
 
     The films are an animal that hides and grows, a street whose cars are counted, and a player
-    among others who look alike. The default tracker is drawn beside CSRT and KCF where OpenCV has
-    them, and beside mean shift elsewhere. Open index.html in the folder.
+    among others who look alike. The default tracker is drawn beside KCF, in the first film also
+    beside CSRT, where OpenCV has them, and beside mean shift elsewhere. Open index.html in the
+    folder.
 
     Parameters
     ----------
@@ -136,24 +146,22 @@ def demo(
         check_counts(frames=frames)
     prepare_folder(out, FILES, overwrite)
     console = Console()
-    processes = multiprocessing.get_context("spawn")
-    workers = min(os.cpu_count() or 1, len(STORIES))
+    plays: dict[int, Played] = {}
     # A film's files appear together, when all are done.
     with tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder:
         folder = Path(partial_folder)
         play = partial(_played, seed=seed, frames=frames, folder=folder)
-        plays: dict[int, Played] = {}
+        tasks = [Task(story.name, play, number) for number, story in enumerate(STORIES)]
         try:
-            with environment(thread_limits()), processes.Pool(workers, _leave_signals) as pool:
-                counts = {}
-                for number, played in pool.imap_unordered(play, range(len(STORIES))):
-                    name, title, _, line = STORIES[number]
-                    plays[number] = played
+            with LocalPool(min(cores(), len(STORIES)), threads=1) as pool:
+                for event in run_all(pool, tasks):
+                    if not isinstance(event, Ended):
+                        continue
+                    if event.error is not None:
+                        raise FormatError(f"The film {event.task.name} is not made. {event.error}")
+                    plays[event.task.argument] = event.value
+                    title = STORIES[event.task.argument].title
                     Console(stderr=True).print(f"{title}.", highlight=False)
-                    if line is not None:
-                        counts[number] = pool.apply_async(_counted, (name, line, folder))
-                for number, count in counts.items():
-                    plays[number] = plays[number]._replace(counted=count.get())
         except KeyboardInterrupt as interrupt:
             log(f"{interrupts.word(interrupt)}{len(plays)} films; nothing is kept of a part.")
             return interrupts.code(interrupt)
@@ -247,8 +255,8 @@ class Played(NamedTuple):
     scores: Mapping[str, Score]
     milliseconds: Mapping[str, float]
     states: Sequence[tuple[str, float]]
-    counted: int | None = None
-    crossings: int | None = None
+    counted: int | None
+    crossings: int | None
 
 
 def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:
@@ -265,13 +273,11 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
     )
 
 
-def _leave_signals() -> None:
-    """Let the program that started this process decide what a signal means."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:
+    """Render a film into a folder, follow its target and count; return what came of it."""
+    from motes import Tracker, TrackWriter, open_source
+    from motes.video.writer import VideoWriter
 
-
-def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tuple[int, Played]:
-    """Render a film into a folder and follow its target; return its number and what came of it."""
     story = STORIES[number]
     path = folder / f"{story.name}.mp4"
     shown = []
@@ -287,7 +293,7 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tupl
     ]
     (folder / f"{story.name}-truth.csv").write_text("\n".join([TRUTH_COLUMNS, *rows, ""]))
     tracker = Tracker(seed=seed)
-    runs = [replace(_motes("motes", tracker), patience=math.inf), *_rivals()]
+    runs = [replace(_motes("motes", tracker), patience=math.inf), *_rivals(story.peers)]
     states = []
     with (
         open_source(path) as source,
@@ -302,10 +308,11 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> tupl
             states.append((str(track.status), round(track.confidence, 2)))
             view.write(_drawn(frame, tracker, runs[1:]))
     visible = [truth.visible for truth in truths]
-    return number, Played(
+    return Played(
         scores={run.name: score(run.overlaps, visible, run.tracking) for run in runs},
         milliseconds={run.name: 1000 * float(np.median(run.seconds)) for run in runs},
         states=states,
+        counted=None if story.line is None else _counted(story.name, story.line, folder),
         crossings=None if story.line is None else _crossings(story.line, shown[0], shown[-1]),
     )
 
@@ -320,13 +327,15 @@ def _motes(name: str, tracker: Tracker) -> TrackerRun:
     return TrackerRun(name, tracker.init, follow)
 
 
-def _rivals() -> list[TrackerRun]:
-    """Return OpenCV's CSRT and KCF, or mean shift where OpenCV does not have them."""
+def _rivals(peers: Sequence[str]) -> list[TrackerRun]:
+    """Return trackers of OpenCV, or mean shift where OpenCV does not have them."""
+    from motes import Tracker
+
     try:
         opencv: Any = importlib.import_module("cv2")
     except ImportError:
         opencv = None
-    makers = {name: getattr(opencv, f"Tracker{name}_create", None) for name in ("CSRT", "KCF")}
+    makers = {name: getattr(opencv, f"Tracker{name}_create", None) for name in peers}
     runs = [_opencv(name, make()) for name, make in makers.items() if make is not None]
     return runs or [_motes("mean shift", Tracker("mean_shift"))]
 
@@ -356,6 +365,8 @@ def _bgr(frame: Frame) -> Pixels:
 
 def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:
     """Return a frame with the boxes of the others, and the default tracker's particles."""
+    from PIL import Image, ImageDraw
+
     info = tracker.info
     image = Image.fromarray(frame.pixels)
     pen, letters = ImageDraw.Draw(image), font(11)
@@ -401,7 +412,8 @@ def _table(plays: Sequence[Played]) -> Table:
     }
     for words, cell in cells.items():
         for name in plays[0].scores:
-            table.add_row(f"{name}: {words}", *(cell(played, name) for played in plays))
+            row = (cell(played, name) if name in played.scores else "" for played in plays)
+            table.add_row(f"{name}: {words}", *row)
     counts = ["" if p.counted is None else f"{p.counted} of {p.crossings}" for p in plays]
     table.add_row("counted by motes watch", *counts)
     return table

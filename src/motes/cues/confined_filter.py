@@ -25,7 +25,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Singles, Spectra
-from motes.cues.fourier_ridge import centered, frequencies, gaussian, half_frequencies
+from motes.cues import fourier_ridge as ridge
 from motes.cues.search_window import CELL_SIZE, cut, features
 
 UPSAMPLING = 4
@@ -112,8 +112,8 @@ class ConfinedGrid:
 
         It is a Gaussian at the target, x, y cells off the center.
         """
-        down = gaussian(frequencies(self.cells), self.sigma, y)
-        across = gaussian(half_frequencies(self.cells), self.sigma, x)
+        down = ridge.gaussian(ridge.frequencies(self.cells), self.sigma, y)
+        across = ridge.gaussian(ridge.half_frequencies(self.cells), self.sigma, x)
         out: Spectra = np.outer(down, across).astype(np.complex64)
         return out
 
@@ -231,18 +231,20 @@ class ConfinedFilter(Config, frozen=True):
 
         samples = self.grid(model.a, model.b)
         spectra = self._spectra(samples, frame, place)
-        response = np.einsum("kij,kij->ij", model.filter.conj(), spectra)
         n = samples.cells
+        response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
+        # `irfft2` of the response with more frequencies, which would also go through all zeros.
         side = UPSAMPLING * n
-        padded = np.zeros((side, side // 2 + 1), np.complex64)
+        padded = np.zeros((side, n // 2 + 1), np.complex64)
         low, high = (n + 1) // 2, n // 2
-        padded[:low, : n // 2 + 1] = response[:low]
-        padded[side - high :, : n // 2 + 1] = response[low:]
-        plane = fft.irfft2(padded, (side, side))
+        padded[:low], padded[side - high :] = response[:low], response[low:]
+        lines = fft.ifft(padded, axis=0, norm="forward", overwrite_x=True)
+        plane = fft.irfft(lines, side, norm="forward", overwrite_x=True)
+        plane *= np.float32(1 / side**2)
         plane *= UPSAMPLING**2 / model.reference
         pixels = samples.step(place)
         radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
-        return ConfinedView(place, pixels, spectra, centered(plane), self.reach, radius)
+        return ConfinedView(place, pixels, spectra, ridge.centered(plane), self.reach, radius)
 
     def updated(
         self,

@@ -30,6 +30,7 @@ INSTRUCTIONS: str
 
 if TYPE_CHECKING:
     from motes.kernels import (
+        assignment,
         bilinear,
         color,
         color_filter,
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
 else:
     _compiled = _extension()
     INSTRUCTIONS = _compiled.INSTRUCTIONS
+    assignment = _compiled.assignment
     bilinear = _compiled.bilinear
     color = _compiled.color
     color_filter = _compiled.color_filter
@@ -81,6 +83,7 @@ else:
 
 __all__ = [
     "INSTRUCTIONS",
+    "assignment",
     "bilinear",
     "color",
     "color_filter",

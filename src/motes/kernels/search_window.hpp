@@ -11,28 +11,61 @@ namespace motes::search_window {
 inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
     const float right = float(picture.width - 1), low = float(picture.height - 1);
     const float across_x = float(across.x), across_y = float(across.y);
+    const Index width = out.columns, red = picture.red(), green = picture.green();
+    const Index blue = picture.blue();
+    // Loops over arrays, so that all but the reading of pixels becomes vector code.
+    Scratch<std::int32_t> columns(width), rows(width);
+    ScratchPlane<float> shares(4, width);
+    ScratchPlane<std::uint32_t> around(4, width);  // the four pixels, a byte for each channel
     for (Index i = 0; i < out.rows; ++i) {
         const float left = float(corner.x + double(i) * down.x);
         const float top = float(corner.y + double(i) * down.y);
-        float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
-        for (Index j = 0; j < out.columns; ++j) {
+        std::int32_t* __restrict column = columns, * __restrict row = rows;
+        float* __restrict share0 = shares[0], * __restrict share1 = shares[1];
+        float* __restrict share2 = shares[2], * __restrict share3 = shares[3];
+        for (std::int32_t j = 0; j < std::int32_t(width); ++j) {
             const float x = std::min(std::max(left + float(j) * across_x, 0.0f), right);
             const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
-            const auto column = Index(x), row = Index(y);
-            // The four pixels around.
-            const std::uint8_t* here = picture.row(row) + picture.pixel * column;
-            const Index beside = column < picture.width - 1 ? picture.pixel : 0;
-            const Index below = row < picture.height - 1 ? picture.line : 0;
-            const float u = x - float(column), v = y - float(row);
-            const float share3 = u * v, share1 = u - share3, share2 = v - share3;
-            const float share0 = 1.0f - u - share2;
-            const auto mixed = [&](Index c) {
-                return share0 * here[c] + share1 * here[beside + c] + share2 * here[below + c] +
-                       share3 * here[below + beside + c];
-            };
-            red[j] = mixed(picture.red()), green[j] = mixed(picture.green());
-            blue[j] = mixed(picture.blue());
+            column[j] = std::int32_t(x), row[j] = std::int32_t(y);
+            const float u = x - float(column[j]), v = y - float(row[j]);
+            share3[j] = u * v, share1[j] = u - share3[j], share2[j] = v - share3[j];
+            share0[j] = 1.0f - u - share2[j];
         }
+        for (Index j = 0; j < width; ++j) {
+            const std::uint8_t* here = picture.row(row[j]) + picture.pixel * column[j];
+            const Index beside = column[j] < picture.width - 1 ? picture.pixel : 0;
+            const Index below = row[j] < picture.height - 1 ? picture.line : 0;
+            const auto read = [&](const std::uint8_t* pixel) {
+                return std::uint32_t(pixel[red] | pixel[green] << 8 | pixel[blue] << 16);
+            };
+            around[0][j] = read(here), around[1][j] = read(here + beside);
+            around[2][j] = read(here + below), around[3][j] = read(here + below + beside);
+        }
+        for (Index c = 0; c < 3; ++c) {
+            float* __restrict to = out[c][i];
+            const std::uint32_t *first = around[0], *second = around[1], *third = around[2];
+            const std::uint32_t* fourth = around[3];
+            const auto value = [c](std::uint32_t pixel) {
+                return float(std::int32_t(pixel >> (8 * c) & 255));
+            };
+            for (Index j = 0; j < width; ++j)
+                to[j] = share0[j] * value(first[j]) + share1[j] * value(second[j]) +
+                        share2[j] * value(third[j]) + share3[j] * value(fourth[j]);
+        }
+    }
+}
+
+// Adds up `count` pixels for each sample of a row, at `columns`, in bytes, and `rows` (count, W).
+inline void add_pixels(Picture picture, Index count, const std::int32_t* columns,
+                       const std::int32_t* rows, Plane<std::int32_t> sums) {
+    for (Index j = 0; j < sums.columns; ++j) {
+        std::int32_t red = 0, green = 0, blue = 0;
+        for (Index k = j; k < count * sums.columns; k += sums.columns) {
+            const std::uint8_t* pixel = picture.row(rows[k]) + columns[k];
+            red += pixel[picture.red()], green += pixel[picture.green()];
+            blue += pixel[picture.blue()];
+        }
+        sums[0][j] = red, sums[1][j] = green, sums[2][j] = blue;
     }
 }
 
@@ -42,29 +75,37 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
     if (step_x < 1.0 || step_y < 1.0) return cut_between(picture, corner, across, down, out);
     const Index beside = std::min(Index(step_x + 0.5), Index(4));
     const Index below = std::min(Index(step_y + 0.5), Index(4));
-    double off_x[4], off_y[4];  // of the pixels of a sample, in samples
-    for (Index v = 0; v < beside; ++v) off_x[v] = (double(v) + 0.5) / double(beside);
-    for (Index u = 0; u < below; ++u) off_y[u] = (double(u) + 0.5) / double(below);
-    const auto share = double(float(1.0 / double(beside * below)));
+    const auto share = float(1.0 / double(beside * below));
     const auto right = double(picture.width - 1), low = double(picture.height - 1);
-    for (Index i = 0; i < out.rows; ++i) {
+    const auto bytes = std::int32_t(picture.pixel);
+    // Loops over arrays, so that all but the reading of pixels becomes vector code. All samples of
+    // a row have a first pixel, then all a second one.
+    const Index line = beside * out.columns;
+    Scratch<double> off_x(line), off_y(line);  // of a row's pixels from where the row begins
+    for (Index v = 0; v < beside; ++v) {
         for (Index j = 0; j < out.columns; ++j) {
-            std::uint32_t red = 0, green = 0, blue = 0;
-            for (Index u = 0; u < below; ++u) {
-                const double y = double(i) - 0.5 + off_y[u];
-                const double left = corner.x + y * down.x + 0.5, top = corner.y + y * down.y + 0.5;
-                for (Index v = 0; v < beside; ++v) {
-                    const double x = double(j) - 0.5 + off_x[v];
-                    const auto column = Index(std::min(std::max(left + x * across.x, 0.0), right));
-                    const auto row = Index(std::min(std::max(top + x * across.y, 0.0), low));
-                    const std::uint8_t* pixel = picture.row(row) + picture.pixel * column;
-                    red += pixel[picture.red()], green += pixel[picture.green()];
-                    blue += pixel[picture.blue()];
-                }
-            }
-            out[0][i][j] = float(double(red) * share);
-            out[1][i][j] = float(double(green) * share);
-            out[2][i][j] = float(double(blue) * share);
+            const double x = double(j) - 0.5 + (double(v) + 0.5) / double(beside);
+            off_x.begin()[v * out.columns + j] = x * across.x;
+            off_y.begin()[v * out.columns + j] = x * across.y;
+        }
+    }
+    ScratchPlane<std::int32_t> columns(below, line), rows(below, line), sums(3, out.columns);
+    for (Index i = 0; i < out.rows; ++i) {
+        for (Index u = 0; u < below; ++u) {
+            const double y = double(i) - 0.5 + (double(u) + 0.5) / double(below);
+            const double left = corner.x + y * down.x + 0.5, top = corner.y + y * down.y + 0.5;
+            std::int32_t* __restrict column = columns[u], * __restrict row = rows[u];
+            const double *x = off_x, *y_off = off_y;
+            for (Index k = 0; k < line; ++k)
+                column[k] = bytes * std::int32_t(std::min(std::max(left + x[k], 0.0), right));
+            for (Index k = 0; k < line; ++k)
+                row[k] = std::int32_t(std::min(std::max(top + y_off[k], 0.0), low));
+        }
+        add_pixels(picture, beside * below, columns[0], rows[0], sums);
+        for (Index c = 0; c < 3; ++c) {
+            float* __restrict to = out[c][i];
+            const std::int32_t* sum = sums[c];
+            for (Index j = 0; j < out.columns; ++j) to[j] = float(sum[j]) * share;
         }
     }
 }
@@ -200,16 +241,21 @@ inline void brightness(Samples samples, Plane<float> out) {
     }
 }
 
-// Writes the votes of samples' gradients, each for the four cells (h + 2, 18 (w + 2)) around.
+// Writes the votes of samples' gradients, each for the four cells around, (h + 2, 18 (w + 2)): of
+// each row of cells all of one sector, then all of the next.
 inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                  Plane<float> votes) {
     const Index height = samples.rows, width = samples.columns;
-    ScratchPlane<float> bright(height + 2, width + 2);
-    Scratch<float> magnitude(width), across(width), line(votes.columns);
-    Scratch<std::int32_t> left(width), place(width);
+    const auto cells = std::int32_t(votes.columns / 18);
+    ScratchPlane<float> bright(height + 2, width + 2), shares(3, width);
+    Scratch<float> line(votes.columns);
+    ScratchPlane<std::int32_t> places(3, width);
+    float* __restrict across = shares[0], * __restrict near = shares[1], * __restrict far = shares[2];
+    std::int32_t* __restrict left = places[0], * __restrict row = places[1];
+    std::int32_t* __restrict column = places[2];
     for (Index j = 0; j < width; ++j) {
         const double x = (double(j) + 0.5) / double(cell) + 0.5;
-        left[j] = 18 * std::int32_t(x), across[j] = float(x - double(Index(x)));
+        left[j] = std::int32_t(x), across[j] = float(x - double(Index(x)));
     }
     std::fill_n(votes.data, votes.rows * votes.columns, 0.0f);
     brightness(samples, bright);
@@ -217,16 +263,15 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
         const float *before = bright[i], *here = bright[i + 1], *after = bright[i + 2];
         for (Index j = 0; j < width; ++j) {
             const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
-            magnitude[j] = std::sqrt(dx * dx + dy * dy);
-            const auto row = std::int32_t(dy * float(1.0 / 3) + 256.5f);
-            const auto column = std::int32_t(dx * float(1.0 / 3) + 256.5f);
-            place[j] = left[j] + sectors[row][column];
+            const float magnitude = std::sqrt(dx * dx + dy * dy);
+            far[j] = magnitude * across[j], near[j] = magnitude - far[j];
+            row[j] = std::int32_t(dy * float(1.0 / 3) + 256.5f);
+            column[j] = std::int32_t(dx * float(1.0 / 3) + 256.5f);
         }
-        std::fill_n(static_cast<float*>(line), votes.columns, 0.0f);
+        std::fill_n(line.begin(), votes.columns, 0.0f);
         for (Index j = 0; j < width; ++j) {
-            const float far = magnitude[j] * across[j];
-            line[place[j]] += magnitude[j] - far;
-            line[place[j] + 18] += far;
+            float* to = line.begin() + cells * sectors[row[j]][column[j]] + left[j];
+            to[0] += near[j], to[1] += far[j];
         }
         const double y = (double(i) + 0.5) / double(cell) + 0.5;
         const auto low = double(float(y - double(Index(y))));
@@ -242,15 +287,16 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
 // Writes the energy (h + 2, w + 2) of cells: squared votes of 9 orientations; those at the border
 // are repeated.
 inline void energies(Plane<const float> votes, Plane<float> energy) {
-    const Index rows = energy.rows - 2, columns = energy.columns - 2;
+    const Index rows = energy.rows - 2, columns = energy.columns - 2, cells = energy.columns;
+    std::fill_n(energy.data, energy.rows * energy.columns, 0.0f);
     for (Index i = 1; i <= rows; ++i) {
-        for (Index j = 1; j <= columns; ++j) {
-            float total = 0.0f;
-            for (Index k = 18 * j; k < 18 * j + 9; ++k) {
-                const float both = votes[i][k] + votes[i][k + 9];
-                total += both * both;
+        float* __restrict line = energy[i];
+        for (Index k = 0; k < 9; ++k) {
+            const float *one = votes[i] + k * cells, *opposite = one + 9 * cells;
+            for (Index j = 1; j <= columns; ++j) {
+                const float both = one[j] + opposite[j];
+                line[j] += both * both;
             }
-            energy[i][j] = total;
         }
     }
     for (Index j = 1; j <= columns; ++j)
@@ -292,8 +338,8 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
     energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
     Scratch<float> scratch(columns);
-    float* __restrict line = scratch, *n0 = norms[0], *n1 = norms[1], *n2 = norms[2],
-                      *n3 = norms[3];
+    float* __restrict line = scratch, * __restrict n0 = norms[0], * __restrict n1 = norms[1];
+    float* __restrict n2 = norms[2], * __restrict n3 = norms[3];
     for (Index i = 0; i < rows; ++i) {
         const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
         for (Index j = 0; j < columns; ++j) {
@@ -304,12 +350,13 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
             n2[j] = 1.0f / std::sqrt(below[j] + below[j + 1] + here[j] + middle);
             n3[j] = 1.0f / std::sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle);
         }
-        const float* inner = votes[i + 1] + 18;
         for (Index k = 0; k < 27; ++k) {
-            for (Index j = 0; j < columns; ++j) {
-                const float* at = inner + 18 * j + k;
-                line[j] = k < 9 ? at[0] + at[9] : at[-9];
-            }
+            const float* one = votes[i + 1] + (k < 9 ? k : k - 9) * (columns + 2) + 1;
+            const float* opposite = one + 9 * (columns + 2);
+            if (k < 9)
+                for (Index j = 0; j < columns; ++j) line[j] = one[j] + opposite[j];
+            else
+                std::copy_n(one, columns, line);
             float* __restrict to = out[k][i];
             for (Index j = 0; j < columns; ++j)
                 to[j] = 0.5f * (std::min(line[j] * n0[j], 0.2f) + std::min(line[j] * n1[j], 0.2f) +
