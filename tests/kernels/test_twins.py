@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from motes import kernels
 from motes.cues.search_window import CELL_SIZE, features, sectors
@@ -100,15 +99,6 @@ def test_moments() -> None:
     off = ellipses - mean
     off[:, 4] -= math.pi * np.round(off[:, 4] / math.pi)
     assert_close(covariance, (off.T * weights) @ off)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 6), (5, 5), (7, 30), (40, 60)])
-def test_pairs_of_least_cost(shape: tuple[int, int]) -> None:
-    for costs in (RNG.random(shape), RNG.integers(0, 3, shape).astype(float)):  # also with ties
-        chosen = kernels.assignment.least_cost(costs)
-        assert len(set(chosen.tolist())) == len(costs)
-        own = costs[np.arange(len(costs)), chosen].sum()
-        assert own == pytest.approx(costs[linear_sum_assignment(costs)].sum(), rel=1e-12)
 
 
 def test_ridge_regression_on_spectra() -> None:

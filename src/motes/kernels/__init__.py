@@ -30,7 +30,6 @@ INSTRUCTIONS: str
 
 if TYPE_CHECKING:
     from motes.kernels import (
-        assignment,
         bilinear,
         color,
         color_filter,
@@ -57,7 +56,6 @@ if TYPE_CHECKING:
 else:
     _compiled = _extension()
     INSTRUCTIONS = _compiled.INSTRUCTIONS
-    assignment = _compiled.assignment
     bilinear = _compiled.bilinear
     color = _compiled.color
     color_filter = _compiled.color_filter
@@ -83,7 +81,6 @@ else:
 
 __all__ = [
     "INSTRUCTIONS",
-    "assignment",
     "bilinear",
     "color",
     "color_filter",

@@ -1,7 +1,6 @@
 // All kernels, each in a module with the name of its file: what an extension holds.
 #pragma once
 
-#include "assignment.hpp"
 #include "bilinear.hpp"
 #include "binding.hpp"  // first, as Python wants it
 #include "color.hpp"
@@ -72,8 +71,7 @@ inline void fill(Keys keys, Floats weights, Keys slots, Plane<double> lanes) {
 }
 
 inline bool add_kernels(PyObject* extension) {
-    return add(extension, "assignment", {unlocked<assignment::least_cost>("least_cost")}) &&
-           add(extension, "bilinear",
+    return add(extension, "bilinear",
                {unlocked<bilinear::look_up>("look_up"), unlocked<bilinear::box_means>("box_means"),
                 unlocked<bilinear::pool>("pool")}) &&
            add(extension, "color",

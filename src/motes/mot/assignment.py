@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes import kernels
 from motes.core.types import Floats
 from motes.mot.pairs import Integers
 
@@ -17,14 +16,15 @@ def assign(costs: Floats) -> list[tuple[int, int]]:
 
     As many pairs as possible are formed of those that are not ruled out, (n, m) with infinite cost.
     """
+    from scipy.optimize import linear_sum_assignment  # takes half a second to import
+
     allowed = np.isfinite(costs)
     if not allowed.any():
         return []
     # A pair that is ruled out costs more than any number of others.
     forbidden = 1 + 2 * min(costs.shape) * costs[allowed].max()
-    full, upright = np.where(allowed, costs, forbidden), len(costs) <= costs.shape[1]
-    chosen = kernels.assignment.least_cost(full if upright else full.T.copy()).tolist()
-    pairs = enumerate(chosen) if upright else sorted((i, j) for j, i in enumerate(chosen))
+    rows, columns = linear_sum_assignment(np.where(allowed, costs, forbidden))
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     return [(i, j) for i, j in pairs if allowed[i, j]]
 
 
