@@ -32,7 +32,6 @@ from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
 from motes.sot.filtering import observation
 from motes.sot.filtering.observation import Observer
-from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import preset
@@ -104,7 +103,7 @@ def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
             return distances(observer, models, frame, ellipses)
 
     steps: tuple[tuple[Any, str, str], ...] = (
-        (Resampling, "ancestors", SELECT),
+        (type(config.resampling), "ancestors", SELECT),
         (type(config.motion), "propagate", PROPAGATE),
         (type(config.likelihood), "log", WEIGH),
         (type(config.fusion), "fuse", WEIGH),
