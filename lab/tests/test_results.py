@@ -326,6 +326,13 @@ def test_a_table_is_replaced_by_what_its_commands_write(docs: Path, ran: Lines) 
     )
 
 
+def page_after(docs: Path, command: str) -> str:
+    """Return the page after a run in which this command makes its table."""
+    docs.write_text(re.sub(r"    motes-lab[^<]*?MOT/a --tracker x", f"    {command}", PAGE))
+    assert results.main(["one"]) == 0
+    return docs.read_text()
+
+
 def test_a_script_prints_its_tables(docs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def run(line: list[str], stdout: IO[bytes], **_: object) -> subprocess.CompletedProcess[str]:
         assert line[1:] == ["benchmarks/one.py", "films/sot/Book"]
@@ -333,10 +340,7 @@ def test_a_script_prints_its_tables(docs: Path, monkeypatch: pytest.MonkeyPatch)
         return subprocess.CompletedProcess(line, 0)
 
     monkeypatch.setattr(subprocess, "run", run)
-    command = "python benchmarks/one.py SEQUENCES/Book"
-    docs.write_text(re.sub(r"    motes-lab[^<]*?MOT/a --tracker x", f"    {command}", PAGE))
-    assert results.main(["one"]) == 0
-    assert "| printed | 1 |" in docs.read_text()
+    assert "| printed | 1 |" in page_after(docs, "python benchmarks/one.py SEQUENCES/Book")
 
 
 def test_a_module_of_the_tests_prints_its_tables(
@@ -353,10 +357,7 @@ def test_a_module_of_the_tests_prints_its_tables(
         return subprocess.CompletedProcess(line, 0)
 
     monkeypatch.setattr(subprocess, "run", run)
-    command = "PYTHONPATH=tests python -m fuzzing --rounds 1"
-    docs.write_text(re.sub(r"    motes-lab[^<]*?MOT/a --tracker x", f"    {command}", PAGE))
-    assert results.main(["one"]) == 0
-    assert "| printed | 1 |" in docs.read_text()
+    assert "| printed | 1 |" in page_after(docs, "PYTHONPATH=tests python -m fuzzing --rounds 1")
 
 
 def test_tables_are_listed_with_their_minutes(

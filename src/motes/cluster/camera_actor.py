@@ -30,7 +30,7 @@ SHARE = 0.001
 LOOK = 1.0
 """Least seconds from one question to Ray, whether the actor has ended, to the next."""
 PATIENCE = 5.0
-"""Seconds for a connection to be made, and to say from whom it is."""
+"""Seconds within which an actor connects, and then sends its key."""
 KEY = 32
 """Bytes of the word by which the program knows the actor that it has started."""
 BUFFER = 1 << 15
