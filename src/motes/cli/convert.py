@@ -17,7 +17,7 @@ from motes.core.files import writing
 
 if TYPE_CHECKING:
     from motes.correction.history import History
-    from motes.formats.recording import FilmFacts, Recorded
+    from motes.formats.recording import FilmFacts, Recording
 
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=2)
@@ -172,7 +172,7 @@ def _sides(size: str | None) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
+def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
     """Return the objects with the size of the film, checked against it.
 
     Raises
@@ -200,7 +200,7 @@ def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
     return recorded
 
 
-def _only(recorded: Recorded, identity: int, rows: Path) -> Recorded:
+def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
     """Return only the object with an identity; raise a ConfigError if there is none."""
     from motes.formats.recording import Recording
 

@@ -16,8 +16,9 @@ from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
+from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
-from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, journal_of, text_name
+from motes.rows.journal import FrameRow, Header, JournalWriter, journal_of, text_name
 from motes.rows.schema import Form as RowForm
 from motes.rows.writer import Lines, TrackWriter, check_writable
 
@@ -208,7 +209,8 @@ class DocumentOutput(Sink):
         if self._failed:
             return
         try:
-            write_format(self.path, self._form, Journal(self.rows), self._keyframe_error)
+            kept = recording_of_journal(self.rows)
+            write_format(self.path, self._form, kept, self._keyframe_error)
         except OSError as error:
             raise self._failure(error) from error
         self._done = True

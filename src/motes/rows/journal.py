@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import msgspec
 import numpy as np
 
-from motes.core.errors import SourceError
 from motes.core.files import write_all
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
@@ -187,67 +185,6 @@ class JournalWriter:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-
-class Journal:
-    """The content of a journal, without a last line that was cut off.
-
-    Raises
-    ------
-    SourceError
-        When it is opened, if the file cannot be read or is no journal. From `rows`, if a line is
-        damaged.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        try:
-            with path.open("rb") as file:
-                self.head = msgspec.json.decode(file.readline(), type=Header)
-                self._start = file.tell()
-        except OSError as error:
-            raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-            raise SourceError(
-                f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
-            ) from None
-
-    @property
-    def assumed(self) -> bool:
-        """Whether times are assumed: they are those of the run."""
-        return False
-
-    @property
-    def left_out(self) -> Sequence[str]:
-        """The last line, if it was cut off."""
-        try:
-            with self.path.open("rb") as file:
-                file.seek(-1, os.SEEK_END)
-                whole = file.read(1) == b"\n"
-        except OSError as error:
-            raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
-        return [] if whole else ["the last line, which is cut off"]
-
-    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
-        """Yield pairs of an offset in the file and the row there, from an offset to the end."""
-        decoder = msgspec.json.Decoder(FrameRow)
-        try:
-            with self.path.open("rb") as file:
-                offset = file.seek(start or self._start)
-                for line in file:
-                    if not line.endswith(b"\n"):
-                        return
-                    yield offset, decoder.decode(line)
-                    offset += len(line)
-        except OSError as error:
-            raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-            raise SourceError(
-                f"{self.path} is damaged at byte {offset}; remove the line there, and try again."
-            ) from None
-
-    def __iter__(self) -> Iterator[FrameRow]:
-        return (row for _, row in self.rows())
 
 
 def journal_of(name: str) -> Path:
