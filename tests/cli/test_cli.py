@@ -28,9 +28,10 @@ from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
 from motes.cli.help import UsualOptions
-from motes.cli.track_loop import follow, on_region
+from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
-from motes.core.track import Status
+from motes.core.frame import Frame
+from motes.core.track import Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
 from motes.rows.schema import COLUMNS
@@ -846,8 +847,8 @@ def test_prefetched_items_end_with_their_context() -> None:
 def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:
     region = [float(number) for number in film[1].split(",")]
 
-    def later(tracker: Tracker, frame: Any) -> bool:
-        return frame.index == 3 and on_region(region)(tracker, frame)
+    def later(tracker: Tracker, frame: Frame) -> Track | None:
+        return tracker.init(frame, region) if frame.index == 3 else None
 
     with open_source(film[0], end=6) as source:
         steps = list(follow(Tracker(), later, source))

@@ -24,7 +24,8 @@ from motes.formats.recording import Recording
 from motes.formats.registry import write
 from motes.formats.rows import recording_of_journal
 from motes.mot.tracked_object import SceneTrack
-from motes.rows.journal import FrameRow, Header, JournalWriter, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
+from motes.rows.writer import JournalWriter
 from sightings import seen
 
 SIZE = (100, 60)

@@ -20,7 +20,8 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
 from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header, JournalWriter, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.writer import JournalWriter
 
 
 class Sample(NamedTuple):

@@ -10,7 +10,8 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.mot.analytics.lens import Lens
-from motes.rows.journal import ENDING, JournalWriter, ObjectRow
+from motes.rows.journal import ENDING, ObjectRow
+from motes.rows.writer import JournalWriter
 
 from .campaign import Kind
 from .outcomes import check_finite, outcome, put, scratch

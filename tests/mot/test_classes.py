@@ -32,7 +32,8 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
-from motes.rows.journal import FrameRow, Header, JournalWriter, object_rows
+from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.writer import JournalWriter
 from motes.video.sources import Source
 from scene_objects import RED, config, picture
 from sightings import seen

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +22,7 @@ from motes.video.film import Film
 from motes.video.shared import FrameReader
 
 
-class _Counted:
+class CountedFilm:
     """A film that counts the frames that it gives."""
 
     def __init__(self, film: FrameReader, count: Callable[[], None]) -> None:
@@ -49,7 +48,6 @@ def run_stretches(
     config: TrackerConfig,
     seed: int,
     done: Callable[[Stretch, list[Track]], None],
-    show: Callable[[], None] | None = None,
     *,
     quiet: bool = False,
 ) -> tuple[int, KeyboardInterrupt | None]:
@@ -67,8 +65,6 @@ def run_stretches(
         The tracker.
     done
         Takes a stretch and its tracks; it is not interrupted.
-    show
-        Is called after `done`; it may be interrupted.
     quiet
         Whether there is no progress bar.
 
@@ -83,7 +79,7 @@ def run_stretches(
         with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
-                counted = _Counted(
+                counted = CountedFilm(
                     reader_of(film, each),
                     lambda state=state: progress.count(state),  # type: ignore[misc]
                 )
@@ -94,15 +90,10 @@ def run_stretches(
                     so_far.clear()
                     done(each, tracks)
                     finished += 1
-                if show is not None:
-                    show()
     except (KeyboardInterrupt, MotesError) as error:
         if so_far:
             part, joined = partial(parts[finished], so_far)
             done(part, tracks_of(part, joined, film.times))
-            if show is not None:
-                with suppress(KeyboardInterrupt):  # a second one ends it
-                    show()
         if isinstance(error, MotesError):
             raise
         return finished, error

@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 if TYPE_CHECKING:
     from cyclopts import App
 
+    from motes.cli.watch_options import ObjectOptions
     from motes.mot.pipeline_config import WatchConfig
     from motes.sot.known_target import KnownTarget
     from motes.sot.presets import TrackerConfig
@@ -63,9 +64,7 @@ def watch_config(
     app: App,
     preset: str,
     file: Path | None,
-    detector: str | None,
-    like: str | None,
-    selection: Mapping[str, Any],
+    objects: ObjectOptions,
     settings: Mapping[str, Any],
     *,
     own_code: bool = False,
@@ -80,10 +79,8 @@ def watch_config(
         The preset of the trackers.
     file
         A TOML file.
-    detector, like
-        The values of --detector and --like; with both, the configuration is that of --like.
-    selection
-        The keys that --classes, --least and --camera set.
+    objects
+        What is tracked; with both --detector and --like, the configuration is that of --like.
     settings
         Options that are keys of the configuration.
     own_code
@@ -113,7 +110,7 @@ def watch_config(
         return new
 
     scene = scene_config(preset)
-    if like is not None:
+    if objects.like is not None:
         scene = for_lookalikes(scene)
     config = WatchConfig(**asdict(scene))
     if file is not None:
@@ -121,12 +118,12 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
             if isinstance(config.detector, CustomConfig):
                 check_code(config.detector.name, own_code)
-    if like is not None:
-        box = numbers_of("--like", like, "x,y,width,height")
+    if objects.like is not None:
+        box = numbers_of("--like", objects.like, "x,y,width,height")
         config = changed(config, {"detector": {"type": "like", "box": box}})
-    elif detector is not None:
-        config = changed(config, {"detector": detector_values(detector)})
-    config = changed(config, selection)
+    elif objects.detector is not None:
+        config = changed(config, {"detector": detector_values(objects.detector)})
+    config = changed(config, objects.selection())
     try:
         return changed(config, as_keys(settings))
     except ConfigError:

@@ -22,43 +22,29 @@ NetworkFiles = Annotated[
         "backbone.onnx,head.onnx. docs/network.md says where to get one.",
     ),
 ]
-Threads = Annotated[
-    int | None,
-    Parameter(group=CONFIGURATION, help="Threads that run the trained network. [default: 1]"),
-]
 
 
-def with_network(
-    settings: Mapping[str, Any], preset: str, given: str | None, threads: int | None = None
-) -> Mapping[str, Any]:
-    """Return settings with --network and --threads as their keys `network.files` and so on.
+def with_network(settings: Mapping[str, Any], preset: str, given: str | None) -> Mapping[str, Any]:
+    """Return settings with --network as their key `network.files`.
 
     Raises
     ------
     ConfigError
-        If the preset takes no network, or the settings have these keys too.
+        If the preset takes no network, or the settings have this key too.
     """
-    if given is None and threads is None:
+    if given is None:
         return settings
     from motes.sot import presets
     from motes.sot.network.network import files_of
 
-    option = "--threads" if given is None else "--network"
     if "network" not in presets.preset(preset).__struct_fields__:
         raise ConfigError(
-            f"Preset {preset} takes no network; omit {option} or choose another preset."
+            f"Preset {preset} takes no network; omit --network or choose another preset."
         )
-    values: dict[str, Any] = {}
-    if given is not None:
-        values["files"] = [*files_of(given)]
-    if threads is not None:
-        values["threads"] = threads
     others = settings.get("network", {})
-    for key in values:
-        if not isinstance(others, dict) or key in others:
-            option = "--threads" if key == "threads" else "--network"
-            raise ConfigError(f"{option} and --network.{key} contradict each other; give one.")
-    return {**settings, "network": {**others, **values}}
+    if not isinstance(others, dict) or "files" in others:
+        raise ConfigError("--network and --network.files contradict each other; give one.")
+    return {**settings, "network": {**others, "files": [*files_of(given)]}}
 
 
 def network_settings(files: Sequence[str]) -> dict[str, Any]:

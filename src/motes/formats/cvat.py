@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
@@ -181,7 +182,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     identities = {each.identity for _, each in objects}
     if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
         objects = [
-            (frame, each if each.identity == ANONYMOUS else _next(each)) for frame, each in objects
+            (frame, replace(each, identity=each.identity + 1 if each.identity >= 0 else ANONYMOUS))
+            for frame, each in objects
         ]
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
     count = facts.frames or end or 0
@@ -208,12 +210,6 @@ def _size(root: Element, images: list[Element]) -> tuple[int, int] | None:
             return width, height
     sizes = [(_whole(each.get("width")) or 0, _whole(each.get("height")) or 0) for each in images]
     return max(sizes, default=None)
-
-
-def _next(each: ObjectRow) -> ObjectRow:
-    from msgspec.structs import replace
-
-    return replace(each, identity=each.identity + 1)
 
 
 def _label(element: Element, facts: FilmFacts) -> str | None:

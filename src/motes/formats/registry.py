@@ -350,19 +350,10 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     write_folder(path, pieces)
 
 
-def check_folder(path: Path) -> None:
-    """Check that nothing but labels is lost if a folder of labels is made anew.
-
-    Raises
-    ------
-    FormatError
-        As from `check_replaced`.
-    """
-    check_replaced(path, (".txt", ".yaml", ".cache"), "label")
-
-
-def check_replaced(path: Path, suffixes: Sequence[str], kind: str) -> None:
-    """Check that a folder of one kind of files can be replaced by a new one.
+def check_folder(
+    path: Path, suffixes: Sequence[str] = (".txt", ".yaml", ".cache"), kind: str = "label"
+) -> None:
+    """Check that nothing but one kind of files is lost if a folder is made anew.
 
     Raises
     ------

@@ -6,7 +6,6 @@ is killed loses no frame. The first line is a `Header`, each other line a `Frame
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Any, Self
 import msgspec
 import numpy as np
 
-from motes.core.files import write_all
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
 from motes.mot.tracked_object import SceneTrack
@@ -143,48 +141,6 @@ class Header(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
     width: int
     height: int
     label: str
-
-
-class JournalWriter:
-    """Make a new journal and add rows; each row is in the file when `add` returns.
-
-    Raises
-    ------
-    OSError
-        If the file exists, even as a broken link, or cannot be written. The file then ends with
-        the last complete row; without any row it is removed.
-    """
-
-    def __init__(self, path: Path, head: Header) -> None:
-        self.path = path
-        # Mode x: an existing file may be a user's, or the journal of another run. Without a
-        # buffer, closing the file has nothing left to write and cannot fail again.
-        self._file = path.open("xb", buffering=0)
-        self._size = 0
-        try:
-            self._put(head)
-        except BaseException:
-            self.close()
-            path.unlink(missing_ok=True)
-            raise
-
-    def add(self, row: FrameRow) -> None:
-        """Add the row of a frame."""
-        self._put(row)
-
-    def _put(self, line: Header | FrameRow) -> None:
-        data = msgspec.json.encode(line) + b"\n"
-        try:
-            write_all(self._file, data)
-        except OSError:
-            with contextlib.suppress(OSError):
-                self._file.truncate(self._size)
-            raise
-        self._size += len(data)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
 
 def journal_of(name: str) -> Path:
