@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from motes.cli.progress import FrameProgress
 from motes.core.errors import MotesError
@@ -100,13 +99,6 @@ def run_stretches(
     return finished, None
 
 
-class Refined(NamedTuple):
-    """Rows made anew, and the interrupt that ended the run, or None."""
-
-    rows: int
-    interrupted: KeyboardInterrupt | None
-
-
 def refine_rows(
     film: Film,
     table: KnownRows,
@@ -115,7 +107,7 @@ def refine_rows(
     goal: Path,
     *,
     quiet: bool = False,
-) -> Refined:
+) -> tuple[int, KeyboardInterrupt | None]:
     """Track what changes and what is not finished; write rows and history.
 
     The history is written first, with all of these stretches as not finished, then the rows, then
@@ -133,6 +125,10 @@ def refine_rows(
         The file of the new rows.
     quiet
         As in `run_stretches`.
+
+    Returns
+    -------
+    The number of rows made anew, and the interrupt that ended the run, or None.
 
     Raises
     ------
@@ -164,4 +160,4 @@ def refine_rows(
     finally:
         table.write(goal)
     after.unfinished_with(left).save(history_path(goal), None if left else line_count(goal))
-    return Refined(len(made), interrupted)
+    return len(made), interrupted

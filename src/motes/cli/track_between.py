@@ -18,6 +18,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Tally, summarize
 from motes.cli.messages import counted
 from motes.cli.moment import Hindsight, Moment, Sink
+from motes.cli.progress import FrameProgress
 from motes.cli.track_options import TrackOutputs, TrackRequest
 from motes.cli.track_outputs import pictures_outputs
 from motes.cli.track_units import check_size, motion_names
@@ -74,7 +75,8 @@ def track_between(asked: TrackRequest, film: Film, marks: Marks) -> int:
                     opened.append(rows)
                 run.track(history, path, rows, quiet=quiet)
         finally:  # also what an error or an interrupt has left
-            run.draw(others, pictures=any((outputs.overlay, outputs.masks, outputs.show)))
+            pictures = any((outputs.overlay, outputs.masks, outputs.show))
+            run.draw(others, pictures=pictures, quiet=quiet)
     finally:
         summarize(run, film, opened, run.interrupted)
     return interrupts.code(run.interrupted) if run.interrupted else DONE
@@ -103,7 +105,7 @@ class KeyframeRun(Tally):
         self.interrupted: KeyboardInterrupt | None = None
         self._film, self._motion, self._keys = film, motion, keys
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
-        self._moments: list[Moment] = []
+        self._moments: dict[int, Moment] = {}
         self._states = Counter[Status]()
         self._anew = ""
 
@@ -164,29 +166,41 @@ class KeyframeRun(Tally):
 
     def add(self, moment: Moment) -> str:
         """Count and keep a frame."""
-        self._moments.append(moment)
+        self._moments[moment.frame.index] = moment
         self._states[moment.status] += 1
         return super().add(moment)
 
-    def draw(self, outputs: Sequence[Sink], *, pictures: bool) -> None:
+    def draw(self, outputs: Sequence[Sink], *, pictures: bool, quiet: bool) -> None:
         """Write all frames so far into the outputs beside the rows.
 
-        `pictures` is whether these need the pixels of the frames.
+        Parameters
+        ----------
+        outputs
+            The outputs.
+        pictures
+            Whether these need the pixels of the frames.
+        quiet
+            Whether there is no progress bar.
         """
-        if not (outputs and self._moments):
+        moments = self._moments
+        if not (outputs and moments):
             return
-        first, last = self._moments[0].frame.index, self._moments[-1].frame.index
         with contextlib.ExitStack() as stack:
             for output in outputs:
                 stack.enter_context(output)
-            frames: Iterator[Frame] = (moment.frame for moment in self._moments)
+            frames: Iterator[Frame] = (moment.frame for moment in moments.values())
             if pictures:
-                frames = stack.enter_context(contextlib.closing(self._film.forward(first, last)))
+                every = self._film.forward(min(moments), max(moments))
+                frames = stack.enter_context(contextlib.closing(every))
+            progress = stack.enter_context(FrameProgress(len(moments), quiet=quiet))
             try:
-                for frame, moment in zip(frames, self._moments, strict=False):
+                for frame in frames:
+                    if frame.index not in moments:  # rows of an earlier run may lack frames
+                        continue
                     with deferred():
                         for output in outputs:
-                            output.write(replace(moment, frame=frame))
+                            output.write(replace(moments[frame.index], frame=frame))
+                    progress.count("drawn")
             except KeyboardInterrupt as interrupt:
                 self.interrupted = interrupt
 

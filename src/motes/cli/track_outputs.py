@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motes.cli.annotated_video import drawn, painted_target
-from motes.cli.input_checks import stem_of
+from motes.cli.input_checks import prepare_folder, stem_of
 from motes.cli.moment import Moment, Sink
 from motes.cli.track_options import TrackRequest
 from motes.cli.track_units import MotionFigures, motion_names
-from motes.core.errors import FormatError
 from motes.core.track import Status
 from motes.sot.tracker import Tracker
 
@@ -69,17 +67,8 @@ class Figures(Sink):
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
         from motes.output.figures import Recorder
 
-        if folder.exists() and not folder.is_dir():
-            raise FormatError(f"{folder} is not a folder; choose another name.")
-        place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-        if not os.access(place, os.W_OK):
-            raise FormatError(f"{folder} cannot be written: no permission; choose another folder.")
         self._recorder = Recorder(config)
-        there = [name for name in self._recorder.files if (folder / name).exists()]
-        if there and not overwrite:
-            raise FormatError(
-                f"{folder / there[0]} exists; choose another folder, or overwrite it (--overwrite)."
-            )
+        prepare_folder(folder, self._recorder.files, overwrite)
         self._folder = folder
         self._companion = Tracker("mean_shift")
         self._accompanied = False
