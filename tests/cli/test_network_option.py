@@ -12,7 +12,7 @@ import onnx
 import pytest
 
 from motes.cli import main
-from motes.cli.network_option import with_network
+from motes.cli.load_config import with_network
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.onnx_file import LARGEST

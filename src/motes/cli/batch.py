@@ -239,8 +239,12 @@ def _config(
     detector: str | None,
     network: tuple[str, ...],
 ) -> None:
-    from motes.cli.load_config import tracker_config, watch_config
-    from motes.cli.network_option import network_settings, open_network
+    from motes.cli.load_config import (
+        network_settings,
+        open_network,
+        tracker_config,
+        watch_config,
+    )
     from motes.cli.settings import default_preset
     from motes.cli.watch import PRESET
     from motes.cli.watch_options import ObjectOptions

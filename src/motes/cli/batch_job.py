@@ -12,7 +12,7 @@ from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions
-from motes.cli.network_option import network_settings
+from motes.cli.load_config import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track

@@ -1,9 +1,9 @@
-"""Configurations and targets from a preset, a file and options."""
+"""Configurations and targets from a preset, a file, a trained network and options."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,10 +26,12 @@ def tracker_config(
     file: Path | None,
     settings: Mapping[str, Any],
     target: KnownTarget | None = None,
+    network: str | None = None,
 ) -> TrackerConfig:
     """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
-    An unknown setting may be a misspelled option of the command `app`.
+    An unknown setting may be a misspelled option of the command `app`; `network` is the value of
+    --network.
 
     Raises
     ------
@@ -41,6 +43,7 @@ def tracker_config(
     from motes.core.config import Config, from_toml, to_dict
     from motes.sot import presets
 
+    settings = with_network(settings, preset, network)
     base = presets.preset(preset)
     if target is not None:
         known = {
@@ -129,6 +132,47 @@ def watch_config(
     except ConfigError:
         check_settings(app, preset, WatchConfig, settings)
         raise
+
+
+def with_network(settings: Mapping[str, Any], preset: str, given: str | None) -> Mapping[str, Any]:
+    """Return settings with --network as their key `network.files`.
+
+    Raises
+    ------
+    ConfigError
+        If the preset takes no network, or the settings have this key too.
+    """
+    if given is None:
+        return settings
+    from motes.sot import presets
+    from motes.sot.network.network import files_of
+
+    if "network" not in presets.preset(preset).__struct_fields__:
+        raise ConfigError(
+            f"Preset {preset} takes no network; omit --network or choose another preset."
+        )
+    others = settings.get("network", {})
+    if not isinstance(others, dict) or "files" in others:
+        raise ConfigError("--network and --network.files contradict each other; give one.")
+    return {**settings, "network": {**others, "files": [*files_of(given)]}}
+
+
+def network_settings(files: Sequence[str]) -> dict[str, Any]:
+    """Return the settings that name the files of a network; none without files."""
+    return {"network": {"files": [*files]}} if files else {}
+
+
+def open_network(config: TrackerConfig) -> None:
+    """Open the network of a configuration, if it has one, before anything is written.
+
+    Raises
+    ------
+    MotesError
+        If its files cannot be used.
+    """
+    network = getattr(config, "network", None)
+    if network is not None:
+        network.open()
 
 
 @contextlib.contextmanager

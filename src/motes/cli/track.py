@@ -19,12 +19,12 @@ from motes.cli.input_checks import (
     refuse,
 )
 from motes.cli.keyframe_options import KeyframeOptions, Marks
-from motes.cli.load_config import tracker_config
-from motes.cli.network_option import NetworkFiles, open_network, with_network
+from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
     CONFIGURATION,
     ConfigOptions,
     FrameOptions,
+    NetworkFiles,
     TrackPreset,
     say_rate,
 )
@@ -90,8 +90,7 @@ def track(
     preset = preset or default_preset(
         known is not None or fps_target is not None or outputs.save_histogram is not None
     )
-    changes = with_network(settings, preset, network_files)
-    config = tracker_config(app, preset, values.config, changes, known)
+    config = tracker_config(app, preset, values.config, settings, known, network_files)
     if values.dump_config:
         from motes.core.config import to_toml
 
