@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from motes.core.config import from_dict
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.sot.network.network import Network, _opened
+from motes.sot.network.network import Network
 from motes.sot.network.region import Region, mean_color, read
 from motes.sot.network.view import Choice, NetworkView
 from motes.sot.network.vit import DEVIATION, MEAN
@@ -217,24 +216,6 @@ def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:
     assert view.score_at(np.empty((0, 5))).shape == (0,)
     nothing = msgspec.structs.replace(view, scores=np.zeros(256))
     assert view.score_at(ellipses)[0] > 0 == nothing.score_at(ellipses).max()
-
-
-def test_opencv_sees_the_same(network: Network, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("cv2", reason="OpenCV is not installed")
-    frame, place = picture(163, 95), Ellipse(180.3, 121.8, 22, 31, 0.0)
-
-    def looked() -> NetworkView:
-        model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
-        return network.look(model, frame, place)
-
-    view = looked()
-    monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    _opened.cache_clear()
-    other = looked()
-    assert type(_opened(network).sessions[0]).__name__ == "OpencvSession"
-    _opened.cache_clear()
-    np.testing.assert_allclose(other.scores, view.scores, atol=1e-4)
-    np.testing.assert_allclose(other.boxes, view.boxes, atol=1e-3)
 
 
 @pytest.mark.parametrize("place", [(math.nan, 5, 4, 4, 0), (5, 5, 0, 4, 0), (1e9, 5, 4, 4, 0)])

@@ -13,7 +13,8 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.rows.journal import Header, JournalWriter
+from motes.rows.journal import Header
+from motes.rows.writer import JournalWriter
 from motes.studio import messages
 from onnx_trackers import save_pair
 from recordings import crowd

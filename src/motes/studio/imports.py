@@ -9,7 +9,7 @@ from pathlib import Path
 from motes.core.errors import ConfigError, FormatError
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import VISIBLE
 from motes.rows.journal import ObjectRow
 from motes.studio import messages
@@ -53,7 +53,7 @@ def recording(name: str, data: bytes, form: str | None, film: messages.OpenFilm)
 
 
 def taken(
-    document: Document, recorded: Recorded, times: Sequence[float], stem: str
+    document: Document, recorded: Recording, times: Sequence[float], stem: str
 ) -> tuple[Document, dict[int, Table]]:
     """Return the document with the objects of a file, and their rows by their numbers.
 

@@ -69,7 +69,7 @@ class Network(Config, frozen=True):
         SourceError
             If a file is missing, damaged or too large, or does not run.
         MissingDependencyError
-            If neither ONNX Runtime nor OpenCV is installed.
+            If ONNX Runtime is not installed.
         """
         return _opened(self).name
 
