@@ -213,21 +213,19 @@ def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
     assert all(0 <= row.supporting <= 1000 for row in rows)
 
 
-def test_layers_and_doubts(page: Page) -> None:
+def test_layers(both: Both) -> None:
+    page = both.page
     number = page.drawn(preset="maggio")
     page.tracked(number)
     layers = ["rho", "likelihoods", "particles", "histograms", "orientation"]
-    page.do("look", object=number, frame=5, layers=layers)
-    page.until(lambda: page.of(messages.Layers))
-    (found,) = page.of(messages.Layers)
+    answer = both.get("layers/5", object=number, layers=",".join(layers))
+    found = msgspec.json.decode(answer.content, type=messages.Layers)
     assert found.frame == 5
     assert set(found.likelihoods) == set(found.histograms) == {"color", "orientation"}
+    assert found.rho is not None
     assert len(found.rho.values) == len(found.rho.y)
     assert max(found.weights) == 1
     assert len(found.orientation["rotated"]) == 36
-    page.do("doubts", object=number)
-    page.until(lambda: page.of(messages.DoubtList))
-    assert page.of(messages.DoubtList)[0].object == number
 
 
 def test_doubts_are_those_of_motes_check(both: Both) -> None:
@@ -237,9 +235,7 @@ def test_doubts_are_those_of_motes_check(both: Both) -> None:
     table = both.at / "doubts.csv"
     assert main(["check", "film.mkv", str(both.taken(number)), "-o", str(table)]) == 0
     theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
-    page.do("doubts", object=number)
-    page.until(lambda: page.of(messages.DoubtList))
-    assert [each.frame for each in page.of(messages.DoubtList)[0].items] == theirs
+    assert [each["frame"] for each in both.get("doubts", object=number).json()] == theirs
 
 
 def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
@@ -400,14 +396,3 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
-
-
-def test_layers_go_to_the_page_that_asks(client: httpx.Client, session: str, page: Page) -> None:
-    number = page.drawn(preset="nummiaro")
-    page.tracked(number)
-    with looking(client, session) as other:
-        for each, frame in ((page, 30), (other, 10)):
-            each.do("look", object=number, frame=frame, layers=["rho"])
-        for each, frame in ((page, 30), (other, 10)):
-            each.until(lambda each=each: each.of(messages.Layers))  # type: ignore[misc]
-            assert [found.frame for found in each.of(messages.Layers)] == [frame]

@@ -134,24 +134,6 @@ class Redo(_Command, frozen=True, tag="redo"):
     """Make the change again that was taken back last."""
 
 
-class Doubts(_Command, frozen=True, tag="doubts"):
-    """Ask for the doubtful frames of an object, in the order of `motes check`."""
-
-    object: Number
-    count: Annotated[int, Meta(ge=1, le=100)] = 20
-
-
-class Look(_Command, frozen=True, tag="look"):
-    """Ask for layers of a frame; a `Layers` comes when they are made.
-
-    A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
-    """
-
-    object: Number
-    frame: Number
-    layers: Annotated[list[Layer], Meta(max_length=5)]
-
-
 class Watch(_Command, frozen=True, tag="watch"):
     """Track all that moves, as `motes watch`. The reply has the job."""
 
@@ -234,8 +216,6 @@ Command = (
     | Stop
     | Undo
     | Redo
-    | Doubts
-    | Look
     | Watch
     | SetPlaces
     | Compare

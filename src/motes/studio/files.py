@@ -1,4 +1,4 @@
-"""What a session gives and takes as files."""
+"""What a session gives and takes as files, and what it answers about rows."""
 
 from __future__ import annotations
 
@@ -14,13 +14,25 @@ from motes.core.config import to_dict
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
 from motes.studio import exports, imports
+from motes.studio.commands import Layer
 from motes.studio.document import DrawnTarget, regions_of
+from motes.studio.messages import DoubtfulFrame, Layers
+from motes.studio.plan import pass_to
 from motes.studio.sessions import LiveSession
-from motes.studio.tables import CUES, FRAME, Table, pack, tracks
-from motes.studio.tasks import Annotate, DrawFigures, DrawForeground, DrawSlit
+from motes.studio.tables import CUES, FRAME, STATUS, Table, pack, tracks
+from motes.studio.tasks import (
+    Annotate,
+    DrawFigures,
+    DrawForeground,
+    DrawSlit,
+    FindDoubts,
+    LookAt,
+)
 
 HISTORY = "corrections"
 """The name of the export that `motes refine` needs beside the rows."""
+
+MOST_DOUBTS = 100
 
 
 class File(NamedTuple):
@@ -144,6 +156,32 @@ async def foreground(session: LiveSession, index: int) -> bytes:
     if method == "people" or method == "faces":
         raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
     return (await session.ask(DrawForeground(method, index), frames=index)).data
+
+
+async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:
+    """Return doubtful frames of an object, in the order of `motes check`."""
+    target = session.document.target(number)
+    shown = session.jobs.shown(number)
+    if shown is None:
+        return []
+    rows = shown[target.first : target.last + 1]
+    rows = rows[~np.isnan(rows[:, STATUS])]
+    marks = [(frame, None if mark is None else tuple(mark)) for frame, mark in target.marks.items()]
+    task = FindDoubts(pack(rows), len(target.tracker.cues), marks, min(count, MOST_DOUBTS))
+    return msgspec.json.decode((await session.ask(task)).data, type=list[DoubtfulFrame])
+
+
+async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> Layers:
+    """Return layers of a frame, given their names with commas between.
+
+    A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
+    """
+    target = session.document.target(number)
+    session.check_frame(frame)
+    run = pass_to(target, frame)
+    names = msgspec.convert(wanted.split(","), list[Layer])
+    done = await session.ask(LookAt(number, run, names), frames=abs(run.stop - run.start))
+    return msgspec.json.decode(done.data, type=Layers)
 
 
 def take(session: LiveSession, name: str, data: bytes, form: str | None) -> Imported:

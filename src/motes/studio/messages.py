@@ -271,18 +271,11 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
-    """A doubtful frame: see `motes.correction.suspects.Doubt`."""
+    """A doubtful frame, in the answer about those of an object: see `suspects.Doubt`."""
 
     frame: int
     gain: float
     reasons: list[str]
-
-
-class DoubtList(msgspec.Struct, frozen=True, tag="doubts"):
-    """The doubtful frames of an object, the first to correct first."""
-
-    object: int
-    items: list[DoubtfulFrame]
 
 
 class Surface(msgspec.Struct, frozen=True):
@@ -300,7 +293,7 @@ class Histograms(msgspec.Struct, frozen=True):
     estimate: list[float]
 
 
-class Layers(msgspec.Struct, frozen=True, tag="layers"):
+class Layers(msgspec.Struct, frozen=True):
     """Layers of a frame; one that the tracker does not have is empty.
 
     Attributes
@@ -387,17 +380,5 @@ class Failure(msgspec.Struct, frozen=True, tag="failure"):
     error: str
 
 
-Message = (
-    State
-    | Rows
-    | Overlay
-    | Progress
-    | DoubtList
-    | Layers
-    | SceneRows
-    | SceneEvents
-    | Counts
-    | Reply
-    | Failure
-)
+Message = State | Rows | Overlay | Progress | SceneRows | SceneEvents | Counts | Reply | Failure
 """From the server to the page."""

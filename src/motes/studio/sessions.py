@@ -20,8 +20,7 @@ from motes.studio.job import Desk, StudioJob
 from motes.studio.jobs import Jobs
 from motes.studio.messages import Keyframe, Message, OpenFilm, Reply, Row
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import Worker, WorkerError
-from motes.studio.questions import Questions
+from motes.studio.processes import Worker
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
@@ -69,7 +68,6 @@ class LiveSession:
         self._pictures: Worker | None = None
         self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
         self._pool = WorkerPool(path, limits, whole=self.whole, damaged=self._find_damage)
-        self._questions = Questions(self.ask, limits.jobs)
         self.facts: OpenFilm
         self.times: list[float]
         self.jobs: Jobs
@@ -117,7 +115,7 @@ class LiveSession:
     def busy(self) -> bool:
         """Whether somebody looks at it, or something runs; also while it is opened."""
         opening = not hasattr(self, "watching")
-        return bool(opening or self.clients or self._questions) or any(
+        return bool(opening or self.clients) or any(
             job.active and job.status != "paused" for job in self._jobs.values()
         )
 
@@ -132,7 +130,6 @@ class LiveSession:
         self._closed = True
         for client in self.clients:
             client.end()
-        self._questions.close()
         if hasattr(self, "watching"):
             self.jobs.close()
             self.watching.close()
@@ -166,13 +163,7 @@ class LiveSession:
         return await self._pictured(Strip(count, height))
 
     async def _pictured(self, task: Task) -> bytes:
-        worker = self._picture_worker()
-        try:
-            return (await worker.run(task)).data
-        except WorkerError as error:
-            if worker.ended:
-                self.send(messages.Failure(str(error)))
-            raise
+        return (await self._picture_worker().run(task)).data
 
     async def ask(self, task: Task, frames: int = 0) -> Done:
         """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
@@ -232,9 +223,8 @@ class LiveSession:
                 client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
 
     def leave(self, client: Client) -> None:
-        """Let a page go; nobody waits for what it has asked for."""
+        """Let a page go."""
         self.clients.discard(client)
-        self._questions.leave(client)
 
     def state(self) -> messages.WholeSession:
         """Return the session without rows."""
@@ -260,16 +250,16 @@ class LiveSession:
 
     # What pages ask for.
 
-    def obey(self, command: Command, client: Client) -> Reply:
+    def obey(self, command: Command) -> Reply:
         """Do what a page asks for, or begin it, and return the reply."""
         if self._closed:
             return Reply(command.id, "The session is opened anew; ask again.")
         try:
-            return self._obey(command, client)
+            return self._obey(command)
         except MotesError as error:
             return Reply(command.id, str(error))
 
-    def _obey(self, command: Command, client: Client) -> Reply:
+    def _obey(self, command: Command) -> Reply:
         reply = Reply(command.id)
         match command:
             case commands.TrackCommand():
@@ -285,15 +275,6 @@ class LiveSession:
                 self._go(self._place - 1, "There is nothing to take back.")
             case commands.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
-            case commands.Doubts():
-                target = self.document.target(command.object)
-                shown = self.jobs.shown(target.object)
-                mine = None if shown is None else shown[target.first : target.last + 1]
-                self._questions.doubts(client, target, mine, command.count)
-            case commands.Look():
-                target = self.document.target(command.object)
-                self.check_frame(command.frame)
-                self._questions.look(client, target, command)
             case _:
                 return self._change(command)
         return reply

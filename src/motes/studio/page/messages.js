@@ -50,16 +50,6 @@ export const MESSAGES = {
     if (job.status === "failed") announce(job.error ?? "The run has failed.", "error");
   },
 
-  doubts(store, { object, items }) {
-    store.set({ doubts: new Map(store.state.doubts).set(object, items) });
-  },
-
-  layers(store, layers) {
-    const { looked } = store.state;
-    const same = looked?.object === layers.object && looked.frame === layers.frame;
-    store.set({ looked: same ? together(looked, layers) : layers });
-  },
-
   scene_rows(store, { frames, reset }) {
     const scene = reset ? [] : store.state.scene;
     let last = null;
@@ -81,20 +71,9 @@ export const MESSAGES = {
   },
 
   failure(store, { error }) {
-    store.set({ seeking: null });
     announce(error, "error");
   },
 };
-
-/** Return the layers of two answers about the same frame, which may come in any order. */
-const together = (old, now) => ({
-  ...now,
-  rho: now.rho ?? old.rho,
-  likelihoods: { ...old.likelihoods, ...now.likelihoods },
-  histograms: { ...old.histograms, ...now.histograms },
-  orientation: { ...old.orientation, ...now.orientation },
-  ...(now.particles.length ? {} : { particles: old.particles, weights: old.weights }),
-});
 
 /** Keep the known film if it is the same: views of the film need not be drawn again. */
 const sameFilm = (old, film) => (JSON.stringify(old) === JSON.stringify(film) ? old : film);
