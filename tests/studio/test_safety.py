@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -30,10 +31,10 @@ from motes.core.errors import SourceError
 from motes.studio import connections, messages, protocol
 from motes.studio.containers import check_container
 from motes.studio.films import Films
+from motes.studio.pictures import picture
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
-from motes.studio.tasks import Picture
 from motes.video.film import Film
 from studios import PATIENCE, SLOW, begin, film, looking, running
 
@@ -410,12 +411,12 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
-        worker = Worker(folder / "film.mkv", Limits(), pictures=True)
+        worker = Worker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
         os.kill(worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)
         with pytest.raises(WorkerError) as failed:
-            await worker.run(Picture(0, 100))
+            await worker.run(partial(picture, index=0, width=100))
         worker.close()
         return str(failed.value)
 

@@ -4,30 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 
-from motes.core.config import to_dict
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
-from motes.studio import exports, imports
+from motes.studio import drawing, exports, imports
 from motes.studio.commands import Layer
 from motes.studio.document import DrawnTarget, regions_of
 from motes.studio.messages import DoubtfulFrame, Layers
-from motes.studio.plan import pass_to
+from motes.studio.plan import RunPass, pass_to
 from motes.studio.sessions import LiveSession
-from motes.studio.tables import CUES, FRAME, STATUS, Table, pack, tracks
-from motes.studio.tasks import (
-    Annotate,
-    DrawFigures,
-    DrawForeground,
-    DrawSlit,
-    FindDoubts,
-    LookAt,
-)
+from motes.studio.tables import FRAME, STATUS, Table, tracks
+from motes.studio.tracking import find_doubts, look_at
 
 HISTORY = "corrections"
 """The name of the export that `motes refine` needs beside the rows."""
@@ -102,14 +95,11 @@ def command(session: LiveSession, number: int | None) -> exports.Reproduction:
 
 async def film(session: LiveSession, number: int | None) -> File:
     """Return a film in which one object, or all are drawn."""
-    objects = [
-        (target.object, pack(table), table.shape[1] - CUES)
-        for target in _targets(session, number)
-        for table in [_table(session, target)]
-    ]
+    tables = {target.object: _table(session, target) for target in _targets(session, number)}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
-        await session.ask(Annotate(objects, str(path)), frames=session.facts.frames)
+        task = partial(drawing.annotated, tables=tables, path=str(path))
+        await session.ask(task, frames=session.facts.frames)
         stem = Path(session.facts.name).stem
         return File(f"{stem}-annotated.mp4", path.read_bytes())
 
@@ -121,9 +111,8 @@ async def figures(session: LiveSession, number: int) -> File:
     region = target.marks[start]
     assert region is not None
     with tempfile.TemporaryDirectory() as folder:
-        task = DrawFigures(
-            to_dict(target.tracker), target.seed, start, tuple(region), target.last, folder
-        )
+        run = RunPass(target.tracker, target.seed, start, tuple(region), target.last)
+        task = partial(drawing.figures, run=run, path=folder)
         await session.ask(task, frames=target.last - start + 1)
         return File(f"{Path(session.facts.name).stem}-figures.zip", exports.zipped(Path(folder)))
 
@@ -140,8 +129,8 @@ async def slit(session: LiveSession, name: str) -> File:
         for event in session.watching.events()
         if event["event"] == "crosses" and event.get("place") == name
     ]
-    task = DrawSlit(line.points, line.label, crossings)
-    return File("slit.png", (await session.ask(task, frames=session.facts.frames)).data)
+    task = partial(drawing.slit, line=line, crossings=crossings)
+    return File("slit.png", await session.ask(task, frames=session.facts.frames))
 
 
 def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
@@ -155,7 +144,8 @@ async def foreground(session: LiveSession, index: int) -> bytes:
     method = "mog2" if asked is None else asked.watch.detector
     if method == "people" or method == "faces":
         raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
-    return (await session.ask(DrawForeground(method, index), frames=index)).data
+    task = partial(drawing.foreground, method=method, index=index)
+    return await session.ask(task, frames=index)
 
 
 async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:
@@ -166,9 +156,8 @@ async def doubts(session: LiveSession, number: int, count: int) -> list[Doubtful
         return []
     rows = shown[target.first : target.last + 1]
     rows = rows[~np.isnan(rows[:, STATUS])]
-    marks = [(frame, None if mark is None else tuple(mark)) for frame, mark in target.marks.items()]
-    task = FindDoubts(pack(rows), len(target.tracker.cues), marks, min(count, MOST_DOUBTS))
-    return msgspec.json.decode((await session.ask(task)).data, type=list[DoubtfulFrame])
+    task = partial(find_doubts, table=rows, marks=target.marks, count=min(count, MOST_DOUBTS))
+    return msgspec.json.decode(await session.ask(task), type=list[DoubtfulFrame])
 
 
 async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> Layers:
@@ -180,8 +169,9 @@ async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> 
     session.check_frame(frame)
     run = pass_to(target, frame)
     names = msgspec.convert(wanted.split(","), list[Layer])
-    done = await session.ask(LookAt(number, run, names), frames=abs(run.stop - run.start))
-    return msgspec.json.decode(done.data, type=Layers)
+    task = partial(look_at, number=number, run=run, wanted=names)
+    data = await session.ask(task, frames=abs(run.stop - run.start))
+    return msgspec.json.decode(data, type=Layers)
 
 
 def take(session: LiveSession, name: str, data: bytes, form: str | None) -> Imported:

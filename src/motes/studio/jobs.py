@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
@@ -12,7 +13,7 @@ from motes.core.errors import MotesError
 from motes.studio.document import Document, DrawnTarget
 from motes.studio.job import Desk, StudioJob
 from motes.studio.messages import JobStatus, Overlay
-from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
+from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
 from motes.studio.results import Results, cues_of
@@ -24,10 +25,10 @@ from motes.studio.tables import (
     MILLISECONDS,
     SIZE,
     Table,
-    pack,
     unpack,
 )
-from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part, RunPasses
+from motes.studio.tracking import join_stretch, run_passes
+from motes.studio.workplace import PAUSE, RUN, STOP, Part
 from motes.video.shared import fits
 
 SHORT = 0
@@ -227,7 +228,7 @@ class Jobs:
         error = None
         try:
             async with self._pool.worker(sum(run.wanted.values())) as worker:
-                task = RunPasses([need.task for need in run.needs])
+                task = partial(run_passes, passes=[need.task for need in run.needs])
                 await worker.run(task, lambda part: self._part(run, part), run.wish)
         except MotesError as failed:  # also of the store, as on a full disk
             error = str(failed)
@@ -274,15 +275,14 @@ class Jobs:
 
     async def _join(self, target: DrawnTarget, need: StretchNeed) -> None:
         """Make the rows of a stretch from its passes."""
-        begin, end = (
-            None if each is None else tuple(each) for each in (need.stretch.begin, need.stretch.end)
-        )
         forward, backward = (self.results.over(target, need, each) for each in need[2:])
-        task = JoinStretch(
-            need.stretch.first, need.stretch.last, begin, end, absences(need.stretch),
-            None if forward is None else pack(forward),
-            None if backward is None else pack(backward), cues_of(target),
-        )  # fmt: skip
+        task = partial(
+            join_stretch,
+            stretch=need.stretch,
+            forward=forward,
+            backward=backward,
+            cues=cues_of(target),
+        )
         try:
             async with self._pool.worker(SHORT) as worker:
                 done = await worker.run(task)

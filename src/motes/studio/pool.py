@@ -84,7 +84,7 @@ class WorkerPool:
     def _started(self) -> Worker:
         self._count += 1
         worker = Worker(
-            self._path, self._limits, pictures=False, whole=self._whole, damaged=self._damaged
+            self._path, self._limits, background=True, whole=self._whole, damaged=self._damaged
         )
         self._all.add(worker)
         return worker

@@ -16,8 +16,8 @@ import msgspec
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause, started
 from motes.studio.safety import Limits
-from motes.studio.tasks import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
+from motes.studio.workplace import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 
 
 class WorkerError(MotesError):
@@ -80,8 +80,8 @@ class Worker:
         The film.
     limits
         Of memory, and of the time without a sign of life.
-    pictures
-        Whether it makes pictures; else it tracks.
+    background
+        Whether pictures and the server come first.
     whole
         Whether the film is known to be damaged.
     damaged
@@ -93,7 +93,7 @@ class Worker:
         path: Path,
         limits: Limits,
         *,
-        pictures: bool,
+        background: bool,
         whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
@@ -106,7 +106,7 @@ class Worker:
         self._damaged = damaged
         self.ended = self._closed = False
         self._process, self._pipe = started(
-            main, self._wish, str(path), limits, pictures, whole, context=context
+            main, self._wish, str(path), limits, background, whole, context=context
         )
         threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
         self._ready: asyncio.Task[Ready] = asyncio.create_task(self._opened())
@@ -167,7 +167,7 @@ class Worker:
             return Done(stopped=True)
         with wish.counting(self._wish):
             with suppress(OSError):  # the answer will be missing, and that is reported
-                self._pipe.send_bytes(msgspec.msgpack.encode(task))
+                self._pipe.send(task)
             while True:
                 answer = await self._answer()
                 if isinstance(answer, Part):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,7 @@ import numpy as np
 from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
-from motes.studio import commands, messages
+from motes.studio import commands, messages, pictures
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, DrawnTarget, changed
@@ -25,8 +26,8 @@ from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
 from motes.studio.tables import ELLIPSE, FRAME, Table, rows
-from motes.studio.tasks import Done, Picture, Strip, Task
 from motes.studio.watching import Watching
+from motes.studio.workplace import Task
 
 WHOLE = "film read whole"
 """The key in the store of the mark that a film is damaged; and the times of its frames before that,
@@ -142,14 +143,18 @@ class LiveSession:
     def _picture_worker(self) -> Worker:
         if self._pictures is None or self._pictures.ended:
             self._pictures = Worker(
-                self.path, self._limits, pictures=True, whole=self.whole, damaged=self._find_damage
+                self.path,
+                self._limits,
+                background=False,
+                whole=self.whole,
+                damaged=self._find_damage,
             )
         return self._pictures
 
     async def picture(self, index: int, width: int) -> bytes:
         """Return a frame as JPEG; raise a MotesError if there is none, or it cannot be read."""
         self.check_frame(index)
-        return await self._pictured(Picture(index, width))
+        return await self._pictured(partial(pictures.picture, index=index, width=width))
 
     def check_frame(self, index: int) -> None:
         """Raise a ConfigError if the film has no such frame."""
@@ -160,15 +165,15 @@ class LiveSession:
 
     async def strip(self, count: int, height: int) -> bytes:
         """Return thumbnails side by side as JPEG."""
-        return await self._pictured(Strip(count, height))
+        return await self._pictured(partial(pictures.strip, count=count, height=height))
 
     async def _pictured(self, task: Task) -> bytes:
         return (await self._picture_worker().run(task)).data
 
-    async def ask(self, task: Task, frames: int = 0) -> Done:
+    async def ask(self, task: Task, frames: int = 0) -> bytes:
         """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
         async with self._pool.worker(frames) as worker:
-            return await worker.run(task)
+            return (await worker.run(task)).data
 
     # What pages see: `Audience` of `Jobs`.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import msgspec
 
-from motes.core.config import to_dict
 from motes.core.errors import MotesError
 from motes.rows.journal import FrameRow
 from motes.studio.commands import Places, Watch
@@ -18,7 +18,8 @@ from motes.studio.messages import Counts, Message, SceneEvents, SceneRows
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
-from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
+from motes.studio.tracking import watch_film
+from motes.studio.workplace import PAUSE, RUN, STOP, Part, Task
 
 PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 """Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
@@ -46,8 +47,9 @@ class Watching:
 
     def begin(self, watch: Watch, places: Places) -> StudioJob:
         """Begin a run; an earlier one ends, and its objects go."""
-        config = to_dict(watch_config(watch))
-        regions_of(places)
+        task = partial(
+            watch_film, config=watch_config(watch), places=regions_of(places), seed=watch.seed
+        )
         self.stop()
         self.asked = Asked(watch, places)
         for key in (PARTS, RUN_OF, ENDED):
@@ -56,7 +58,6 @@ class Watching:
         self._audience.scene(reset=True)
         job = StudioJob(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
         self.job, self._wish = job, Wish()
-        task = WatchFilm(config, places, watch.seed)
         self._task = asyncio.create_task(self._run(job, task, self._wish))
         return job
 
@@ -86,7 +87,7 @@ class Watching:
         if self._task is not None:
             self._task.cancel()
 
-    async def _run(self, job: StudioJob, task: WatchFilm, wish: Wish) -> None:
+    async def _run(self, job: StudioJob, task: Task, wish: Wish) -> None:
         def part(part: Part) -> None:
             if self.job is not job or not job.active:
                 return
