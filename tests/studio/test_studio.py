@@ -244,7 +244,7 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
     page.do("set_places", places=places)
     page.do("watch", seed=2)
     page.settle()
-    page.until(lambda: sum(len(each.frames) for each in page.of(messages.SceneRows)) == FRAMES)
+    page.until(lambda: sum(len(each.frames) for each in page.of(messages.Scene)) == FRAMES)
     found = both.get("command").json()
     for name, text in found["files"].items():
         (at / name).write_text(text)

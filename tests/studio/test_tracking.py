@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,10 +12,10 @@ import numpy as np
 import pytest
 
 from motes.sot.presets import preset
+from motes.studio.board import Board
 from motes.studio.commands import Region
 from motes.studio.document import Document, DrawnTarget
-from motes.studio.job import Audience, Desk
-from motes.studio.jobs import Jobs
+from motes.studio.jobs import Desk, Jobs
 from motes.studio.messages import OpenFilm
 from motes.studio.plan import RunPass
 from motes.studio.pool import WorkerPool
@@ -99,13 +98,6 @@ class Waiting:
         return Done()
 
 
-class Nobody:
-    """An audience that does not look."""
-
-    def __getattr__(self, name: str) -> Callable[..., None]:
-        return lambda *_, **__: None
-
-
 @pytest.mark.parametrize(("width", "together"), [(96, 2), (60_000, 1)])
 def test_a_correction_runs_the_passes_of_a_stretch_together(
     tmp_path: Path, width: int, together: int
@@ -116,8 +108,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
         facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
-        nobody = cast(Audience, Nobody())
-        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), itertools.count(1), nobody))
+        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), Board(facts.frames)))
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
         target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-import numpy as np
 
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
@@ -19,7 +18,7 @@ from motes.studio.document import DrawnTarget, regions_of
 from motes.studio.messages import DoubtfulFrame, Layers
 from motes.studio.plan import RunPass, pass_to
 from motes.studio.sessions import LiveSession
-from motes.studio.tables import FRAME, STATUS, Table, tracks
+from motes.studio.tables import Table, tracks
 from motes.studio.tracking import find_doubts, look_at
 
 HISTORY = "corrections"
@@ -151,11 +150,9 @@ async def foreground(session: LiveSession, index: int) -> bytes:
 async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:
     """Return doubtful frames of an object, in the order of `motes check`."""
     target = session.document.target(number)
-    shown = session.jobs.shown(number)
-    if shown is None:
+    rows = session.board.rows(number, target.first, target.last)
+    if not len(rows):
         return []
-    rows = shown[target.first : target.last + 1]
-    rows = rows[~np.isnan(rows[:, STATUS])]
     task = partial(find_doubts, table=rows, marks=target.marks, count=min(count, MOST_DOUBTS))
     return msgspec.json.decode(await session.ask(task), type=list[DoubtfulFrame])
 
@@ -199,10 +196,7 @@ def _table(session: LiveSession, target: DrawnTarget) -> Table:
     final = session.jobs.results.of_object(target)
     if final is not None:
         return final
-    shown = session.jobs.shown(target.object)
-    if shown is not None:
-        table = shown[target.first : target.last + 1]
-        table = table[~np.isnan(table[:, FRAME])]
-        if len(table):
-            return table
+    shown = session.board.rows(target.object, target.first, target.last)
+    if len(shown):
+        return shown
     raise ConfigError(f"{target.name} has no rows yet; track it first.")

@@ -341,25 +341,24 @@ class SceneFrame(msgspec.Struct, frozen=True, array_like=True):
     objects: list[SceneObject]
 
 
-class SceneRows(msgspec.Struct, frozen=True, tag="scene_rows"):
-    """Frames of the many-object mode; with `reset`, earlier ones are void."""
+class Scene(msgspec.Struct, frozen=True, tag="scene"):
+    """Frames of the many-object mode; with `reset`, earlier ones are void.
+
+    Attributes
+    ----------
+    frames, events
+        What is new; events as in `motes watch --events`.
+    objects
+        Number of objects in the last frame.
+    totals
+        How often each event has happened, by its name, as `line 1 left`.
+    """
 
     frames: list[SceneFrame]
-    reset: bool = False
-
-
-class SceneEvents(msgspec.Struct, frozen=True, tag="scene_events"):
-    """Events as in `motes watch --events`; with `reset`, earlier ones are void."""
-
     events: list[dict[str, Any]]
-    reset: bool = False
-
-
-class Counts(msgspec.Struct, frozen=True, tag="counts"):
-    """How often each event has happened, by its name, as `line 1 left`; and objects now."""
-
     objects: int
     totals: dict[str, int]
+    reset: bool = False
 
 
 class Reply(msgspec.Struct, frozen=True, tag="reply"):
@@ -380,5 +379,5 @@ class Failure(msgspec.Struct, frozen=True, tag="failure"):
     error: str
 
 
-Message = State | Rows | Overlay | Progress | SceneRows | SceneEvents | Counts | Reply | Failure
+Message = State | Rows | Overlay | Progress | Scene | Reply | Failure
 """From the server to the page."""

@@ -25,32 +25,32 @@ class WorkerError(MotesError):
 
 
 class Wish:
-    """What the server wants of a task: `RUN`, `PAUSE` or `STOP`; also before the task has begun."""
+    """What the server wants of tasks: `RUN`, `PAUSE` or `STOP`; also before they have begun."""
 
     def __init__(self) -> None:
         self._value = RUN
-        self._shared: Any = None
+        self._shared: list[Any] = []
 
     def set(self, value: int) -> None:
-        """Let the task run, pause or stop."""
+        """Let the tasks run, pause or stop."""
         self._value = value
-        if self._shared is not None:
-            self._shared.value = value
+        for shared in self._shared:
+            shared.value = value
 
     @property
     def stops(self) -> bool:
-        """Whether the task is to stop."""
+        """Whether the tasks are to stop."""
         return self._value == STOP
 
     @contextmanager
     def counting(self, shared: Any) -> Iterator[None]:
         """Let the wish count for a worker, by the memory that is shared with it."""
-        self._shared = shared
-        self.set(self._value)
+        self._shared.append(shared)
+        shared.value = self._value
         try:
             yield
         finally:
-            self._shared = None
+            self._shared.remove(shared)
 
 
 def worker_context() -> Any:

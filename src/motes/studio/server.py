@@ -266,25 +266,24 @@ class _Api:
             await socket.send_text(protocol.encode(messages.Failure(str(failed))))
             await socket.close()
             return
-        client = Client(session.rows_of, session.watching.messages)
-        session.join(client)
+        client = session.join()
         sending = asyncio.create_task(_send_to(client, socket))
         try:
             while True:
                 text = await socket.receive_text()
                 if len(text) > protocol.LARGEST_MESSAGE:
                     most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
-                    client.send(messages.Reply(-1, most))
+                    client.reply(messages.Reply(-1, most))
                     continue
                 try:
                     command = protocol.decode(text)
                 except (msgspec.MsgspecError, RecursionError) as error:
-                    client.send(messages.Reply(-1, f"This message is no command: {error}."))
+                    client.reply(messages.Reply(-1, f"This message is no command: {error}."))
                     continue
                 if isinstance(command, commands.Acknowledge):
                     client.acknowledge(command.number)
                 else:
-                    client.send(session.obey(command))
+                    client.reply(session.obey(command))
         except (WebSocketDisconnect, KeyError):  # KeyError: a message of bytes
             pass
         finally:

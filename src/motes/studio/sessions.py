@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -14,18 +13,18 @@ from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
 from motes.studio import commands, messages, pictures
+from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, DrawnTarget, changed
-from motes.studio.job import Desk, StudioJob
-from motes.studio.jobs import Jobs
-from motes.studio.messages import Keyframe, Message, OpenFilm, Reply, Row
+from motes.studio.jobs import Desk, Jobs
+from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
 from motes.studio.processes import Worker
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
-from motes.studio.tables import ELLIPSE, FRAME, Table, rows
+from motes.studio.tables import ELLIPSE, Table
 from motes.studio.watching import Watching
 from motes.studio.workplace import Task
 
@@ -71,6 +70,7 @@ class LiveSession:
         self._pool = WorkerPool(path, limits, whole=self.whole, damaged=self._find_damage)
         self.facts: OpenFilm
         self.times: list[float]
+        self.board: Board
         self.jobs: Jobs
         self.watching: Watching
 
@@ -90,8 +90,8 @@ class LiveSession:
             self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)
             self.document = self._store.document(self.name, self._place)
         self._pool.warm()
-        numbers = itertools.count(1)
-        desk = Desk(self.name, self._store, self.facts, self._pool, numbers, self)
+        self.board = Board(self.facts.frames)
+        desk = Desk(self.name, self._store, self.facts, self._pool, self.board)
         self.jobs, self.watching = Jobs(desk), Watching(desk)
         self.jobs.update(self.document)
         left = [each for each in self._tracked if self._unfinished(each)]
@@ -117,14 +117,8 @@ class LiveSession:
         """Whether somebody looks at it, or something runs; also while it is opened."""
         opening = not hasattr(self, "watching")
         return bool(opening or self.clients) or any(
-            job.active and job.status != "paused" for job in self._jobs.values()
+            job.active and job.status != "paused" for job in self.board.jobs.values()
         )
-
-    @property
-    def _jobs(self) -> dict[int, StudioJob]:
-        """All jobs, by their numbers."""
-        watch = self.watching.job
-        return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
 
     def close(self) -> None:
         """End all processes; nothing is lost. Pages that look may come again."""
@@ -175,61 +169,19 @@ class LiveSession:
         async with self._pool.worker(frames) as worker:
             return (await worker.run(task)).data
 
-    # What pages see: `Audience` of `Jobs`.
+    # What pages see.
 
-    def send(self, message: Message) -> None:
-        """Send a message to all pages."""
-        for client in self.clients:
-            client.send(message)
-
-    def rows(self, number: int, frames: Iterable[int]) -> None:
-        """Note that rows of an object have changed."""
-        frames = [*frames]
-        for client in self.clients:
-            client.rows(number, frames)
-
-    def reset(self, number: int) -> None:
-        """Note that all rows of an object are void."""
-        for client in self.clients:
-            client.reset(number)
-
-    def overlay(self, overlay: messages.Overlay) -> None:
-        """Take what a tracker sees in a frame."""
-        for client in self.clients:
-            client.overlay(overlay)
-
-    def progress(self, progress: messages.Progress) -> None:
-        """Take the state of a job."""
-        for client in self.clients:
-            client.progress(progress)
-
-    def scene(self, *, reset: bool = False) -> None:
-        """Note that many-object mode has more; with `reset`, earlier parts are void."""
-        for client in self.clients:
-            client.scene(reset=reset)
-
-    def rows_of(self, number: int, frames: list[int]) -> list[Row]:
-        """Return the rows of an object in these frames, as they are now."""
-        shown = self.jobs.shown(number)
-        if shown is None:
-            return []
-        table = shown[frames]
-        return rows(table[~np.isnan(table[:, FRAME])])
-
-    def join(self, client: Client) -> None:
+    def join(self) -> Client:
         """Let a page look: it gets the state and all rows."""
+        client = Client(self.board, self.state, self.watching.since)
         self.clients.add(client)
-        client.send(messages.State(self.state()))
-        client.scene()
-        for target in self.document.targets:
-            client.reset(target.object)
-            shown = self.jobs.shown(target.object)
-            if shown is not None:
-                client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
+        self.board.news.add(client.news)
+        return client
 
     def leave(self, client: Client) -> None:
         """Let a page go."""
         self.clients.discard(client)
+        self.board.news.discard(client.news)
 
     def state(self) -> messages.WholeSession:
         """Return the session without rows."""
@@ -239,7 +191,7 @@ class LiveSession:
             revision=self._revision,
             objects=[self._item(each) for each in self.document.all()],
             places=self.document.places,
-            jobs=[job.progress() for _, job in sorted(self._jobs.items())],
+            jobs=[job.progress() for job in self.board.jobs.values()],
             effort=self.document.effort,
             undo=self._place > 0,
             redo=self._place < self._last,
@@ -273,7 +225,8 @@ class LiveSession:
             case commands.Watch():
                 return Reply(command.id, job=self._watch(command).number)
             case commands.Pause() | commands.Resume():
-                self._pause(self._job(command.job), on=isinstance(command, commands.Pause))
+                job = self._job(command.job)
+                self._runner(job).pause(job, on=isinstance(command, commands.Pause))
             case commands.Stop():
                 self._stop(self._job(command.job))
             case commands.Undo():
@@ -332,13 +285,13 @@ class LiveSession:
         ]
         if again:
             self.jobs.track(again)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
 
     def _row_at(self, number: int, frame: int) -> Region | None:
-        shown = self.jobs.shown(number)
-        if shown is None or np.isnan(shown[frame, ELLIPSE]).any():
+        shown = self.board.rows(number, frame, frame)
+        if not len(shown) or np.isnan(shown[0, ELLIPSE]).any():
             return None
-        return tuple(shown[frame, ELLIPSE].tolist())
+        return tuple(shown[0, ELLIPSE].tolist())
 
     def _track(self, objects: list[int]) -> StudioJob:
         numbers = objects or [each.object for each in self.document.targets]
@@ -346,40 +299,32 @@ class LiveSession:
             raise ConfigError("There is nothing to track; draw an object first.")
         for number in numbers:
             self.document.target(number)
-        if sum(job.active for job in self.jobs.jobs.values()) >= self._limits.jobs:
+        if len(self.jobs.active) >= self._limits.jobs:
             raise ConfigError(f"{self._limits.jobs} jobs run already; wait for one, or stop it.")
         self._set_tracked({*self._tracked, *numbers})
         job = self.jobs.track(numbers)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
         return job
 
     def _watch(self, command: commands.Watch) -> StudioJob:
         job = self.watching.begin(command, self.document.places)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
         return job
 
-    def _pause(self, job: StudioJob, *, on: bool) -> None:
-        if job is self.watching.job:
-            self.watching.pause(on=on)
-        elif on:
-            self.jobs.pause(job)
-        else:
-            self.jobs.resume(job)
+    def _runner(self, job: StudioJob) -> Jobs | Watching:
+        return self.watching if job.kind == "watch" else self.jobs
 
     def _stop(self, job: StudioJob) -> None:
-        if job is self.watching.job:
-            self.watching.stop()
-            return
         left = {each for each in job.objects if not self.jobs.complete(each)}
         self._set_tracked(self._tracked - left)
-        self.jobs.stop(job)
-        self.send(messages.State(self.state()))
+        self._runner(job).stop(job)
+        self.board.change_state()
 
     def _set_tracked(self, tracked: set[int]) -> None:
         self._tracked = tracked
         self._store.set_tracked(self.name, sorted(tracked))
 
     def _job(self, number: int) -> StudioJob:
-        if number not in self._jobs:
+        if number not in self.board.jobs:
             raise ConfigError(f"There is no job {number}.")
-        return self._jobs[number]
+        return self.board.jobs[number]

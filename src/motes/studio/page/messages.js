@@ -50,24 +50,17 @@ export const MESSAGES = {
     if (job.status === "failed") announce(job.error ?? "The run has failed.", "error");
   },
 
-  scene_rows(store, { frames, reset }) {
+  scene(store, { frames, events, objects, totals, reset }) {
     const scene = reset ? [] : store.state.scene;
     let last = null;
-    for (const [frame, time, objects] of frames) {
-      scene[frame] = { frame, time, objects: objects.map((values) => named(SCENE_OBJECT, values)) };
+    for (const [frame, time, seen] of frames) {
+      scene[frame] = { frame, time, objects: seen.map((values) => named(SCENE_OBJECT, values)) };
       last = frame;
     }
-    store.set({ scene });
+    store.set({ scene, counts: last === null ? null : { objects, totals } });
+    if (reset || events.length) store.set({ events: reset ? events : [...store.state.events, ...events] });
     store.touch("scene");
     if (last !== null) store.set({ newest: { object: null, frame: last } });
-  },
-
-  scene_events(store, { events, reset }) {
-    store.set({ events: reset ? events : [...store.state.events, ...events] });
-  },
-
-  counts(store, { objects, totals }) {
-    store.set({ counts: { objects, totals } });
   },
 
   failure(store, { error }) {
