@@ -41,7 +41,7 @@ export class Connection {
     this.#socket = new WebSocket(`${scheme}://${location.host}/api/sessions/${this.session}/ws`);
     this.#socket.addEventListener("open", () => {
       this.#tries = 0;
-      this.store.set({ connected: true });
+      this.store.set({ connected: true, asked: null }); // the server may be another one
     });
     this.#socket.addEventListener("message", ({ data }) => this.#take(JSON.parse(data)));
     this.#socket.addEventListener("close", () => this.#lost());

@@ -19,8 +19,6 @@ const ALWAYS = [
 const ASKED = ["particles", "rho"];
 const PATIENCE = 120; // milliseconds that a frame must stay before its layers are asked for
 
-let asked = null; // the layers that were asked for last
-
 export function mountLayerPanel(app) {
   const { store } = app;
   const boxes = element("div", { class: "checks" });
@@ -73,7 +71,7 @@ function paintSurfaces(select, state) {
 
 /** Ask the server for what the shown layers need, once a frame stands still. */
 function look(app) {
-  const { store, actions } = app;
+  const { store } = app;
   const { state } = store;
   const item = selectedItem(state);
   if (state.shown.has("foreground") && !state.playing) foregroundOf(app);
@@ -86,21 +84,22 @@ function look(app) {
 
 /** Fetch layers of the frame that is seen, unless they were asked for last; an earlier request is given up. */
 async function fetchLayers(store, object, wanted) {
-  const { session, pictured: frame } = store.state;
+  const { asked, session, pictured: frame } = store.state;
   const about = [session.id, object, frame, session.revision].join();
   const key = [about, ...wanted].join();
   if (key === asked?.key) return;
   if (about !== asked?.about) store.set({ looked: null }); // the rows may be others now
   asked?.control.abort();
   const mine = { about, key, control: new AbortController() };
-  asked = mine;
+  store.set({ asked: mine });
   try {
     const address = `/api/sessions/${session.id}/layers/${frame}?object=${object}&layers=${wanted.join()}`;
     const layers = await ask(address, { signal: mine.control.signal });
-    if (asked === mine) store.set({ looked: layers });
+    if (store.state.asked === mine) store.set({ looked: layers });
   } catch (error) {
-    if (asked === mine) asked = null;
-    if (error.name !== "AbortError") announce(error.message, "error");
+    if (store.state.asked !== mine) return; // it was given up
+    store.set({ asked: null });
+    announce(error.message, "error");
   }
 }
 

@@ -56,4 +56,5 @@ export const freshSession = () => ({
   draft: null,
   corners: [],
   doubtful: null,
+  asked: null, // the layers that were asked for last
 });
