@@ -20,8 +20,9 @@ from motes.core.errors import MotesError
 from motes.sot.presets import preset
 from motes.studio.pictures import picture
 from motes.studio.plan import RunPass
-from motes.studio.processes import Wish, Worker
+from motes.studio.processes import Wish, Worker, film_worker
 from motes.studio.safety import Limits
+from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio
 from motes.studio.tracking import run_passes
 from motes.studio.workplace import PAUSE, STOP, Done, Part, Task
@@ -49,33 +50,23 @@ class Begun:
         self.asked: list[int] = []
         self.begun: list[int] = []
         self.ended: list[int] = []
-        run, begin = Worker.run, Worker._run
+        asked, begin = LiveSession.picture, Worker._run
 
-        async def noted(worker: Worker, task: Task, *rest: Any) -> Done:
-            index = index_of(task)
-            if index is None:
-                return await run(worker, task, *rest)
+        async def noted(session: LiveSession, index: int, width: int) -> bytes:
             self.asked.append(index)
             try:
-                return await run(worker, task, *rest)
+                return await asked(session, index, width)
             finally:
                 self.ended.append(index)
 
         async def noted_begin(worker: Worker, task: Task, *rest: Any) -> Done:
-            index = index_of(task)
-            if index is not None:
+            if isinstance(task, partial) and task.func is picture:
                 self.workers.append(worker)
-                self.begun.append(index)
+                self.begun.append(task.keywords["index"])
             return await begin(worker, task, *rest)
 
-        monkeypatch.setattr(Worker, "run", noted)
+        monkeypatch.setattr(LiveSession, "picture", noted)
         monkeypatch.setattr(Worker, "_run", noted_begin)
-
-
-def index_of(task: Task) -> int | None:
-    """Return the frame of a picture; None for another task."""
-    made = task if isinstance(task, partial) else partial(task)
-    return made.keywords["index"] if made.func is picture else None
 
 
 def until(so: Callable[[], object]) -> None:
@@ -118,7 +109,7 @@ def test_a_wish_counts_from_before_the_begin(tmp_path: Path) -> None:
     task = partial(run_passes, passes=[run])
 
     async def tried() -> None:
-        worker, paused, stopped = Worker(path, Limits(), background=True), Wish(), Wish()
+        worker, paused, stopped = film_worker(path, Limits(), background=True), Wish(), Wish()
         parts: list[Part] = []
         first = asyncio.Event()
 

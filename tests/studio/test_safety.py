@@ -32,7 +32,7 @@ from motes.studio import connections, messages, protocol
 from motes.studio.containers import check_container
 from motes.studio.films import Films
 from motes.studio.pictures import picture
-from motes.studio.processes import Worker, WorkerError
+from motes.studio.processes import WorkerError, film_worker
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
 from motes.video.film import Film
@@ -411,7 +411,7 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
-        worker = Worker(folder / "film.mkv", Limits(), background=False)
+        worker = film_worker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
         os.kill(worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)

@@ -24,9 +24,6 @@ from motes.studio.tracking import join_stretch, run_passes
 from motes.studio.workplace import PAUSE, RUN, STOP, Part
 from motes.video.shared import fits
 
-SHORT = 0
-"""The length of a task that does not track: it comes first."""
-
 
 class Desk(NamedTuple):
     """What all jobs of a session share.
@@ -256,9 +253,7 @@ class Jobs:
         task = partial(
             join_stretch, stretch=need.stretch, forward=forward, backward=backward, cues=cues
         )
-        async with self._pool.worker(SHORT) as worker:
-            done = await worker.run(task)
-        self.results.put(need.key, unpack(done.data, cues))
+        self.results.put(need.key, unpack(await self._pool.run(task), cues))
 
     def _show_finals(self, target: DrawnTarget, plan: list[StretchNeed]) -> None:
         """Show the stretches that are known and not shown."""

@@ -20,13 +20,13 @@ from motes.studio.document import Document, DrawnTarget, changed
 from motes.studio.jobs import Desk, Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import Worker
+from motes.studio.processes import film_worker
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
 from motes.studio.tables import ELLIPSE, Table
 from motes.studio.watching import Watching
-from motes.studio.workplace import Task
+from motes.studio.workplace import Opened, Task
 
 WHOLE = "film read whole"
 """The key in the store of the mark that a film is damaged; and the times of its frames before that,
@@ -65,9 +65,10 @@ class LiveSession:
         self._revision = self._place
         self.clients: set[Client] = set()
         self._closed = False
-        self._pictures: Worker | None = None
         self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
-        self._pool = WorkerPool(path, limits, whole=self.whole, damaged=self._find_damage)
+        workers = partial(film_worker, path, limits, whole=self.whole, damaged=self._find_damage)
+        self._pool = WorkerPool(workers)
+        self._pictures = WorkerPool(partial(workers, background=False), most=1)
         self.facts: OpenFilm
         self.times: list[float]
         self.board: Board
@@ -82,9 +83,10 @@ class LiveSession:
         WorkerError
             If it cannot be read.
         """
-        ready = await self._picture_worker().ready()
-        self.facts = msgspec.structs.replace(ready.facts, name=self._film)
-        self.times = ready.times
+        async with self._pictures.worker() as worker:
+            opened = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+        self.facts = msgspec.structs.replace(opened.facts, name=self._film)
+        self.times = opened.times
         if before := self._store.parts(self.name, WHOLE):
             times = np.frombuffer(before).tolist()
             self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)
@@ -129,26 +131,14 @@ class LiveSession:
             self.jobs.close()
             self.watching.close()
         self._pool.close()
-        if self._pictures is not None:
-            self._pictures.close()
+        self._pictures.close()
 
     # Pictures.
-
-    def _picture_worker(self) -> Worker:
-        if self._pictures is None or self._pictures.ended:
-            self._pictures = Worker(
-                self.path,
-                self._limits,
-                background=False,
-                whole=self.whole,
-                damaged=self._find_damage,
-            )
-        return self._pictures
 
     async def picture(self, index: int, width: int) -> bytes:
         """Return a frame as JPEG; raise a MotesError if there is none, or it cannot be read."""
         self.check_frame(index)
-        return await self._pictured(partial(pictures.picture, index=index, width=width))
+        return await self._pictures.run(partial(pictures.picture, index=index, width=width))
 
     def check_frame(self, index: int) -> None:
         """Raise a ConfigError if the film has no such frame."""
@@ -159,15 +149,11 @@ class LiveSession:
 
     async def strip(self, count: int, height: int) -> bytes:
         """Return thumbnails side by side as JPEG."""
-        return await self._pictured(partial(pictures.strip, count=count, height=height))
-
-    async def _pictured(self, task: Task) -> bytes:
-        return (await self._picture_worker().run(task)).data
+        return await self._pictures.run(partial(pictures.strip, count=count, height=height))
 
     async def ask(self, task: Task, frames: int = 0) -> bytes:
         """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
-        async with self._pool.worker(frames) as worker:
-            return (await worker.run(task)).data
+        return await self._pool.run(task, frames)
 
     # What pages see.
 

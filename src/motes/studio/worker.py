@@ -1,4 +1,4 @@
-"""A worker process: it opens one film, and does one task after the other with it."""
+"""A worker process: it does one task after the other, on one film."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Any
 
 from motes.core.import_callable import explain
 from motes.core.system import system
-from motes.studio.safety import Limits
 from motes.studio.workplace import Done, Failed, StoppedError, Workplace
 from motes.video.film import DamagedError
 
@@ -22,20 +21,13 @@ TIDY = 1.0
 """Seconds of work after which a worker gives memory back."""
 
 
-def main(
-    pipe: Connection, wish: Any, path: str, limits: Limits, background: bool, whole: bool
-) -> None:
-    """Work until the pipe is closed."""
-    system.limit_memory(limits.memory)
+def main(pipe: Connection, wish: Any, memory: int, background: bool) -> None:
+    """Do tasks until the pipe is closed, with so much memory; the first one opens the film."""
+    system.limit_memory(memory)
     if background:
         system.lower_priority(NICENESS)
     place = Workplace(pipe, wish)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
-        try:
-            place.open(path, limits, whole=whole)
-        except Exception as error:  # a damaged film may cause any
-            place.send(Failed(text_of(error)))
-            return
         worked = 0.0
         while True:
             task = place.receive()
@@ -46,7 +38,7 @@ def main(
                 place.send(Done(stopped=True))
             except DamagedError as error:
                 place.send(Failed(text_of(error), damaged=True))
-            except Exception as error:  # a fault, which must not reach others
+            except Exception as error:  # a damaged film may cause any
                 place.send(Failed(text_of(error)))
             del task
             worked += time.monotonic() - begun
@@ -58,7 +50,7 @@ def main(
 def text_of(error: BaseException) -> str:
     """Return an error in one line."""
     if isinstance(error, MemoryError):
-        return "The film needs more memory than a worker may have; rescale it."
+        return "This needs more memory than a worker may have; make the film or network smaller."
     return explain(error)
 
 

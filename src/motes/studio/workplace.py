@@ -28,8 +28,8 @@ RUN, PAUSE, STOP = 0, 1, 2
 """What the server wants of a worker, in memory that they share."""
 
 
-class Ready(msgspec.Struct, frozen=True, tag=True):
-    """The film is open."""
+class Opened(msgspec.Struct, frozen=True):
+    """A film that is open, and the times of its frames; the data of `open_film`."""
 
     facts: OpenFilm
     times: list[float]
@@ -64,7 +64,7 @@ class Failed(msgspec.Struct, frozen=True, tag=True):
     damaged: bool = False
 
 
-Answer = Ready | Part | Alive | Done | Failed
+Answer = Part | Alive | Done | Failed
 
 
 class StoppedError(Exception):
@@ -84,44 +84,13 @@ class Workplace:
     Attributes
     ----------
     film
-        The film, once it is open.
+        The film, once `open_film` has been done.
     """
 
     def __init__(self, pipe: Connection, wish: Any) -> None:
         self._pipe, self._wish = pipe, wish
         self._sent = 0.0
         self.film: Film
-
-    def open(self, path: str, limits: Limits, *, whole: bool) -> None:
-        """Open the film, quickly, or as a whole where it is damaged, and say so to the server.
-
-        Parameters
-        ----------
-        path
-            The film.
-        limits
-            Of its size.
-        whole
-            Whether it is known to be damaged.
-
-        Raises
-        ------
-        SourceError
-            If it cannot be read.
-        ConfigError
-            If it is larger than the limits.
-        """
-        check_container(path, limits)
-        try:
-            film = Film(path, quick=not whole, check=self.check)
-        except DamagedError:
-            film = Film(path, check=self.check)
-        self.film = film
-        check_limits(film.name, film.width, film.height, len(film.times), limits)
-        fps = film.fps or 1 / FRAME_INTERVAL
-        problems = None if film.quick else film.report.problems
-        facts = OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)
-        self.send(Ready(facts, film.times))
 
     @functools.cached_property
     def seeker(self) -> Seeker:
@@ -153,3 +122,37 @@ class Workplace:
 
 
 Task = Callable[[Workplace], bytes]
+
+
+def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> bytes:
+    """Open a film, quickly, or as a whole where it is damaged; return an `Opened`.
+
+    Parameters
+    ----------
+    place
+        Where it is needed.
+    path
+        The film.
+    limits
+        Of its size.
+    whole
+        Whether it is known to be damaged.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    ConfigError
+        If it is larger than the limits.
+    """
+    check_container(path, limits)
+    try:
+        film = Film(path, quick=not whole, check=place.check)
+    except DamagedError:
+        film = Film(path, check=place.check)
+    check_limits(film.name, film.width, film.height, len(film.times), limits)
+    place.film = film
+    fps = film.fps or 1 / FRAME_INTERVAL
+    problems = None if film.quick else film.report.problems
+    facts = OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)
+    return msgspec.msgpack.encode(Opened(facts, film.times))
