@@ -26,14 +26,16 @@ def added(frame: int = 10, region: Region = BOX) -> commands.AddObject:
     return commands.AddObject(0, "one", "#000000", frame, region)
 
 
-def key(frame: int, region: Region | None = BOX, number: int = 1) -> commands.SetKeyframe:
+def key(frame: int, region: Region = BOX, number: int = 1) -> commands.SetKeyframe:
     return commands.SetKeyframe(0, number, frame, region)
 
 
+def absent(frame: int) -> commands.SetAbsent:
+    return commands.SetAbsent(0, 1, frame, frame)
+
+
 def test_absences_are_ranges() -> None:
-    document = after(
-        added(), key(20, None), key(21, None), key(23, None), key(22, None), key(30, None)
-    )
+    document = after(added(), absent(20), absent(21), absent(23), absent(22), absent(30))
     assert document.target(1).absent == ((20, 23), (30, 30))
     document, _ = changed(document, key(22), FILM, lambda *_: None)
     assert document.target(1).absent == ((20, 21), (23, 23), (30, 30))
@@ -46,7 +48,7 @@ def test_absences_are_ranges() -> None:
 
 
 def test_split_and_join_keep_all_marks() -> None:
-    document = after(added(), key(20, None), key(40), commands.Split(0, 1, 20))
+    document = after(added(), absent(20), key(40), commands.Split(0, 1, 20))
     one, two = document.all()
     assert (one.first, one.last, [*one.keys], one.absent) == (0, 19, [10], ())
     assert (two.first, two.last, [*two.keys], two.absent) == (20, 49, [40], ((20, 20),))

@@ -63,14 +63,14 @@ class RemoveObject(_Command, frozen=True, tag="remove_object"):
 
 
 class SetKeyframe(_Command, frozen=True, tag="set_keyframe"):
-    """Mark the object in a frame; None marks it as absent.
+    """Mark the object in a frame.
 
     If the object has been tracked, the stretch between the neighboring keyframes is tracked again.
     """
 
     object: Number
     frame: Number
-    region: Region | None
+    region: Region
 
 
 class RemoveKeyframe(_Command, frozen=True, tag="remove_keyframe"):

@@ -185,14 +185,12 @@ def changed(
                 if command.object not in (each.object, each.compared)
             ]
             return replace(document, targets=tuple(left)), None
-        case commands.SetKeyframe() if command.region is None:
-            return _absent(document, command.object, command.frame, command.frame)
         case commands.SetKeyframe():
             return _marked(document, command, film)
         case commands.RemoveKeyframe():
             return _unmarked(document, command)
         case commands.SetAbsent():
-            return _absent(document, command.object, command.first, command.last)
+            return _absent(document, command)
         case commands.Split():
             return _split(document, command, row_at)
         case commands.Join():
@@ -253,7 +251,6 @@ def _marked(
     document: Document, command: commands.SetKeyframe, film: OpenFilm
 ) -> tuple[Document, int]:
     target = _own(document, command.object)
-    assert command.region is not None
     _check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
     keys = dict(sorted({**target.keys, command.frame: command.region}.items()))
@@ -277,8 +274,8 @@ def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Doc
     return _with(document, replace(target, keys=keys, absent=absent)), target.object
 
 
-def _absent(document: Document, number: int, first: int, last: int) -> tuple[Document, int]:
-    target = _own(document, number)
+def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, int]:
+    target, first, last = _own(document, command.object), command.first, command.last
     if last < first:
         raise ConfigError(f"The frames {first} to {last} are no range; the first one comes first.")
     _check_frame(first, target.frames)
@@ -294,7 +291,7 @@ def _absent(document: Document, number: int, first: int, last: int) -> tuple[Doc
         else:
             merged.append((begin, end))
     target = replace(target, keys=keys, absent=tuple(merged), corrections=target.corrections + 1)
-    return _with(document, target), number
+    return _with(document, target), target.object
 
 
 def _without(

@@ -110,7 +110,7 @@ export class Actions {
     return this.#correct(({ object, ...item }, frame) =>
       isAbsent(item, frame)
         ? this.send("remove_keyframe", { object, frame })
-        : this.send("set_keyframe", { object, frame, region: null }));
+        : this.send("set_absent", { object, first: frame, last: frame }));
   }
 
   absentBetween(first, last) {
