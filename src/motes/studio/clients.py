@@ -8,13 +8,13 @@ from collections.abc import Awaitable, Callable, Iterator
 from msgspec.structs import replace
 
 from motes.studio.board import Board
-from motes.studio.messages import Message, Overlay, Reply, Scene, State, WholeSession
+from motes.studio.messages import FoundScene, Message, Overlay, Reply, State, WholeSession
 from motes.studio.protocol import encode
 
 AHEAD = 3
 """Overlays that a page gets before it has acknowledged the first of them."""
 
-SceneFrom = Callable[[int], tuple[Scene | None, int]]
+SceneFrom = Callable[[int], tuple[FoundScene | None, int]]
 """Returns the many-object mode from a part on, and the number of the part after."""
 
 
@@ -87,7 +87,7 @@ class Client:
                     yield job.progress()
         yield from replies
 
-    def _scene(self) -> Iterator[Scene]:
+    def _scene(self) -> Iterator[FoundScene]:
         more = True
         while more:
             before = self._part

@@ -341,7 +341,7 @@ class SceneFrame(msgspec.Struct, frozen=True, array_like=True):
     objects: list[SceneObject]
 
 
-class Scene(msgspec.Struct, frozen=True, tag="scene"):
+class FoundScene(msgspec.Struct, frozen=True, tag="scene"):
     """Frames of the many-object mode; with `reset`, earlier ones are void.
 
     Attributes
@@ -379,5 +379,5 @@ class Failure(msgspec.Struct, frozen=True, tag="failure"):
     error: str
 
 
-Message = State | Rows | Overlay | Progress | Scene | Reply | Failure
+Message = State | Rows | Overlay | Progress | FoundScene | Reply | Failure
 """From the server to the page."""

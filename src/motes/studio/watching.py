@@ -15,7 +15,7 @@ from motes.studio.board import StudioJob
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
 from motes.studio.jobs import Desk
-from motes.studio.messages import Scene
+from motes.studio.messages import FoundScene
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
@@ -112,14 +112,14 @@ class Watching:
                 job.status, job.error = "failed", str(error)
         self._board.progress(job)
 
-    def since(self, first: int) -> tuple[Scene | None, int]:
+    def since(self, first: int) -> tuple[FoundScene | None, int]:
         """Return what the parts from `first` on have, and the number of the part after them."""
         found = self._parts(first)
         if not found:
-            return None if first else Scene([], [], 0, {}, reset=True), first
+            return None if first else FoundScene([], [], 0, {}, reset=True), first
         part = joined(found)
         frames = [*map(shown, part.frames)]
-        scene = Scene(frames, part.events, part.objects, part.totals, reset=first == 0)
+        scene = FoundScene(frames, part.events, part.objects, part.totals, reset=first == 0)
         return scene, first + len(found)
 
     def _parts(self, first: int) -> list[ScenePart]:
