@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import msgspec
 from msgspec import UNSET
@@ -283,15 +283,20 @@ def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, 
     keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
     if not keys:
         raise ConfigError("The object would have no keyframe; draw it in another frame first.")
-    ranges = sorted([*_without(target.absent, first, last), (first, last)])
-    merged: list[tuple[int, int]] = []
-    for begin, end in ranges:
-        if merged and begin == merged[-1][1] + 1:
-            merged[-1] = merged[-1][0], end
-        else:
-            merged.append((begin, end))
-    target = replace(target, keys=keys, absent=tuple(merged), corrections=target.corrections + 1)
+    absent = merged([*_without(target.absent, first, last), (first, last)])
+    target = replace(target, keys=keys, absent=absent, corrections=target.corrections + 1)
     return _with(document, target), target.object
+
+
+def merged(ranges: Iterable[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Return ranges of frames that are apart, given those that may touch each other, in order."""
+    found: list[tuple[int, int]] = []
+    for first, last in sorted(ranges):
+        if found and first == found[-1][1] + 1:
+            found[-1] = found[-1][0], last
+        else:
+            found.append((first, last))
+    return tuple(found)
 
 
 def _without(

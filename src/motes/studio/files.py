@@ -52,6 +52,8 @@ async def export(session: LiveSession, form: str, number: int | None) -> File:
     film = session.facts
     targets = _targets(session, number)
     if form == HISTORY:
+        if len(targets) > 1:
+            raise ConfigError("Corrections are of one object; choose one.")
         stem = exports.file_name(film, targets[0].name, "csv")
         return File(f"{stem}.run.json", exports.history_file(targets[0], film))
     exports.check_formats(form, several=len(targets) > 1)
@@ -171,14 +173,20 @@ async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> 
     return msgspec.json.decode(data, type=Layers)
 
 
-def take(session: LiveSession, name: str, data: bytes, form: str | None) -> Imported:
-    """Add the objects of a file."""
-    recorded = imports.recording(name, data, form, session.facts)
+async def take(
+    session: LiveSession, name: str, data: bytes, form: str | None, most: int
+) -> Imported:
+    """Add the objects of a file; a ZIP may hold `most` bytes."""
+    recorded, known = await asyncio.to_thread(
+        imports.recording, name, data, form, session.facts, most
+    )
+    before = session.document.following
     document, tables = imports.taken(
-        session.document, recorded, session.times, Path(name).stem or "object"
+        session.document, recorded, known, session.times, Path(name).stem or "object"
     )
     session.take_rows(document, tables)
-    return Imported([*tables], [*recorded.left_out])
+    numbers = [each.object for each in document.targets if each.object >= before]
+    return Imported(numbers, [*recorded.left_out])
 
 
 def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:

@@ -235,9 +235,10 @@ class _Api:
 
     async def take(self, request: Request) -> Response:
         session = await self._session(request)
-        data = await _body(request, self._studio.limits.imported)
+        most = self._studio.limits.imported
+        data = await _body(request, most)
         name, form = (request.query_params.get(each) for each in ("name", "format"))
-        return _json(files.take(session, name or "rows", data, form), 201)
+        return _json(await files.take(session, name or "rows", data, form or None, most), 201)
 
     async def command(self, request: Request) -> Response:
         return _json(files.command(await self._session(request), _object(request)))

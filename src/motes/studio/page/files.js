@@ -18,12 +18,13 @@ export async function showExports(app) {
   const which = element("select", {}, element("option", { value: "" }, "All objects"),
     tracked.map(({ object, name }) => element("option", { value: object }, name)));
   which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
-  const format = element("select", {}, formatOptions(formats));
+  const format = element("select", {}, formatOptions({ ...formats, corrections: "for motes refine, beside the rows" }));
   const object = () => (which.value ? `object=${which.value}` : "");
   const form = () => `format=${encodeURIComponent(format.value)}`;
   const take = (label, address, properties) =>
     button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
-  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => bring(app, target.files[0]) });
+  const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats));
+  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => bring(app, target.files[0], read.value) });
   show("Export and import", [
     tracked.length ? element("section", { class: "stack" }, element("h3", {}, "Take home"),
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
@@ -37,7 +38,8 @@ export async function showExports(app) {
         take("Rows of all objects", () => `${base}/export?scene&format=csv`),
         take("Events", () => `${base}/export?scene&format=events`))) : null,
     element("section", { class: "stack" }, element("h3", {}, "Bring in"),
-      element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads."), file),
+      element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads; a folder as ZIP."),
+      field("Format of the file", read), file),
   ]);
 }
 
@@ -71,10 +73,11 @@ async function download(pressed, address) {
   }
 }
 
-async function bring({ store }, file) {
+async function bring({ store }, file, format) {
   if (!file) return;
   try {
-    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?name=${encodeURIComponent(file.name)}`, file, () => {});
+    const words = new URLSearchParams({ name: file.name, format });
+    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?${words}`, file, () => {});
     const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
     announce(`${file.name} was imported${rest.length ? `, without ${named}` : ""}.`, rest.length ? "error" : "note");
   } catch (error) {
