@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import pytest
 
+from motes.core.config import from_dict
 from motes.core.errors import ConfigError
+from motes.mot.analytics.regions import Regions
 from motes.studio import commands
 from motes.studio.commands import Command, Region
-from motes.studio.document import Document, changed, regions_of
+from motes.studio.document import Document, changed, places_toml, regions_of
 from motes.studio.messages import OpenFilm
 from motes.studio.plan import needs, pass_to
 
@@ -130,3 +134,21 @@ def test_ground_points_are_a_plane() -> None:
     assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
     with pytest.raises(ConfigError):
         regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
+
+
+def test_places_come_back_from_their_toml() -> None:
+    """Also a zone without a dwell, which has no value in TOML."""
+    places = commands.Places(
+        lines=(commands.DrawnLine((1.0, 1.0, 50.0, 50.0), name="door"),),
+        zones=(
+            commands.DrawnZone((60.0, 60.0, 90.0, 60.0, 90.0, 80.0)),
+            commands.DrawnZone((0.0, 0.0, 9.0, 0.0, 9.0, 8.0), dwell=2.0),
+        ),
+        ground=(
+            (0.0, 0.0, 0.0, 0.0),
+            (9.0, 0.0, 7.0, 0.0),
+            (9.0, 9.0, 7.0, 5.0),
+            (0.0, 9.0, 0.0, 5.0),
+        ),
+    )
+    assert from_dict(tomllib.loads(places_toml(places)), Regions) == regions_of(places)

@@ -198,6 +198,7 @@ def test_split_and_join(page: Page) -> None:
     assert other is not None
     page.settle()
     one, two = page.item(number), page.item(other)
+    assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
     assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
     assert [each.frame for each in two.keyframes] == [15]
     page.do("join", object=number, other=other)

@@ -8,7 +8,7 @@ import msgspec
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from motes.core.config import from_dict, from_toml, to_toml
+from motes.core.config import from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
@@ -137,19 +137,24 @@ def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> Trac
 
 def regions_of(places: Places) -> Regions:
     """Return places as the library takes them; raise a ConfigError if they make no sense."""
-    values = {
-        "line": [_plain(each) for each in places.lines],
-        "zone": [_plain(each) for each in places.zones],
-    }
-    if places.ground is not None:
-        values["ground"] = {"points": [*places.ground]}  # type: ignore[assignment]
-    regions: Regions = from_dict(msgspec.to_builtins(values), Regions)
+    regions: Regions = from_dict(_values(places), Regions)
     return regions
 
 
 def places_toml(places: Places) -> str:
     """Return places as the TOML of `motes watch --places`."""
-    return to_toml(regions_of(places))
+    return msgspec.toml.encode(_values(places)).decode()
+
+
+def _values(places: Places) -> dict[str, object]:
+    values: dict[str, object] = {
+        "line": [_plain(each) for each in places.lines],
+        "zone": [_plain(each) for each in places.zones],
+    }
+    if places.ground is not None:
+        values["ground"] = {"points": [*places.ground]}
+    plain: dict[str, object] = msgspec.to_builtins(values)
+    return plain
 
 
 def _plain(each: commands.DrawnLine | commands.DrawnZone) -> dict[str, object]:

@@ -90,7 +90,7 @@ def command(session: LiveSession, number: int | None) -> exports.Reproduction:
         return exports.command_of(session.document.target(number), session.facts)
     asked = session.watching.asked
     if asked is None:
-        raise ConfigError("Nothing has been watched yet; start the many-object mode first.")
+        raise ConfigError("Nothing was tracked yet; draw an object, or track all that moves.")
     return exports.watch_command(session.facts, asked.watch, asked.places)
 
 

@@ -126,6 +126,10 @@ class Jobs:
             if old is None or (old.tracker, old.seed) != (target.tracker, target.seed):
                 self._board.void(target.object, cues_of(target))
                 self._displayed[target.object] = set()
+            elif old.frames != target.frames:  # as after a split
+                kept = self._board.rows(target.object, target.first, target.last)
+                self._board.void(target.object, cues_of(target))
+                self._board.show(target.object, kept)
         self._reconcile()
 
     def complete(self, number: int) -> bool:
