@@ -52,7 +52,7 @@ class StudioJob:
 
 
 class ShownRows:
-    """The rows of an object that pages see: one for each frame that has changed at any time.
+    """The rows of an object, as pages see them.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class ShownRows:
 
 
 class Board:
-    """What pages see of a session with so many frames.
+    """What pages see of a session whose film has so many frames.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class Opened(msgspec.Struct, frozen=True):
 
 
 class Part(msgspec.Struct, frozen=True, tag=True):
-    """Some of the result: rows of a run of `RunPasses`, or a part of a scene; and an overlay."""
+    """Some of the result: rows of pass number `run`, or a part of a scene; and an overlay."""
 
     data: bytes
     run: int = 0
