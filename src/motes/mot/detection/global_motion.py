@@ -37,7 +37,7 @@ Of a flat ground half a pixel would be more exact; where there is depth, two lea
 """
 
 
-def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
+def _motion(before: Mask, after: Mask, model: Model) -> Floats | None:
     """Return the motion (3, 3) from a gray picture to the next; None if it is not clear."""
     cv2 = opencv()
     corners = _corners(before)
@@ -116,11 +116,14 @@ class GlobalMotion:
 
         It is None in the first picture, and where it is not clear.
         """
-        cv2 = opencv()
         small, scale = reduced(np.ascontiguousarray(pixels))
-        gray: Mask = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+        motion = self.update_reduced(small)
+        return None if motion is None else unreduced(motion, scale)
+
+    def update_reduced(self, small: Mask) -> Floats | None:
+        """Return the same of pictures that are `reduced`, in their pixels."""
+        gray: Mask = opencv().cvtColor(small, opencv().COLOR_RGB2GRAY)
         before, self._gray = self._gray, gray
         if before is None or before.shape != gray.shape:
             return None
-        motion = camera_motion(before, gray, self._model)
-        return None if motion is None else unreduced(motion, scale)
+        return _motion(before, gray, self._model)

@@ -21,7 +21,6 @@ from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.hog import Hog
 from motes.cues.sampling import Lattice
-from motes.mot.detection.global_motion import unreduced
 from motes.mot.detection.panned_background import PannedBackground
 from motes.sot.filtering.appearance_rule import AppearanceRule
 
@@ -123,9 +122,7 @@ class LookalikeDetector:
     @property
     def motion(self) -> Floats | None:
         """The homography of the camera's motion to the latest frame, if it is known."""
-        if self._background is None or self._background.motion is None:
-            return None
-        return unreduced(self._background.motion, self._scale)
+        return None if self._background is None else self._background.motion
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""
@@ -180,7 +177,6 @@ class LookalikeDetector:
         if self._background is not None:
             moving = self._background.foreground(np.ascontiguousarray(frame.pixels))
             apart = _shares(moving, grid, frame) >= MOVING
-            self._scale = moving.shape[1] / frame.width
             return grid[apart | self._known(grid)]
         assert self._finder is not None
         boxes = [each.box for each in self._finder(frame)]
