@@ -136,9 +136,9 @@ class VideoWriter:
         options = {**muxing, "flush_packets": "1"}
         container = av.open(self._file, "w", format=format_name, options=options)
         # With zerolatency the encoder holds back no picture. Without a look ahead it spends more
-        # bits on still parts. At crf 24 superfast takes two thirds of veryfast's time at crf 22, for
-        # files of about the same size. Threads share each picture, and take longer together: where
-        # each core has a program, one is enough.
+        # bits on still parts. At crf 24 superfast takes two thirds of the time of veryfast at crf
+        # 22, for files of about the same size. Threads share each picture, and take longer
+        # together: where each core has a program, one is enough.
         threads = "1" if os.environ.get("MOTES_THREADS") == "1" else "auto"
         self._stream = container.add_stream(
             "libx264",
