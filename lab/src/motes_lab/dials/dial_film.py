@@ -13,18 +13,18 @@ from PIL import Image, ImageFilter
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.types import Bytes, Singles
-from motes.synthetic.appearance import (
+from motes.synthetic.scenery import SHIFTS
+from motes_lab.dials.appearance import (
     flattened,
     hue_rotation,
     matched,
     recolored,
     rolled,
 )
-from motes.synthetic.choreography import MARGIN, Choreography
-from motes.synthetic.cutout import Cutout, Pose
-from motes.synthetic.dials import Dials
-from motes.synthetic.scenery import SHIFTS
-from motes.synthetic.scenes import Material, SceneMaterials
+from motes_lab.dials.choreography import MARGIN, Choreography
+from motes_lab.dials.cutout import Cutout, Pose
+from motes_lab.dials.dials import Dials
+from motes_lab.dials.scenes import Material, SceneMaterials
 
 SIZE = (400, 300)
 """Width and height of a film."""

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from PIL import Image
 
 from motes.core.types import Bytes, Floats
-from motes.synthetic.cutout import Cutout
+from motes_lab.dials.cutout import Cutout
 
 
 def recolored(cutout: Cutout, matrix: ArrayLike, shift: ArrayLike = 0) -> Cutout:
