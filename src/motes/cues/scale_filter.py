@@ -14,7 +14,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.config import Config, NonNegative, Positive, Share
+from motes.core.config import Config, NonNegative, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
@@ -60,16 +60,12 @@ class ScaleFilter(Config, frozen=True):
     ridge
         Regularization: energy that is added to every frequency. With a larger value, frequencies of
         low energy have less influence.
-    learning_rate
-        Share of the current frame in the updated filter. With a larger value the filter follows
-        changes faster; 0 keeps it fixed.
     """
 
     count: Annotated[int, Meta(ge=1, le=33)] = 13
     step: Annotated[float, Meta(gt=1, le=2)] = 1.06
     sharpness: Positive = 0.7
     ridge: NonNegative = 0.01
-    learning_rate: Share = 0.02
 
     @property
     def factors(self) -> Floats:

@@ -26,8 +26,12 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
 from motes.sot.discriminative.prediction import Transition
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Systematic, Weights
 from motes.sot.filtering.sample_size import KldSampling
+
+BIN = 0.25
+"""Side of a bin of the particles' places, from which their number follows (`KldSampling`), in half
+sides of the target."""
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
@@ -95,14 +99,11 @@ class Localizer:
     """Finds the target's place in a window; the fields are those of `Discriminative`."""
 
     particles: int
-    budget: KldSampling
     correlation: Correlation
     posterior: Posterior
     experts: Experts
     evidence: Evidence
-    color_gain: float
     sigma: float
-    resampling: Resampling
 
     def localize(
         self,
@@ -145,15 +146,17 @@ class Localizer:
             / UPSAMPLING
         )
         narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
+        selection = Systematic()
+        budget = KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
         noise = rng.standard_normal((3, self.particles, 2))
         points = noise[0]
         points[::2] *= half
         points[1::2] = points[1::2] * narrow + peak
         for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
             weighed = weights(points)
-            chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
-            count = min(self.budget.number(chosen / math.sqrt(half.prod())), self.particles)
-            chosen = points[self.resampling.ancestors(rng, weighed, count)]
+            chosen = points[selection.ancestors(rng, weighed, len(points))]
+            count = budget.number(chosen / math.sqrt(half.prod()))
+            chosen = points[selection.ancestors(rng, weighed, count)]
             points = chosen + noise[layer, :count] * spread
         centers = samples.points(place, points)
         centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
@@ -173,5 +176,5 @@ class Localizer:
 
     def color_weight(self, contrast: float) -> float:
         """Return the weight of color, from 0 to 1; it grows with the color contrast."""
-        counts = self.color_gain * max(contrast, 0.0)
+        counts = max(contrast, 0.0)
         return counts / (1 + counts)
