@@ -45,7 +45,7 @@ def sight(box: Box, score: float = 0.9) -> NetworkSight:
     """Return what a network sees that sees one box."""
     one = np.ones(1)
     view = NetworkView(np.array([box]), score * one, one, (30.0, 30.0), Choice())
-    return NetworkSight(view, Candidate(box, score, 0))
+    return NetworkSight(view, Candidate(box, score))
 
 
 EXPERT = NetworkExpert(Network(("none.onnx",)))
