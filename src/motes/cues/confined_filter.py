@@ -90,11 +90,6 @@ class ConfinedGrid:
     sigma: float
 
     @property
-    def taper(self) -> Singles:
-        """Hann's window (n, n)."""
-        return _taper(self.cells)
-
-    @property
     def mask(self) -> Singles:
         """(n, n): 1 where the filter may differ from 0, its origin in the middle."""
         return _mask(self.cells, max(round(self.wide), 2), max(round(self.high), 2))
@@ -294,7 +289,8 @@ class ConfinedFilter(Config, frozen=True):
         side, step = samples.cells * CELL_SIZE, samples.step(place)
         cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))
-        cells *= samples.taper * np.float32(math.sqrt(cells.size / (energy + 1e-6)))
+        gain = np.float32(math.sqrt(cells.size / (energy + 1e-6)))
+        cells *= ridge.taper(samples.cells, samples.cells) * gain
         out: Spectra = fft.rfft2(cells)
         return out
 
@@ -343,13 +339,6 @@ def _grid(a: float, b: float, reach: float, sharpness: float) -> ConfinedGrid:
     pixels = reach * target / (cells * CELL_SIZE)
     wide, high = (2 * half / pixels / CELL_SIZE for half in (a, b))
     return ConfinedGrid(cells, pixels, target, wide, high, sharpness * math.sqrt(wide * high))
-
-
-@cache
-def _taper(cells: int) -> Singles:
-    """Return Hann's window (n, n)."""
-    line = np.hanning(cells + 2)[1:-1]
-    return np.outer(line, line).astype(np.float32)
 
 
 @cache

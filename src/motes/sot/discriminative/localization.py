@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
-from motes.cues.search_window import CELL_SIZE
+from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
 from motes.sot.discriminative.prediction import Transition
@@ -116,10 +116,9 @@ class Localizer:
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
-        Half of the particles are spread over the window, the others around the maximum of the
-        response. Then they are weighted, resampled and moved by less and less noise. Where experts
-        see the target near by, it is at the mean of their places and this one. `sights` are what
-        they see in this frame. Without a `transition`, the target may be anywhere in the window.
+        Where experts see the target near by, it is at the mean of their places and this one.
+        `sights` are what they see in this frame. Without a `transition`, the target may be anywhere
+        in the window.
         """
         sights = self.experts.look_again(known.experts, frame, place, sights)
         samples = known.correlation.grid
@@ -139,26 +138,7 @@ class Localizer:
                 log_weights += transition.log_density(samples.points(place, points))
             return Weights.from_log(log_weights)
 
-        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = (
-            np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
-            * CELL_SIZE
-            / UPSAMPLING
-        )
-        narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
-        selection = Systematic()
-        budget = KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
-        noise = rng.standard_normal((3, self.particles, 2))
-        points = noise[0]
-        points[::2] *= half
-        points[1::2] = points[1::2] * narrow + peak
-        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            weighed = weights(points)
-            chosen = points[selection.ancestors(rng, weighed, len(points))]
-            count = budget.number(chosen / math.sqrt(half.prod()))
-            chosen = points[selection.ancestors(rng, weighed, count)]
-            points = chosen + noise[layer, :count] * spread
-        centers = samples.points(place, points)
+        centers = samples.points(place, self._drawn(rng, samples, plane, weights))
         centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
         weighed = weights(samples.offsets(place, centers))
         x, y = (weighed.values @ centers).tolist()
@@ -173,6 +153,35 @@ class Localizer:
         seen = window, spectra, integral, sights
         judged = stands_out, similarity, evidence
         return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
+
+    def _drawn(
+        self,
+        rng: np.random.Generator,
+        samples: SampleGrid,
+        plane: Singles,
+        weights: Callable[[Floats], Weights],
+    ) -> Floats:
+        """Return particles (n, 2), in samples off the window's center.
+
+        Half of them are spread over the window, the others around the maximum of the response
+        `plane`. Then they are weighted, resampled and moved by less and less noise.
+        """
+        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
+        half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
+        narrow, systematic = self.correlation.sharpness * side, Systematic()
+        budget = KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
+        noise = rng.standard_normal((3, self.particles, 2))
+        points: Floats = noise[0]
+        points[::2] *= half
+        points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
+        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
+            weighed = weights(points)
+            chosen = points[systematic.ancestors(rng, weighed, len(points))]
+            count = budget.number(chosen / math.sqrt(half.prod()))
+            chosen = points[systematic.ancestors(rng, weighed, count)]
+            points = chosen + noise[layer, :count] * spread
+        return points
 
     def color_weight(self, contrast: float) -> float:
         """Return the weight of color, from 0 to 1; it grows with the color contrast."""

@@ -35,7 +35,6 @@ learned filter may have drifted from the center of the target, but hardly to ano
 class Reporter:
     """Makes the reports; the fields are those of `Discriminative`."""
 
-    particles: int
     localizer: Localizer
 
     def placed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeInfo:
@@ -85,7 +84,7 @@ class Reporter:
         """
         count = len(ellipses)
         if not count:
-            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+            ellipses = np.tile(np.array(state.ellipse), (self.localizer.particles, 1))
         weights = weights or Weights.uniform(len(ellipses))
         grown = math.exp(state.size.value)
         size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])

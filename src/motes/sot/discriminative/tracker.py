@@ -148,7 +148,7 @@ class Discriminative(
     @cached_property
     def placer(self) -> Placer:
         """The finder of the place, with the values of this configuration."""
-        return Placer(self.localizer, self.redetection, self.particles, self.turn)
+        return Placer(self.localizer, self.redetection, self.turn)
 
     @cached_property
     def sizes(self) -> SizeEstimator:
@@ -158,7 +158,7 @@ class Discriminative(
     @cached_property
     def reporter(self) -> Reporter:
         """The maker of reports, with the values of this configuration."""
-        return Reporter(self.particles, self.localizer)
+        return Reporter(self.localizer)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
