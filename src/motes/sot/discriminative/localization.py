@@ -26,12 +26,9 @@ from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
 from motes.sot.discriminative.prediction import Transition
-from motes.sot.filtering.resampling import Systematic, Weights
+from motes.sot.discriminative.redetection import SYSTEMATIC
+from motes.sot.filtering.resampling import Weights
 from motes.sot.filtering.sample_size import KldSampling
-
-BIN = 0.25
-"""Side of a bin of the particles' places, from which their number follows (`KldSampling`), in half
-sides of the target."""
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
@@ -96,9 +93,13 @@ class WindowEstimate:
 
 @dataclass(frozen=True, slots=True)
 class Localizer:
-    """Finds the target's place in a window; the fields are those of `Discriminative`."""
+    """Finds the target's place in a window; the fields are those of `Discriminative`.
+
+    `budget` is the number of particles after the first of three rounds.
+    """
 
     particles: int
+    budget: KldSampling
     correlation: Correlation
     posterior: Posterior
     experts: Experts
@@ -169,17 +170,16 @@ class Localizer:
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])
         peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
         half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
-        narrow, systematic = self.correlation.sharpness * side, Systematic()
-        budget = KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
+        narrow = self.correlation.sharpness * side
         noise = rng.standard_normal((3, self.particles, 2))
         points: Floats = noise[0]
         points[::2] *= half
         points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
         for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
             weighed = weights(points)
-            chosen = points[systematic.ancestors(rng, weighed, len(points))]
-            count = budget.number(chosen / math.sqrt(half.prod()))
-            chosen = points[systematic.ancestors(rng, weighed, count)]
+            chosen = points[SYSTEMATIC.ancestors(rng, weighed, len(points))]
+            count = self.budget.number(chosen / math.sqrt(half.prod()))
+            chosen = points[SYSTEMATIC.ancestors(rng, weighed, count)]
             points = chosen + noise[layer, :count] * spread
         return points
 

@@ -50,10 +50,14 @@ from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
+from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.network.network import Network
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
+BIN = 0.25
+"""Side of a bin of the particles' places, from which their number follows, in half sides of the
+target."""
 
 
 class Discriminative(
@@ -138,6 +142,7 @@ class Discriminative(
         """The localization in a window, with the values of this configuration."""
         return Localizer(
             particles=self.particles,
+            budget=KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN),
             correlation=self.correlation,
             posterior=self.posterior,
             experts=self.experts,
