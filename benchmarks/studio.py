@@ -317,8 +317,9 @@ def memory(
         for _ in range(10):
             place = rng.randrange(page.frames)
             client.get(f"/api/sessions/{page.session}/frames/{place}.jpg?width=1280")
-        page.ask("doubts", object=1)
-        page.ask("look", object=1, frame=frame, layers=["rho", "particles"])
+        address = f"/api/sessions/{page.session}"
+        client.get(f"{address}/doubts?object=1")
+        client.get(f"{address}/layers/{frame}?object=1&layers=rho,particles")
         if step % 5 == 4:
             page.ask("undo")
             page.ask("redo")

@@ -31,7 +31,7 @@ from motes_lab.report.tables import Cell, Row, Table, number
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import browsers
-from browsers import Shown, browsing
+from browsers import START, Shown, browsing
 from studio import render
 from studios import Program
 
@@ -156,8 +156,8 @@ def corrections(shown: Shown, film: str, truth: Floats) -> int:
     for count in range(MOST):
         if share(shown, truth) >= ENOUGH:
             return count
-        shown.page.keyboard.press("n")
-        shown.until("s.seeking === null && s.pictured === s.frame")
+        shown.page.evaluate(f"{START} app.actions.nextDoubt())")
+        shown.until("s.pictured === s.frame")
         frame = int(shown.state("s.frame"))
         known = int(shown.state("s.session.objects[0].keyframes.length"))
         shown.page.keyboard.press("r")

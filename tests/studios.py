@@ -208,6 +208,10 @@ class Page:
         rows = self.rows.get(number, {})
         return all(t in rows and rows[t].final for t in range(item.first, item.last + 1))
 
+    def has(self, number: int) -> bool:
+        """Return whether there is an object."""
+        return any(each.object == number for each in self.session.objects)
+
     def item(self, number: int) -> Item:
         """Return an object."""
         return next(each for each in self.session.objects if each.object == number)

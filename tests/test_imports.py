@@ -39,10 +39,10 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2775, "kernels": 260, "video": 2412, "cues": 2140, "sot": 7200, "mot": 8120,
-    "testing": 305, "synthetic": 2335, "rows": 865, "output": 2395, "correction": 2210,
-    "formats": 2965, "cluster": 2390, "services": 445, "studio": 6100, "cli": 7680, "filtering": 90,
-    "lab": 14060,
+    "core": 2705, "kernels": 260, "video": 2412, "cues": 2135, "sot": 7175, "mot": 8150,
+    "testing": 305, "synthetic": 1150, "rows": 786, "output": 2395, "correction": 2210,
+    "formats": 2871, "cluster": 2390, "services": 445, "studio": 5610, "cli": 7366, "filtering": 90,
+    "lab": 15010,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 

@@ -15,9 +15,9 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Bytes
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip, Truth
-from motes.synthetic.dial_film import DialFilm, scene_of
-from motes.synthetic.dials import Dials
-from motes.synthetic.scenes import Garden
+from motes_lab.dials.dial_film import DialFilm, scene_of
+from motes_lab.dials.dials import Dials
+from motes_lab.dials.scenes import Garden
 
 Shots = Iterable[tuple[Frame, Truth]]
 

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes.core.errors import ConfigError, SourceError
-from motes.synthetic.cutout import Cutout, Pose
-from motes.synthetic.dial_clips import clip_name, dial_clips, write_clip
-from motes.synthetic.dial_film import DialFilm, scene_of
-from motes.synthetic.dials import Dials
-from motes.synthetic.scenes import FilmMaterials, Garden, SceneMaterials
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.dials import report
+from motes_lab.dials.cutout import Cutout, Pose
+from motes_lab.dials.dial_clips import clip_name, dial_clips, write_clip
+from motes_lab.dials.dial_film import DialFilm, scene_of
+from motes_lab.dials.dials import Dials
 from motes_lab.dials.measure import Grid, Measured
+from motes_lab.dials.scenes import FilmMaterials, Garden, SceneMaterials
 
 SIZE = (220, 180)
 FRAMES = 13

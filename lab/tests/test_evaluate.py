@@ -31,7 +31,7 @@ from motes.sot.presets import PRESETS, configure, preset
 from motes.video.writer import VideoWriter
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
-from motes_lab.adapters.sot import Answer
+from motes_lab.adapters.sot import Answer, TrackerAdapter
 from motes_lab.adapters.trax import parse, write
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.protocols.sot import (
@@ -135,7 +135,7 @@ def test_perturbed_times(frames: int, absent: range, expected: list[int]) -> Non
     assert [start.label for start in found] == [f"from-{frame:03d}" for frame in expected]
 
 
-class _Scripted:
+class _Scripted(TrackerAdapter):
     """Says where the target is from a list, frame by frame; notes its starts."""
 
     def __init__(self, boxes: list[Box | None]) -> None:
@@ -150,9 +150,6 @@ class _Scripted:
         box = self.boxes[frame.index]
         ellipse = Ellipse.from_box(box) if box else None
         return Answer(ellipse, np.nan, box is None, 0.25)
-
-    def close(self) -> None:
-        pass
 
 
 def passed(
@@ -225,25 +222,17 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     assert first.endswith(",0.1,1,1e-07,started,0.3333333333333333,-1e-09,2.0")
 
 
-def test_traces_of_before_have_no_covariance(tmp_path: Path) -> None:
-    text = "frame,x,y,a,b,theta,confidence,lost,seconds,event\n7,1,2,3,4,0,,1,,tracked\n"
-    (tmp_path / "a.csv").write_text(text)
-    read = load_trace(tmp_path / "a.csv")
-    assert read.ellipses.tolist() == [[1, 2, 3, 4, 0]]
-    assert np.isnan(read.covariances).tolist() == [[True] * 3]
-
-
 @pytest.mark.parametrize(
     "text",
     [
         *("", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"),
-        "HEAD,xx,xy,yy\n7,1,2,3,4,0,,1,,tracked\n",
+        "HEAD\n7,1,2,3,4,0,,1,,tracked\n",
     ],
 )
 def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
     path = tmp_path / "a.csv"
     if text is not None:
-        head = "frame,x,y,a,b,theta,confidence,lost,seconds,event"
+        head = "frame,x,y,a,b,theta,confidence,lost,seconds,event,xx,xy,yy"
         path.write_text(text.replace("HEAD", head))
     with pytest.raises(FormatError, match=r"a\.csv"):
         load_trace(path)

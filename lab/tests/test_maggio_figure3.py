@@ -11,7 +11,9 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
-from motes.synthetic.failing_cues import (
+from motes_lab.cli import main
+from motes_lab.papers import maggio_figure3
+from motes_lab.papers.failing_cues import (
     FRAMES_OF_PART,
     PARTS,
     FilmPart,
@@ -20,8 +22,6 @@ from motes.synthetic.failing_cues import (
     failing_cues,
     frosted_glass,
 )
-from motes_lab.cli import main
-from motes_lab.papers import maggio_figure3
 
 
 @pytest.fixture(name="film", scope="module")
@@ -104,7 +104,7 @@ def test_presets_without_both_cues_are_refused(name: str) -> None:
 def test_the_command_writes_table_and_plot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, film: list[Shot]
 ) -> None:
-    monkeypatch.setattr("motes.synthetic.failing_cues.failing_cues", lambda seed: iter(film))
+    monkeypatch.setattr("motes_lab.papers.failing_cues.failing_cues", lambda seed: iter(film))
     line = [
         "maggio-figure3",
         "maggio:printed",

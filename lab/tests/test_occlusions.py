@@ -17,14 +17,14 @@ from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
-from motes.synthetic.occlusion_clips import (
+from motes_lab.papers import expected_time, occlusions
+from motes_lab.papers.occlusion_clips import (
     EMPTY,
     OcclusionClip,
     Way,
     full_occlusions,
     occlusion_clip,
 )
-from motes_lab.papers import expected_time, occlusions
 from motes_lab.papers.result import wilson_interval
 
 

@@ -28,9 +28,10 @@ from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
 from motes.cli.help import UsualOptions
-from motes.cli.track_loop import follow, on_region
+from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
-from motes.core.track import Status
+from motes.core.frame import Frame
+from motes.core.track import Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
 from motes.rows.schema import COLUMNS
@@ -207,7 +208,8 @@ def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_fram
     monkeypatch.setattr("os.access", lambda *_: False)
     code, _, error = go("track FILM --init BOX --figures f/g")
     assert code == 5
-    assert error == "motes: error: f/g cannot be written: no permission; choose another folder.\n"
+    assert error.startswith("motes: error: f/g/")
+    assert error.endswith(" cannot be written: no permission; choose another place.\n")
 
 
 @pytest.mark.slow
@@ -472,7 +474,11 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),
         ("track FILM --init BOX --overlay FILM --overwrite", 2, "is the source"),
         ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same file; give each"),
-        ("track FILM --init BOX --figures empty.mp4", 5, "empty.mp4 is not a folder; choose"),
+        (
+            "track FILM --init BOX --figures empty.mp4",
+            5,
+            "empty.mp4 cannot be made: File exists",
+        ),
         ("track FILM --init BOX --resume -o -", 2, "cannot be resumed; write the rows to a file"),
         ("track FILM --init BOX --resume --overlay o.mp4", 2, "name it with -o"),
         (
@@ -846,8 +852,8 @@ def test_prefetched_items_end_with_their_context() -> None:
 def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:
     region = [float(number) for number in film[1].split(",")]
 
-    def later(tracker: Tracker, frame: Any) -> bool:
-        return frame.index == 3 and on_region(region)(tracker, frame)
+    def later(tracker: Tracker, frame: Frame) -> Track | None:
+        return tracker.init(frame, region) if frame.index == 3 else None
 
     with open_source(film[0], end=6) as source:
         steps = list(follow(Tracker(), later, source))

@@ -62,7 +62,7 @@ def test_only_a_key_and_those_inside(go: Go) -> None:
     out = go("nummiaro motion")[1]
     assert {path.split(".")[0] for path, _ in ENTRY.findall(out)} == {"motion"}
     assert [path for path, _ in ENTRY.findall(go("nummiaro color.bins")[1])] == ["color.bins"]
-    assert [path for path, _ in ENTRY.findall(go("default scale.learning-rate")[1])]
+    assert [path for path, _ in ENTRY.findall(go("default correlation.learning-rate")[1])]
 
 
 def test_the_keys_of_watch(go: Go) -> None:

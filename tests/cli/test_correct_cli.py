@@ -164,7 +164,7 @@ def test_the_live_picture(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
         def close(self) -> None:
             shown.append(-1)
 
-    monkeypatch.setattr("motes.cli.show.view", View)
+    monkeypatch.setattr("motes.cli.annotated_video.view", View)
     assert go(f"track FILM --at 4=BOX --show {OPTIONS}")[0] == 0
     assert shown == [*range(FRAMES), -1]
 
@@ -201,11 +201,11 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("motes.correction.correct.run_pass", counted)
     code, said = go(resumed)
     assert (code, "24 frames, 3 keyframes" in said) == (0, True), said
-    assert "24 masks in masks, rows.csv (16 of its rows made anew)" in said
+    assert "; rows.csv has 16 rows made anew; wrote 24 masks in masks." in said
     assert len(calls) == 3
     assert Path("rows.csv").read_text() == expected
     assert len(list(Path("masks").iterdir())) == FRAMES
-    assert "rows.csv (none of its rows made anew)" in go(resumed)[1]
+    assert "made anew" not in go(resumed)[1]
     # Without any row, the run begins anew.
     Path("rows.csv").unlink()
     assert go(resumed)[0] == 0

@@ -54,7 +54,7 @@ def test_every_kind_of_rows_is_drawn(go: Go) -> None:
     assert go("smooth rows.csv -o smooth.csv")[0] == 0
     assert go("refine film.mkv rows.csv -o refined.csv --at 25=70,20,20,20")[0] == 0
     names = ["rows.csv", "smooth.csv", "refined.csv"]
-    for ending in ("jsonl", "xml", "json", "txt", "gt.txt", "dlc.csv", "vot.txt", "keyframes.csv"):
+    for ending in ("jsonl", "xml", "json", "txt", "gt.txt", "vot.txt", "keyframes.csv"):
         assert go(f"convert rows.csv other.{ending} --video film.mkv")[0] == 0
         names.append(f"other.{ending}")
     for name in names:

@@ -12,7 +12,7 @@ import onnx
 import pytest
 
 from motes.cli import main
-from motes.cli.network_option import with_network
+from motes.cli.load_config import with_network
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.onnx_file import LARGEST
@@ -40,8 +40,6 @@ def test_it_sets_the_files_of_the_network(tmp_path: Path) -> None:
     joined = with_network(settings, "any", "a.onnx")
     assert joined == {"network": {"threads": 2, "files": ["a.onnx"]}, "points": 9}
     assert settings["network"] == {"threads": 2}
-    assert with_network({}, "any", "a.onnx", 3)["network"] == {"files": ["a.onnx"], "threads": 3}
-    assert with_network(settings | {"network": {}}, "any", None, 3)["network"] == {"threads": 3}
     odd = tmp_path / "a,b.onnx"
     odd.touch()
     assert with_network({}, "any", str(odd)) == {"network": {"files": [str(odd)]}}
@@ -53,20 +51,17 @@ def test_it_sets_the_files_of_the_network(tmp_path: Path) -> None:
     [
         ("a.onnx,", {}, "give files, with commas between them"),
         ("a.onnx", {"network": {"files": ["b"]}}, "--network and --network.files contradict"),
-        ("a.onnx", {"network": {"threads": 1}}, "--threads and --network.threads contradict"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(given: str, settings: Any, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        with_network(settings, "any", given, threads=2)
+        with_network(settings, "any", given)
 
 
 def test_threads_are_those_of_a_network(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["track", "none.mp4", "--init", "1,1,9,9", "--threads", "2"]
+    words = ["track", "none.mp4", "--init", "1,1,9,9", "--network.threads", "2"]
     assert main(words) != 0
     assert "A network needs its ONNX files" in capsys.readouterr().err
-    assert main([*words, "--preset", "nummiaro"]) != 0
-    assert "Preset nummiaro takes no network; omit --threads" in capsys.readouterr().err
     words = ["track", "--dump-config", *words[2:], "--network", ",".join(save_pair(tmp_path))]
     assert main(words) == 0
     assert "threads = 2" in capsys.readouterr().out

@@ -16,7 +16,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
 from motes.core.onnx_file import LARGEST, Tensor, read_onnx
-from motes.core.onnx_session import OpencvSession, RuntimeSession, open_session
+from motes.core.onnx_session import open_session
 from onnx_trackers import mean_colors, save_pair
 
 PIXELS = np.random.default_rng(0).uniform(0, 255, (1, 3, 255, 255)).astype(np.float32)
@@ -56,23 +56,14 @@ def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Pa
     assert other.metadata == {"author": "us"}
 
 
-@pytest.mark.parametrize("library", ["onnxruntime", "cv2"])
-def test_both_libraries_give_the_same(
-    library: str, backbone: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
-    if library == "cv2":
-        monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    before = cv2.getNumThreads()
+def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:
     session = open_session(str(backbone), open_sizes=True)
-    assert type(session) is (OpencvSession if library == "cv2" else RuntimeSession)
     (first,) = session.run({"input": PIXELS}).values()
     kept = first.copy()
     np.testing.assert_allclose(first[0], mean_colors(PIXELS[0]) / 255, atol=1e-5)
     (small,) = session.run({"input": np.ascontiguousarray(PIXELS[:, :, :127, :127])}).values()
     np.testing.assert_allclose(small[0], mean_colors(PIXELS[0, :, :127, :127]) / 255, atol=1e-5)
     np.testing.assert_array_equal(first, kept)  # it has not been written over
-    assert cv2.getNumThreads() == before
     with pytest.raises(SourceError, match=r"backbone\.onnx does not run"):
         session.run({"input": np.zeros((1, 4, 255, 255), np.float32)})
 
@@ -140,20 +131,15 @@ def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
             open_session(str(tmp_path / "cut.onnx"))
 
 
-def test_a_provider_is_asked_for_by_name(backbone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_provider_is_asked_for_by_name(backbone: Path) -> None:
     assert open_session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
     with pytest.raises(ConfigError, match=r"no provider 'Gpu'; .* has .*CPUExecutionProvider"):
         open_session(str(backbone), provider="Gpu")
-    pytest.importorskip("cv2", reason="OpenCV is not installed")
-    monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    with pytest.raises(MissingDependencyError, match="Only ONNX Runtime has Gpu"):
-        open_session(str(backbone), provider="Gpu")
 
 
-def test_without_a_library_the_remedy_is_named(
+def test_without_onnx_runtime_the_remedy_is_named(
     backbone: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[onnx\]'"):
         open_session(str(backbone))

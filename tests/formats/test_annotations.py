@@ -20,9 +20,12 @@ from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
+from motes.formats.recording import Recording
 from motes.formats.registry import write
+from motes.formats.rows import recording_of_journal
 from motes.mot.tracked_object import SceneTrack
-from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
+from motes.rows.writer import JournalWriter
 from sightings import seen
 
 SIZE = (100, 60)
@@ -44,12 +47,12 @@ def pictures(tracks: Mapping[int, Sequence[SceneTrack]]) -> list[FrameRow]:
     return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
 
 
-def journal(folder: Path, kept: Sequence[FrameRow]) -> Journal:
+def journal(folder: Path, kept: Sequence[FrameRow]) -> Recording:
     writer = JournalWriter(folder / "kept.rows.jsonl", HEAD)
     for picture in kept:
         writer.add(picture)
     writer.close()
-    return Journal(folder / "kept.rows.jsonl")
+    return recording_of_journal(folder / "kept.rows.jsonl")
 
 
 def test_coco(tmp_path: Path) -> None:

@@ -190,13 +190,6 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     Path("a.xml").write_text(text.replace("</annotations>", only))
     assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
 
-    assert go("convert one.csv a.dlc.csv")[0] == 0
-    lines = Path("a.dlc.csv").read_text().splitlines()
-    more = ["motes", "snout", "x", *["1.5"] * (len(lines) - 3)]
-    table = "".join(f"{line},{field}\n" for line, field in zip(lines, more, strict=True))
-    Path("a.dlc.csv").write_text(table)
-    assert "left out of a.dlc.csv: the points snout, which have" in go("convert a.dlc.csv d.csv")[1]
-
     head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
     code, said = go("convert a.json.rows.jsonl a.json")
@@ -252,6 +245,7 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ("convert one.csv b.xml --to journal", 2, "journal cannot be written"),
         ("convert one.csv b.xml --size 3", 2, "--size is '3'; give width and height as 640x480"),
         ("convert one.csv b.xml --fps 0", 2, "--fps is 0; give a number"),
+        ("convert one.csv b.csv --from deeplabcut", 2, "deeplabcut cannot be read here"),
         ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
         ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
         ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),

@@ -20,7 +20,8 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
 from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header, JournalWriter, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.writer import JournalWriter
 
 
 class Sample(NamedTuple):
@@ -64,7 +65,6 @@ CVAT_BOX = (
     '<box frame="1" outside="0" occluded="0" xtl="12.5" ytl="40" xbr="53.5" ybr="64" keyframe="1"/>'
 )
 KEY = '{"frame": 2, "x": 12.5, "y": 40, "width": 40.5, "height": 24}'
-DLC = "scorer" + ",motes" * 9 + "\nbodyparts" + ",center" * 3 + ",axis_a" * 3 + ",axis_b" * 3
 SAMPLES = {
     "csv": Sample(
         TRACK + TRACK_ROW.replace("1,0.04,12.5", "0,0.0,10.0") + TRACK_ROW, TRACK_ROW, "row 2",
@@ -111,11 +111,6 @@ SAMPLES = {
         '[{"annotations": [{"result": [{"type": "videorectangle", "value": {"labels": ["car"], '
         '"sequence": [' + KEY.replace("2", "1", 1).replace("12.5", "10") + ", " + KEY + "]}}]}]}]",
         KEY, "region 1: keyframe of frame 2", frame='"frame": 2',
-    ),
-    "deeplabcut": Sample(
-        f"{DLC}\ncoords{',x,y,likelihood' * 3}\n0,10,40,1,50.5,40,1,10,60,1\n"
-        "1,12.5,40,1,53.0,40,1,12.5,60,1\n",
-        "1,12.5,40,1,53.0,40,1,12.5,60,1\n", "line 5", width="53.0", frame="1,12.5,40",
     ),
     "keyframes": Sample(
         "frame,x,y,width,height\n0,10,40,40,24\n1,12.5,40,40.5,24\n", "", "(row 3|frame 1)",
@@ -257,11 +252,8 @@ def test_a_number_is_wrong(name: str, value: str, convert: Convert) -> None:
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_box_has_no_width(name: str, value: str, convert: Convert) -> None:
     sample = SAMPLES[name]
-    if name in ("cvat", "deeplabcut"):  # right sides and ends of axes
-        value = {"cvat": sample.x, "deeplabcut": sample.x}[name]
-        if name == "deeplabcut":
-            sample = sample._replace(width="53.0,40", x=sample.x)
-            value = f"{value},40"
+    if name == "cvat":  # which has right sides
+        value = sample.x
     before, _, after = sample.text.rpartition(sample.width)
     found = convert(name, f"{before}{value}{after}".encode(), "--from", name)
     if value == "0" and name in ("otb", "vot"):
@@ -298,7 +290,7 @@ def test_an_object_is_there_twice(name: str, convert: Convert) -> None:
     check_refused(convert(name, text.encode(), "--from", name))
 
 
-@pytest.mark.parametrize("name", ["csv", "jsonl", "mot", "cvat", "label-studio", "deeplabcut"])
+@pytest.mark.parametrize("name", ["csv", "jsonl", "mot", "cvat", "label-studio"])
 def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     assert convert(name, sample.text.encode(), "--from", name)[0] == 0
@@ -308,7 +300,7 @@ def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> N
     before = before.removesuffix(comma)
     cut = {
         "csv": len(TRACK), "jsonl": 0, "mot": 0, "cvat": before.find("<box"),
-        "label-studio": before.find('{"frame'), "deeplabcut": before.find("0,10"),
+        "label-studio": before.find('{"frame'),
     }[name]  # fmt: skip
     text = before[:cut] + record + comma + before[cut:] + after
     assert convert(name, text.encode(), "--from", name)[0] == 0
@@ -374,12 +366,6 @@ WRONG = [
     ("label-studio", '"annotations"', '"results"', "it has no annotation and no prediction"),
     ("label-studio", "]}}]}]}]", "]}}]}]}, {}]", "it has 2 tasks"),
     ("label-studio", '"frame": 1', '"frame": 0', "frames -1 and 1 cannot be"),
-    ("deeplabcut", "coords,x,y", "coords,x,x", "two of its columns"),
-    ("deeplabcut", "\ncoords", "\ncords", "its rows of titles"),
-    ("deeplabcut", "axis_b", "tail", "it has no points center, axis_a, axis_b"),
-    ("deeplabcut", "1,12.5,40,1,", "1,12.5,40,", "line 5: it has 9 fields in place of 10"),
-    ("deeplabcut", "1,12.5,40,1,", LONG, "it is no table: field larger"),
-    ("deeplabcut", "1,12.5,40,1,", "1,,,1,", "line 5: '' is not a number"),
     ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),
     ("keyframes", "1,12.5,40,40.5,24", "1,12.5,40,40.5", "row 3: A region has 4 numbers"),
     ("keyframes", "1,12.5,40", "0,12.5,40", "frame 0 contradict each other"),
@@ -545,5 +531,5 @@ def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:
     JournalWriter(path, Header("film", 64, 48, "object")).close()
     with path.open("a") as file:
         file.write('{"frame": 0, "more": ' + "[" * 100_000 + "\n")
-    with pytest.raises(SourceError, match="is damaged at byte"):
+    with pytest.raises(SourceError, match="is damaged in line 2"):
         registry.read(path, "journal", FilmFacts())

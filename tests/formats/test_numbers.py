@@ -21,7 +21,7 @@ from crowds import trackeval
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recorded, recording_of
+from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.rows.journal import ObjectRow
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 12
@@ -48,7 +48,7 @@ def truth(frame: int) -> Truth:
     return there
 
 
-def street() -> Recorded:
+def street() -> Recording:
     """Return the recording of `truth`."""
     objects = [
         (frame, ObjectRow(identity, Ellipse.from_box(box), 0.75, status, label=label))
@@ -77,7 +77,7 @@ def turned(frame: int) -> Ellipse | None:
     return Ellipse(60.5 + 9 * frame, 100 - frame**1.5, 30 + frame / 2, 14.25, 0.1 * frame - 0.3)
 
 
-def one() -> Recorded:
+def one() -> Recording:
     """Return the recording of `turned`."""
     places = {frame: turned(frame) for frame in range(FRAMES)}
     objects = [

@@ -10,7 +10,8 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.mot.analytics.lens import Lens
-from motes.rows.journal import ENDING, JournalWriter, ObjectRow
+from motes.rows.journal import ENDING, ObjectRow
+from motes.rows.writer import JournalWriter
 
 from .campaign import Kind
 from .outcomes import check_finite, outcome, put, scratch
@@ -19,7 +20,7 @@ FACTS = FilmFacts(source="film.mp4", width=64, height=48, fps=25.0, label="car")
 NAMES = {
     "csv": "a.csv", "jsonl": "a.jsonl", "mot": "a.txt", "mot-truth": "gt.txt",
     "mot-detections": "det.txt", "otb": "a.otb.txt", "vot": "a.vot.txt", "coco": "a.json",
-    "cvat": "a.xml", "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv",
+    "cvat": "a.xml", "label-studio": "a.ls.json",
     "keyframes": "a.keyframes.csv", "journal": f"a.json{ENDING}",
 }  # fmt: skip
 TABLES = {

@@ -22,6 +22,7 @@ from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.formats.registry import format_for
 from motes.formats.registry import write as write_format
+from motes.formats.rows import recording_of_journal
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.custom import CustomConfig
@@ -31,7 +32,8 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
-from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, object_rows
+from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.writer import JournalWriter
 from motes.video.sources import Source
 from scene_objects import RED, config, picture
 from sightings import seen
@@ -161,7 +163,7 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
         writer.add(FrameRow(index, index / 4, object_rows(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
-    write_format(document, format_for(document.name), Journal(path))
+    write_format(document, format_for(document.name), recording_of_journal(path))
     text = document.read_text()
     if ending == "json":
         found = json.loads(text)

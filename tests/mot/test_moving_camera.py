@@ -73,6 +73,19 @@ def test_a_large_picture_has_its_motion_in_its_own_pixels() -> None:
     np.testing.assert_allclose(found[:2, 2], (-12, 12), atol=1)
 
 
+@pytest.mark.parametrize("model", ["similarity", "homography"])
+def test_writing_that_stays_in_the_picture_is_not_the_ground(model: Model) -> None:
+    pixels, camera = cv2.blur(ground(), (5, 5)), GlobalMotion(model)
+    for i in range(4):
+        seen = picture(shown(300 + 5 * i, 200), pixels)
+        for row in range(2):
+            cv2.putText(seen, "HOME 3:1 AWAY 45:12", (12, 20 + 10 * row), 0, 0.35, (255,) * 3)
+        found = camera.update(seen)
+    assert found is not None
+    middle = found @ (120, 110, 1)
+    np.testing.assert_allclose(middle[:2] / middle[2], (115, 110), atol=0.5)
+
+
 def test_where_nothing_can_be_followed_there_is_no_motion() -> None:
     flat, camera = np.full((160, 240, 3), 90, np.uint8), GlobalMotion()
     assert camera.update(flat) is None

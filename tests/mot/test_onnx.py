@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -194,20 +193,6 @@ def save_odd(path: Path) -> Path:
     odd = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
     onnx.save(odd, str(path))
     return path
-
-
-@pytest.mark.parametrize("head", ["yolo", "yolox"])
-def test_opencv_runs_it_where_onnxruntime_is_missing(
-    head: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("cv2", reason="OpenCV is not installed")
-    import onnx
-
-    monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    path = str(model(tmp_path, head))
-    onnx.save(onnx.shape_inference.infer_shapes(onnx.load(path)), path)  # OpenCV wants shapes
-    found = OnnxDetector(path)(picture((16, 32, 16, 16, RED)))
-    assert boxes(found) == {(16, 32, 16, 16): "0"}
 
 
 def test_imagenet_is_in_units_of_bytes() -> None:

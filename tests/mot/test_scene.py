@@ -36,7 +36,7 @@ from motes.mot.tracked_object import SceneTrack
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
 from motes.synthetic.clips import Clip
-from motes.synthetic.occlusion_clips import EMPTY, occlusion_clip
+from motes_lab.papers.occlusion_clips import EMPTY, occlusion_clip
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]

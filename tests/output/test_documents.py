@@ -18,9 +18,11 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.core.errors import SourceError
+from motes.core.errors import FormatError, SourceError
 from motes.formats.coco import write as coco
-from motes.rows.journal import FrameRow, Header, Journal, JournalWriter
+from motes.formats.rows import recording_of_journal
+from motes.rows.journal import FrameRow, Header
+from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 
 Go = Callable[..., tuple[int, str, str]]
@@ -204,7 +206,8 @@ def test_a_disk_that_gets_full_keeps_whole_rows(go: Go, monkeypatch: pytest.Monk
     assert "wrote a.json.rows.jsonl, but not a.json." in error
     assert here() == {"a.json.rows.jsonl"}
     assert Path("a.json.rows.jsonl").read_bytes().endswith(b"}\n")
-    assert [each.frame for each in Journal(Path("a.json.rows.jsonl"))] == [0, 1, 2, 3, 4]
+    kept = recording_of_journal(Path("a.json.rows.jsonl"))
+    assert [each.frame for each in kept] == [0, 1, 2, 3, 4]
 
 
 def test_what_is_there_already_stays(go: Go) -> None:
@@ -212,8 +215,8 @@ def test_what_is_there_already_stays(go: Go) -> None:
     for name in ("a", "b"):
         Path(f"{name}.json.rows.jsonl").symlink_to("mine" if name == "a" else "nowhere")
         assert go(f"track FILM {BOX} -o {name}.json")[0] == 5
-        with pytest.raises(FileExistsError):
-            JournalWriter(Path(f"{name}.json.rows.jsonl"), Header("film", 1, 1, "object"))
+    with pytest.raises(FormatError, match="exists"):
+        JournalWriter(Path("a.json.rows.jsonl"), Header("film", 1, 1, "object"))
     code, _, error = go("watch FILM -o c.json --events c.json.rows.jsonl")
     assert (code, "Two outputs are the same file" in error) == (2, True)
     assert Path("mine").read_text() == "mine"
@@ -228,12 +231,12 @@ def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
     writer.close()
     data = path.read_bytes()
     path.write_bytes(data[:-5])
-    assert [each.frame for each in Journal(path)] == [0, 1]
-    assert len(json.loads(b"".join(coco(Journal(path))))["images"]) == 2
+    assert [each.frame for each in recording_of_journal(path)] == [0, 1]
+    assert len(json.loads(b"".join(coco(recording_of_journal(path))))["images"]) == 2
     begin = data.index(b'{"frame":1')
     path.write_bytes(data[:begin] + b"{" + data[begin:])
-    with pytest.raises(SourceError, match=f"damaged at byte {begin}"):
-        list(Journal(path))
+    with pytest.raises(SourceError, match="damaged in line 3"):
+        list(recording_of_journal(path))
 
 
 @pytest.mark.parametrize(

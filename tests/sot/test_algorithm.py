@@ -108,10 +108,10 @@ def test_a_budget_is_kept_or_the_default_one() -> None:
 
 
 def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:
-    config = Discriminative(particles=50, color_gain=0.5, sigma=0.1)
+    config = Discriminative(particles=50, sigma=0.1)
     assert config.localizer.particles == 50
-    assert (config.localizer.color_gain, config.localizer.sigma) == (0.5, 0.1)
-    for name in ("budget", "correlation", "posterior", "resampling"):
+    assert config.localizer.sigma == 0.1
+    for name in ("correlation", "posterior", "experts", "evidence"):
         assert getattr(config.localizer, name) is getattr(config, name)
 
 

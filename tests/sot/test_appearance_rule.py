@@ -14,7 +14,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from oracles import bhattacharyya, every_pixel, frame, mosaic
 
 CUE = Color(sampling=EveryPixel())
@@ -201,3 +201,13 @@ def test_regions_beside_are_at_the_corners_of_the_box() -> None:
     corner = AppearanceRule(contrast=0.5).regions(Ellipse(1, 1, 6, 3), picture)
     np.testing.assert_allclose(corner[:, :2], [[1, 1], [7, 4]])
     assert AppearanceRule().regions(upright, picture).shape == (1, 5)
+
+
+def test_the_confidence_falls_where_particles_spread() -> None:
+    fit = Calibration(middle=0.4, width=0.1, spread=2.0)
+    assert fit.probability(0.4) == fit.probability(0.4, 0.25) == 0.5
+    # At twice the usual spread the odds are a quarter of e, a width nearer than the middle.
+    assert fit.probability(0.3, 0.5) == pytest.approx(1 / (1 + 4 / math.e))
+    assert 0.5 < fit.probability(0.4, 0.0) == fit.probability(0.4, 0.02) < 1
+    near = Calibration(middle=0.4, width=0.1)
+    assert near.probability(0.3, 0.1) == near.probability(0.3, 7.0) == pytest.approx(0.7310586)

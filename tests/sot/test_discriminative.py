@@ -323,8 +323,8 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
         return len(look.centers)
 
     clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
-    assert max(clear) == config.budget.min
-    assert config.budget.min < np.mean(unclear) <= config.budget.max
+    assert max(clear) == config.particles // 4
+    assert config.particles // 4 < np.mean(unclear) <= config.particles
 
 
 def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty() -> None:
@@ -344,14 +344,9 @@ def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty(
     assert min(track.confidence for track in tracks) > 0.8
 
 
-def test_without_color_the_filter_alone_decides() -> None:
-    frames, boxes = film(circle((160.0, 100.0), 15, 6), (30, 40), wall(240, 320))
-    tracker = Tracker(Discriminative(color_gain=0, border_gain=0))
-    tracker.init(frames[0], boxes[0])
-    for frame in frames[1:]:
-        track = tracker.update(frame)
-    assert tracker.info.cue_weights == {"correlation": 1.0, "posterior": 0.0}
-    assert iou(track.box, boxes[-1]) > 0.7
+def test_color_counts_by_its_contrast() -> None:
+    weights = [Discriminative().localizer.color_weight(each) for each in (-0.5, 0.0, 0.25, 1.0)]
+    assert weights == [0.0, 0.0, 0.2, 0.5]
 
 
 def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:

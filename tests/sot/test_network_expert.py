@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
+from motes.sot.discriminative.evidence import NEUTRAL
 from motes.sot.discriminative.network_expert import (
-    NEUTRAL_SCORE,
     NetworkExpert,
     NetworkSight,
     NetworkTarget,
@@ -45,7 +45,7 @@ def sight(box: Box, score: float = 0.9) -> NetworkSight:
     """Return what a network sees that sees one box."""
     one = np.ones(1)
     view = NetworkView(np.array([box]), score * one, one, (30.0, 30.0), Choice())
-    return NetworkSight(view, Candidate(box, score, 0))
+    return NetworkSight(view, Candidate(box, score))
 
 
 EXPERT = NetworkExpert(Network(("none.onnx",)))
@@ -61,8 +61,8 @@ def test_its_score_is_a_voice_for_the_places_in_its_box() -> None:
     here, beside, away = (
         EXPERT.log_odds(seen, PLACE._replace(x=PLACE.x + shift)) for shift in (0.0, 15.0, 60.0)
     )
-    assert here == pytest.approx(EXPERT.weight * (0.9 - NEUTRAL_SCORE))
-    assert here > beside > away == -EXPERT.weight * NEUTRAL_SCORE
+    assert here == pytest.approx(EXPERT.weight * (0.9 - NEUTRAL))
+    assert here > beside > away == -EXPERT.weight * NEUTRAL
 
 
 def test_it_follows_by_itself_until_the_evidence_has_decided_against_it() -> None:

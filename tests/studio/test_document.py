@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import pytest
 
+from motes.core.config import from_dict
 from motes.core.errors import ConfigError
+from motes.mot.analytics.regions import Regions
 from motes.studio import commands
 from motes.studio.commands import Command, Region
-from motes.studio.document import Document, changed, regions_of
+from motes.studio.document import Document, changed, places_toml, regions_of
 from motes.studio.messages import OpenFilm
 from motes.studio.plan import needs, pass_to
 
@@ -26,14 +30,16 @@ def added(frame: int = 10, region: Region = BOX) -> commands.AddObject:
     return commands.AddObject(0, "one", "#000000", frame, region)
 
 
-def key(frame: int, region: Region | None = BOX, number: int = 1) -> commands.SetKeyframe:
+def key(frame: int, region: Region = BOX, number: int = 1) -> commands.SetKeyframe:
     return commands.SetKeyframe(0, number, frame, region)
 
 
+def absent(frame: int) -> commands.SetAbsent:
+    return commands.SetAbsent(0, 1, frame, frame)
+
+
 def test_absences_are_ranges() -> None:
-    document = after(
-        added(), key(20, None), key(21, None), key(23, None), key(22, None), key(30, None)
-    )
+    document = after(added(), absent(20), absent(21), absent(23), absent(22), absent(30))
     assert document.target(1).absent == ((20, 23), (30, 30))
     document, _ = changed(document, key(22), FILM, lambda *_: None)
     assert document.target(1).absent == ((20, 21), (23, 23), (30, 30))
@@ -46,7 +52,7 @@ def test_absences_are_ranges() -> None:
 
 
 def test_split_and_join_keep_all_marks() -> None:
-    document = after(added(), key(20, None), key(40), commands.Split(0, 1, 20))
+    document = after(added(), absent(20), key(40), commands.Split(0, 1, 20))
     one, two = document.all()
     assert (one.first, one.last, [*one.keys], one.absent) == (0, 19, [10], ())
     assert (two.first, two.last, [*two.keys], two.absent) == (20, 49, [40], ((20, 20),))
@@ -128,3 +134,21 @@ def test_ground_points_are_a_plane() -> None:
     assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
     with pytest.raises(ConfigError):
         regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
+
+
+def test_places_come_back_from_their_toml() -> None:
+    """Also a zone without a dwell, which has no value in TOML."""
+    places = commands.Places(
+        lines=(commands.DrawnLine((1.0, 1.0, 50.0, 50.0), name="door"),),
+        zones=(
+            commands.DrawnZone((60.0, 60.0, 90.0, 60.0, 90.0, 80.0)),
+            commands.DrawnZone((0.0, 0.0, 9.0, 0.0, 9.0, 8.0), dwell=2.0),
+        ),
+        ground=(
+            (0.0, 0.0, 0.0, 0.0),
+            (9.0, 0.0, 7.0, 0.0),
+            (9.0, 9.0, 7.0, 5.0),
+            (0.0, 9.0, 0.0, 5.0),
+        ),
+    )
+    assert from_dict(tomllib.loads(places_toml(places)), Regions) == regions_of(places)

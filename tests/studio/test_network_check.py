@@ -21,12 +21,12 @@ from onnx_trackers import save_pair
 pytestmark = pytest.mark.slow
 
 
-def killed(*_: Any) -> None:
+def killed(*_: Any, **__: Any) -> None:
     """End the process as a crafted file may."""
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
-def stuck(*_: Any) -> None:
+def stuck(*_: Any, **__: Any) -> None:
     """Never end."""
     while True:
         time.sleep(60)
@@ -55,7 +55,7 @@ def test_a_good_network_is_kept(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="Windows ends processes in another way")
 @pytest.mark.parametrize(
     ("opens", "silence", "words"),
-    [(killed, 60.0, r"ended its process \(SIGSEGV"), (stuck, 0.5, r"took more than 0\.5 s")],
+    [(killed, 60.0, r"has ended its worker \(SIGSEGV"), (stuck, 0.5, r"busy for 0\.5 s")],
 )
 def test_a_network_that_ends_its_process_is_refused(
     opens: Callable[..., None],
@@ -64,7 +64,7 @@ def test_a_network_that_ends_its_process_is_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(networks, "_open", opens)
+    monkeypatch.setattr(networks, "open_network", opens)
     with pytest.raises(FormatError, match=words):
         take(tmp_path, Limits(silence=silence))
     assert Networks(tmp_path / "kept", Limits()).listed() == []

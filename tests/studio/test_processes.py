@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
@@ -15,13 +16,16 @@ from typing import Any
 import pytest
 
 import loops
-from motes.core.config import to_dict
 from motes.core.errors import MotesError
 from motes.sot.presets import preset
-from motes.studio.processes import Wish, Worker
+from motes.studio.pictures import picture
+from motes.studio.plan import RunPass
+from motes.studio.processes import Wish, Worker, film_worker
 from motes.studio.safety import Limits
+from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio
-from motes.studio.tasks import PAUSE, STOP, Done, Part, Picture, RunPass, RunPasses, Task
+from motes.studio.tracking import run_passes
+from motes.studio.workplace import PAUSE, STOP, Done, Part, Task
 from studios import begin, film, running
 
 pytestmark = pytest.mark.slow
@@ -46,24 +50,22 @@ class Begun:
         self.asked: list[int] = []
         self.begun: list[int] = []
         self.ended: list[int] = []
-        run, begin = Worker.run, Worker._run
+        asked, begin = LiveSession.picture, Worker._run
 
-        async def noted(worker: Worker, task: Task, *rest: Any) -> Done:
-            if not isinstance(task, Picture):
-                return await run(worker, task, *rest)
-            self.asked.append(task.index)
+        async def noted(session: LiveSession, index: int, width: int) -> bytes:
+            self.asked.append(index)
             try:
-                return await run(worker, task, *rest)
+                return await asked(session, index, width)
             finally:
-                self.ended.append(task.index)
+                self.ended.append(index)
 
         async def noted_begin(worker: Worker, task: Task, *rest: Any) -> Done:
-            if isinstance(task, Picture):
+            if isinstance(task, partial) and task.func is picture:
                 self.workers.append(worker)
-                self.begun.append(task.index)
+                self.begun.append(task.keywords["index"])
             return await begin(worker, task, *rest)
 
-        monkeypatch.setattr(Worker, "run", noted)
+        monkeypatch.setattr(LiveSession, "picture", noted)
         monkeypatch.setattr(Worker, "_run", noted_begin)
 
 
@@ -103,11 +105,11 @@ def test_a_picture_that_is_given_up_is_not_decoded(
 
 def test_a_wish_counts_from_before_the_begin(tmp_path: Path) -> None:
     path = film(tmp_path / "film.mkv", frames=12)
-    config = to_dict(preset("mean_shift"))
-    task = RunPasses([RunPass(config, 0, 0, (45.0, 45.0, 15.0, 20.0, 0.0), 11)])
+    run = RunPass(preset("mean_shift"), 0, 0, (45.0, 45.0, 15.0, 20.0, 0.0), 11)
+    task = partial(run_passes, passes=[run])
 
     async def tried() -> None:
-        worker, paused, stopped = Worker(path, Limits(), pictures=False), Wish(), Wish()
+        worker, paused, stopped = film_worker(path, Limits(), background=True), Wish(), Wish()
         parts: list[Part] = []
         first = asyncio.Event()
 

@@ -25,7 +25,7 @@ def test_a_run_of_many_objects_goes_on_after_a_restart(tmp_path: Path) -> None:
         with running(folder, tmp_path / "data") as client, looking(client, session) as page:
             page.until(lambda: all(each.status == "done" for each in page.jobs.values()))
             page.until(
-                lambda: sum(len(rows.frames) for rows in page.of(messages.SceneRows)) == FRAMES
+                lambda: sum(len(rows.frames) for rows in page.of(messages.FoundScene)) == FRAMES
             )
             found = [*page.jobs.values()]
     assert not found
@@ -36,7 +36,7 @@ def test_a_run_of_many_objects_begins_again_after_a_kill(tmp_path: Path) -> None
     frames = 80
 
     def found(page: Page) -> list[int]:
-        return [each.frame for rows in page.of(messages.SceneRows) for each in rows.frames]
+        return [each.frame for rows in page.of(messages.FoundScene) for each in rows.frames]
 
     folder = tmp_path / "films"
     folder.mkdir()

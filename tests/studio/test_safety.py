@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -30,10 +31,10 @@ from motes.core.errors import SourceError
 from motes.studio import connections, messages, protocol
 from motes.studio.containers import check_container
 from motes.studio.films import Films
-from motes.studio.processes import Worker, WorkerError
+from motes.studio.pictures import picture
+from motes.studio.processes import WorkerError, film_worker
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
-from motes.studio.tasks import Picture
 from motes.video.film import Film
 from studios import PATIENCE, SLOW, begin, film, looking, running
 
@@ -208,11 +209,13 @@ DEEP = "[" * 100_000
         lambda client, at: client.post(f"{at}/import?name=x.json", content=DEEP.encode()),
         lambda client, at: client.get(f"{at}/frames/{'9' * 20}.jpg"),
         lambda client, at: client.get(f"{at}/foreground/{'9' * 20}.png"),
+        lambda client, at: client.get(f"{at}/layers/{'9' * 20}?object=1&layers=rho"),
+        lambda client, at: client.get(f"{at}/doubts?object={'9' * 15}"),
         lambda client, at: client.get(f"{at}/strip?count={'9' * 20}&height={'9' * 20}"),
     ],
     ids=[
         "origin", "host", "nested", "upload", "folder", "nul", "long", "nested file", "digits",
-        "foreground", "strip",
+        "foreground", "layers", "doubts", "strip",
     ],
 )  # fmt: skip
 def test_no_request_fails_inside(
@@ -377,7 +380,6 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
             os.kill(worker.pid or 0, signal.SIGSEGV)
         refused = client.get(f"/api/sessions/{bad}/frames/1.jpg")
         assert "ended its worker (SIGSEGV" in error(refused)
-        other.until(lambda: other.of(messages.Failure))
         job = other.do("track", objects=[number]).job
         assert job is not None
         other.until(lambda: other.jobs[job].status == "failed")
@@ -409,12 +411,12 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
-        worker = Worker(folder / "film.mkv", Limits(), pictures=True)
+        worker = film_worker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
         os.kill(worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)
         with pytest.raises(WorkerError) as failed:
-            await worker.run(Picture(0, 100))
+            await worker.run(partial(picture, index=0, width=100))
         worker.close()
         return str(failed.value)
 

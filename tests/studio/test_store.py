@@ -87,6 +87,8 @@ def test_changes_behind_an_undo_are_forgotten(tmp_path: Path) -> None:
     store.add_part(name, "key", b"cd")
     assert store.parts(name, "key") == b"abcd"
     assert store.parts_from(name, "key", 1, 5) == [b"cd"]
+    store.replace_parts(name, "key", b"ef")
+    assert (store.parts(name, "key"), store.count(name, "key")) == (b"ef", 1)
     store.remove(name)
     assert store.parts(name, "key") == b""
     with pytest.raises(FormatError, match="no such session"):
@@ -109,7 +111,7 @@ def test_a_full_disk_ends_a_job_with_a_message(
     ):
         number = page.drawn()
         with monkeypatch.context() as patched:
-            patched.setattr(Store, "add_part", full)
+            patched.setattr(Store, "replace_parts", full)
             job = page.do("track").job
             assert job is not None
             page.until(lambda: page.jobs[job].status == "failed")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import tempfile
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,8 +15,10 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.rows.journal import Header, JournalWriter
+from motes.rows.journal import Header
+from motes.rows.writer import JournalWriter
 from motes.studio import messages
+from motes.studio.safety import Limits
 from onnx_trackers import save_pair
 from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
@@ -51,6 +55,19 @@ def page(client: httpx.Client, session: str) -> Iterator[Page]:
 
 def moved(dx: float) -> tuple[float, ...]:
     return (BOX[0] + dx, *BOX[1:])
+
+
+LABELS = b"0 0.5 0.5 0.1 0.1\n0 0.2 0.2 0.1 0.1\n"
+"""Two boxes of a frame, as YOLO has them."""
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    """Return files as ZIP."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return out.getvalue()
 
 
 class Both:
@@ -182,6 +199,7 @@ def test_split_and_join(page: Page) -> None:
     assert other is not None
     page.settle()
     one, two = page.item(number), page.item(other)
+    assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
     assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
     assert [each.frame for each in two.keyframes] == [15]
     page.do("join", object=number, other=other)
@@ -213,21 +231,19 @@ def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
     assert all(0 <= row.supporting <= 1000 for row in rows)
 
 
-def test_layers_and_doubts(page: Page) -> None:
+def test_layers(both: Both) -> None:
+    page = both.page
     number = page.drawn(preset="maggio")
     page.tracked(number)
     layers = ["rho", "likelihoods", "particles", "histograms", "orientation"]
-    page.do("look", object=number, frame=5, layers=layers)
-    page.until(lambda: page.of(messages.Layers))
-    (found,) = page.of(messages.Layers)
+    answer = both.get("layers/5", object=number, layers=",".join(layers))
+    found = msgspec.json.decode(answer.content, type=messages.Layers)
     assert found.frame == 5
     assert set(found.likelihoods) == set(found.histograms) == {"color", "orientation"}
+    assert found.rho is not None
     assert len(found.rho.values) == len(found.rho.y)
     assert max(found.weights) == 1
     assert len(found.orientation["rotated"]) == 36
-    page.do("doubts", object=number)
-    page.until(lambda: page.of(messages.DoubtList))
-    assert page.of(messages.DoubtList)[0].object == number
 
 
 def test_doubts_are_those_of_motes_check(both: Both) -> None:
@@ -237,9 +253,7 @@ def test_doubts_are_those_of_motes_check(both: Both) -> None:
     table = both.at / "doubts.csv"
     assert main(["check", "film.mkv", str(both.taken(number)), "-o", str(table)]) == 0
     theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
-    page.do("doubts", object=number)
-    page.until(lambda: page.of(messages.DoubtList))
-    assert [each.frame for each in page.of(messages.DoubtList)[0].items] == theirs
+    assert [each["frame"] for each in both.get("doubts", object=number).json()] == theirs
 
 
 def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
@@ -248,7 +262,7 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
     page.do("set_places", places=places)
     page.do("watch", seed=2)
     page.settle()
-    page.until(lambda: sum(len(each.frames) for each in page.of(messages.SceneRows)) == FRAMES)
+    page.until(lambda: sum(len(each.frames) for each in page.of(messages.FoundScene)) == FRAMES)
     found = both.get("command").json()
     for name, text in found["files"].items():
         (at / name).write_text(text)
@@ -298,6 +312,55 @@ def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Bo
     bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
     assert bad.status_code == 400
     assert "format" in bad.json()["error"]
+
+
+def test_every_format_that_is_written_is_read_back(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    page = both.page
+    number = page.drawn(preset="mean_shift")
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.do("set_absent", object=number, first=30, last=33)
+    page.tracked(number)
+    for form in client.get("/api/formats").json():
+        answer = both.get("export", format=form, object=number)
+        name = answer.headers["content-disposition"].partition("''")[2]
+        address = f"/api/sessions/{session}/import"
+        back = client.post(address, params={"name": name}, content=answer.content)
+        assert back.status_code == 201, (form, back.text)
+        (new,) = back.json()["objects"]
+        page.until(lambda new=new: page.has(new))  # type: ignore[misc]
+        item = page.item(new)
+        assert item.tracked is (form != "keyframes")
+        if form == "keyframes":
+            assert len(item.keyframes) > 1
+            assert (item.first, item.last, item.absent) == (0, FRAMES - 1, [(30, 33)])
+        page.do("remove_object", object=new)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.zip", zipped({"1.txt": LABELS, "2.txt": LABELS}), "several boxes"),
+        ("a.zip", zipped({"1.txt": bytes(1 << 21)}), "more than"),
+        ("a.zip", zipped({})[:-4] + b"....", "format of a.zip is not clear"),
+        ("a.zip", zipped({"1.txt": b"1"})[:-30], "make the ZIP anew"),
+        ("a.dat", b"what is it", "format of a.dat is not clear"),
+        ("a.csv", b"5,500,2,3,4\n", "Keyframe 5 of film.mkv"),
+    ],
+    ids=["anonymous", "large", "empty", "damaged", "unknown", "beyond"],
+)
+def test_what_cannot_be_imported_is_one_line(
+    name: str, content: bytes, words: str, folder: Path, tmp_path: Path
+) -> None:
+    limits = Limits(imported=1 << 20)
+    with running(folder, tmp_path, limits=limits) as client:
+        address = f"/api/sessions/{begin(client)}/import"
+        answer = client.post(address, params={"name": name}, content=content)
+    assert answer.status_code == 400
+    error = answer.json()["error"]
+    assert words in error
+    assert tempfile.gettempdir() not in error
 
 
 def test_films_and_figures_are_made(both: Both) -> None:
@@ -400,14 +463,3 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
-
-
-def test_layers_go_to_the_page_that_asks(client: httpx.Client, session: str, page: Page) -> None:
-    number = page.drawn(preset="nummiaro")
-    page.tracked(number)
-    with looking(client, session) as other:
-        for each, frame in ((page, 30), (other, 10)):
-            each.do("look", object=number, frame=frame, layers=["rho"])
-        for each, frame in ((page, 30), (other, 10)):
-            each.until(lambda each=each: each.of(messages.Layers))  # type: ignore[misc]
-            assert [found.frame for found in each.of(messages.Layers)] == [frame]

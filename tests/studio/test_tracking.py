@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -12,20 +11,19 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from motes.core.config import to_dict
 from motes.sot.presets import preset
+from motes.studio.board import Board
 from motes.studio.commands import Region
 from motes.studio.document import Document, DrawnTarget
-from motes.studio.job import Audience, Desk
-from motes.studio.jobs import Jobs
-from motes.studio.line import WorkerLine
+from motes.studio.jobs import Desk, Jobs
 from motes.studio.messages import OpenFilm
+from motes.studio.plan import RunPass
 from motes.studio.pool import WorkerPool
 from motes.studio.processes import Wish
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
-from motes.studio.tasks import Answer, Done, Part, RunPass, RunPasses, Task
-from motes.studio.tracking import Work
+from motes.studio.tracking import run_passes
+from motes.studio.workplace import Answer, Done, Part, Task, Workplace
 from motes.video.film import Film
 from studios import BOX, film
 
@@ -33,9 +31,10 @@ MOVED: Region = (32.0, *BOX[1:])
 
 
 class Sent:
-    """A line that keeps what is sent."""
+    """A workplace that keeps what is sent."""
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path) -> None:
+        self.film = Film(path)
         self.parts: list[Part] = []
 
     def send(self, answer: Answer) -> None:
@@ -50,16 +49,15 @@ class Sent:
 def test_passes_together_have_the_rows_of_each_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sent = Sent()
-    work = Work(str(film(tmp_path / "film.mkv", frames=12)), cast(WorkerLine, sent))
-    config = to_dict(preset("nummiaro"))
+    sent = Sent(film(tmp_path / "film.mkv", frames=12))
+    config = preset("nummiaro")
     ellipses = (45.0, 45.0, 15.0, 20.0, 0.0), (46.0, 45.0, 15.0, 20.0, 0.0)
     forward = RunPass(config, 0, 2, ellipses[0], 9, (9, ellipses[1]))
     backward = RunPass(config, 0, 9, ellipses[1], 2, (2, ellipses[0]))
 
     def rows(*passes: RunPass) -> list[list[list[float]]]:
         sent.parts.clear()
-        work.do(RunPasses([*passes]))
+        run_passes(cast(Workplace, sent), passes)
         tables = [
             (part.run, np.delete(unpack(part.data, 1), MILLISECONDS, axis=1).tolist())
             for part in sent.parts
@@ -100,13 +98,6 @@ class Waiting:
         return Done()
 
 
-class Nobody:
-    """An audience that does not look."""
-
-    def __getattr__(self, name: str) -> Callable[..., None]:
-        return lambda *_, **__: None
-
-
 @pytest.mark.parametrize(("width", "together"), [(96, 2), (60_000, 1)])
 def test_a_correction_runs_the_passes_of_a_stretch_together(
     tmp_path: Path, width: int, together: int
@@ -117,8 +108,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
         facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
-        nobody = cast(Audience, Nobody())
-        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), itertools.count(1), nobody))
+        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), Board(facts.frames)))
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
         target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))
@@ -130,6 +120,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         return pool.tasks
 
     found = asyncio.run(tasks())
-    assert [len(task.passes) for task in found] == [together] * (4 // together)
-    ends = {(each.start, each.stop) for task in found for each in task.passes}
+    passes = [task.keywords["passes"] for task in found]
+    assert [*map(len, passes)] == [together] * (4 // together)
+    ends = {(each.start, each.stop) for runs in passes for each in runs}
     assert ends == {(0, 40), (40, 0), (40, 100), (100, 40)}

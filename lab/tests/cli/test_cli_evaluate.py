@@ -178,9 +178,6 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --resume --overwrite", 2, "contradict"),
         ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
         ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
-        ("data --folds 1", 2, "--folds is 1; give 2 or more"),
-        ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
-        ("data --tracker nummiaro --tracker mine:Still --folds 2", 2, "name two or more"),
         ("data --out data/a/groundtruth_rect.txt", 5, "cannot be written"),
     ],
 )
@@ -223,21 +220,6 @@ def test_robust(go: Go) -> None:
         r"motes: error: views cannot be resumed with this --max-frames, which was 6; .*\n", error
     )
     assert tracks(Path("views")) == before
-
-
-@pytest.mark.slow
-def test_folds(go: Go) -> None:
-    line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
-    assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
-    text = Path("folds/summary.md").read_text()
-    chosen = re.findall(
-        r"\n\| ([12]) \| 1 \| (my\.toml|mean\\?_shift) \| (?:-?\d\.\d+ \| ?){4}", text
-    )
-    assert [fold for fold, _ in chosen] == ["1", "2"]
-    assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
-    assert "Speed relative to mine:Still" in text
-    assert go(f"{line} --out folds --resume")[0] == 0
-    assert "folds" not in Path("folds/summary.md").read_text()
 
 
 @contextlib.contextmanager

@@ -177,7 +177,7 @@ def test_a_detector(go: Go) -> None:
             2,
             "--reference is for datasets with one object",
         ),
-        ("data --tracker crowds_of:Echo --folds 2", 2, "--folds is for datasets with one object"),
+        ("data --tracker crowds_of:Echo --peer a:B", 2, "--peer is for datasets with one object"),
         ("data --tracker crowds_of:Echo --peer x", 2, "--peer is for datasets with one object"),
         ("one --detector background", 2, "--detector is for datasets with many objects, but"),
         ("data --tracker crowds_of:Echo --detector no:x", 2, "The detector no:x: There is neither"),

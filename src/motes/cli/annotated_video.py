@@ -1,4 +1,4 @@
-"""What is drawn into the frames of a run, and the video of it."""
+"""What is drawn into the frames of a run: a video of it, and a live picture."""
 
 from __future__ import annotations
 
@@ -7,17 +7,50 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from motes.cli.messages import log
 from motes.cli.moment import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
 from motes.mot.analytics.regions import Regions
+from motes.output.live_picture import View, view
 from motes.output.overlay import Draw
 from motes.output.painters import ScenePainter, TrackPainter
 from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.cli.options import OutputOptions
     from motes.video.film import Film
     from motes.video.sources import Source
+
+
+def drawn(
+    outputs: OutputOptions,
+    film: Source | Film,
+    stride: int,
+    painter: Callable[[], Callable[[Moment], Draw]],
+    *,
+    overwrite: bool = False,
+) -> list[Sink]:
+    """Return the outputs --overlay and --show, each with a painter of its own.
+
+    Parameters
+    ----------
+    outputs
+        The options.
+    film, stride
+        The film, of which every n-th frame is used.
+    painter
+        Returns what returns a function that draws a result.
+    overwrite
+        Whether an existing video may be replaced even without --overwrite.
+    """
+    opened: list[Sink] = []
+    if outputs.overlay is not None:
+        anew = overwrite or outputs.overwrite
+        opened.append(AnnotatedVideo(outputs.overlay, film, stride, painter(), overwrite=anew))
+    if outputs.show:
+        opened.append(Show(painter()))
+    return opened
 
 
 def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
@@ -93,3 +126,32 @@ class AnnotatedVideo(Sink):
     def __exit__(self, *exception: object) -> None:
         """Close the video; one that Ctrl-C ended is complete up to its last frame."""
         self._writer.__exit__(*exception)  # type: ignore[arg-type]
+
+
+class Show(Sink):
+    """Shows the newest picture of a run.
+
+    Parameters
+    ----------
+    painted
+        Returns a function that draws a result; called with each of them.
+    """
+
+    def __init__(self, painted: Callable[[Moment], Draw]) -> None:
+        self._painted = painted
+        self._view: View | None = None
+
+    def write(self, moment: Moment) -> None:
+        """Show a frame."""
+        assert self._view is not None
+        self._view.offer(self._painted(moment))
+
+    def __enter__(self) -> Self:
+        self._view = view()
+        if self._view.address is not None:
+            log(f"The live picture is at {self._view.address}")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._view is not None:
+            self._view.close()

@@ -239,14 +239,19 @@ def _config(
     detector: str | None,
     network: tuple[str, ...],
 ) -> None:
-    from motes.cli.load_config import tracker_config, watch_config
-    from motes.cli.network_option import network_settings, open_network
+    from motes.cli.load_config import (
+        network_settings,
+        open_network,
+        tracker_config,
+        watch_config,
+    )
     from motes.cli.settings import default_preset
     from motes.cli.watch import PRESET
+    from motes.cli.watch_options import ObjectOptions
 
     file = None if config is None else Path(config)
     if do == "watch":
-        watch_config(app, preset or PRESET, file, detector, None, {}, {})
+        watch_config(app, preset or PRESET, file, ObjectOptions(detector=detector), {})
     else:
         settings = network_settings(network)
         open_network(tracker_config(app, preset or default_preset(False), file, settings))

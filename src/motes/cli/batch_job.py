@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions
-from motes.cli.network_option import network_settings
+from motes.cli.load_config import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
@@ -64,7 +63,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     """
     rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
     frames = CountedFrames(start=job.start, end=job.end, stride=job.stride, fps=job.fps)
-    with _quiet():
+    with contextlib.redirect_stderr(io.StringIO()):  # errors are raised, the rest is recorded
         if job.do == "track":
             code = _track(job, rows, video, frames)
         elif job.do == "watch":
@@ -72,7 +71,8 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         else:
             code = _refine(job, rows)
     if form == "parquet":
-        _drop_histories(folder)
+        for path in folder.glob(f"*{ENDING}"):  # no command that reads a history reads Parquet
+            path.unlink()
     if not frames.opened:
         return Made(_rows(rows))
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
@@ -136,12 +136,6 @@ def _refine(job: Job, rows: Path) -> int:
     return code
 
 
-def _drop_histories(folder: Path) -> None:
-    """Remove the histories of rows: no command that reads one reads Parquet."""
-    for path in folder.glob(f"*{ENDING}"):
-        path.unlink()
-
-
 def _rows(path: Path) -> int:
     """Return the number of rows in a file, one for each frame."""
     if path.suffix == ".parquet":
@@ -159,10 +153,3 @@ def _path(name: str | None) -> Path | None:
 
 def _label(job: Job, rows: Path) -> str | None:
     return job.label if rows.suffix == ".parquet" else None
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the messages of a command back: its errors are raised, the rest is in the record."""
-    with contextlib.redirect_stderr(io.StringIO()):
-        yield

@@ -54,7 +54,7 @@ def config(
         List only this key and those inside it, such as motion or color.bins.
     """
     if preset is None and not watch:
-        _print(_presets())
+        print("\n".join(_presets()))
         return DONE
     title, listed = _scene_keys(preset) if watch else _preset_keys(preset or "")
     example = next(each for each in _entries(listed) if each.value is not None)
@@ -66,7 +66,7 @@ def config(
         near = difflib.get_close_matches(key or "", [each.path for each in all_keys(listed)], n=1)
         hint = f"did you mean {near[0]}?" if near else f"see {command}."
         raise ConfigError(f"There is no key {key}; {hint}")
-    _print([*head, *lines])
+    print("\n".join([*head, *lines]))
     return DONE
 
 
@@ -170,7 +170,3 @@ def _wrapped(text: str, first: str = "", indent: int | None = None) -> list[str]
 
 def _columns() -> int:
     return min(shutil.get_terminal_size().columns, MAX_COLUMNS)
-
-
-def _print(lines: Iterable[str]) -> None:
-    print("\n".join(lines))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +18,7 @@ from motes.core.files import writing
 
 if TYPE_CHECKING:
     from motes.correction.history import History
-    from motes.formats.recording import FilmFacts, Recorded
+    from motes.formats.recording import FilmFacts, Recording
 
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=2)
@@ -98,7 +99,6 @@ def convert(
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     facts = _facts(video, size, fps, frames, label, known)
     recorded = registry.read(rows, source, facts)
-    left_out, assumed = recorded.left_out, recorded.assumed
     recorded = _checked(recorded, rows, facts)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
@@ -108,13 +108,12 @@ def convert(
     with writing(target):
         registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
-    count = sum(1 for _ in recorded)
     written = registry.FORMATS.resolve(form)
-    log(f"wrote {target} ({written.title}) with the {count} frames in {rows}.")
-    if left_out:
+    log(f"wrote {target} ({written.title}) with the {len(recorded.frames)} frames in {rows}.")
+    if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
-    if assumed and video is None and TIMES in written.holds:
+    if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
@@ -172,7 +171,7 @@ def _sides(size: str | None) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
+def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
     """Return the objects with the size of the film, checked against it.
 
     Raises
@@ -180,8 +179,6 @@ def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
     SourceError
         If the objects are of another film, by its size or its number of frames.
     """
-    from motes.formats.recording import Recording
-
     head = recorded.head
     if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(
@@ -196,14 +193,12 @@ def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
         )
     if facts.width and not head.width:
         head = replace(head, width=facts.width, height=facts.height)
-        return Recording(head, list(recorded))
+        return dataclasses.replace(recorded, head=head)
     return recorded
 
 
-def _only(recorded: Recorded, identity: int, rows: Path) -> Recorded:
+def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
     """Return only the object with an identity; raise a ConfigError if there is none."""
-    from motes.formats.recording import Recording
-
     kept = [
         replace(row, objects=tuple(each for each in row.objects if each.identity == identity))
         for row in recorded
@@ -211,4 +206,4 @@ def _only(recorded: Recorded, identity: int, rows: Path) -> Recorded:
     if not any(row.objects for row in kept):
         known = sorted({each.identity for row in recorded for each in row.objects})
         raise ConfigError(f"{rows} has no object {identity}; it has {str(known[:20])[1:-1]}.")
-    return Recording(recorded.head, kept)
+    return dataclasses.replace(recorded, frames=kept)

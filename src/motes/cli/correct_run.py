@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 from motes.cli.progress import FrameProgress
 from motes.core.errors import MotesError
@@ -23,7 +21,7 @@ from motes.video.film import Film
 from motes.video.shared import FrameReader
 
 
-class _Counted:
+class CountedFilm:
     """A film that counts the frames that it gives."""
 
     def __init__(self, film: FrameReader, count: Callable[[], None]) -> None:
@@ -49,7 +47,6 @@ def run_stretches(
     config: TrackerConfig,
     seed: int,
     done: Callable[[Stretch, list[Track]], None],
-    show: Callable[[], None] | None = None,
     *,
     quiet: bool = False,
 ) -> tuple[int, KeyboardInterrupt | None]:
@@ -67,8 +64,6 @@ def run_stretches(
         The tracker.
     done
         Takes a stretch and its tracks; it is not interrupted.
-    show
-        Is called after `done`; it may be interrupted.
     quiet
         Whether there is no progress bar.
 
@@ -83,7 +78,7 @@ def run_stretches(
         with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
-                counted = _Counted(
+                counted = CountedFilm(
                     reader_of(film, each),
                     lambda state=state: progress.count(state),  # type: ignore[misc]
                 )
@@ -94,26 +89,14 @@ def run_stretches(
                     so_far.clear()
                     done(each, tracks)
                     finished += 1
-                if show is not None:
-                    show()
     except (KeyboardInterrupt, MotesError) as error:
         if so_far:
             part, joined = partial(parts[finished], so_far)
             done(part, tracks_of(part, joined, film.times))
-            if show is not None:
-                with suppress(KeyboardInterrupt):  # a second one ends it
-                    show()
         if isinstance(error, MotesError):
             raise
         return finished, error
     return finished, None
-
-
-class Refined(NamedTuple):
-    """Rows made anew, and the interrupt that ended the run, or None."""
-
-    rows: int
-    interrupted: KeyboardInterrupt | None
 
 
 def refine_rows(
@@ -124,7 +107,7 @@ def refine_rows(
     goal: Path,
     *,
     quiet: bool = False,
-) -> Refined:
+) -> tuple[int, KeyboardInterrupt | None]:
     """Track what changes and what is not finished; write rows and history.
 
     The history is written first, with all of these stretches as not finished, then the rows, then
@@ -142,6 +125,10 @@ def refine_rows(
         The file of the new rows.
     quiet
         As in `run_stretches`.
+
+    Returns
+    -------
+    The number of rows made anew, and the interrupt that ended the run, or None.
 
     Raises
     ------
@@ -173,4 +160,4 @@ def refine_rows(
     finally:
         table.write(goal)
     after.unfinished_with(left).save(history_path(goal), None if left else line_count(goal))
-    return Refined(len(made), interrupted)
+    return len(made), interrupted

@@ -51,7 +51,7 @@ Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
 
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
-PATIENCE = 25
+PATIENCE = 15
 """Frames off the target after which another tracker is stopped: OpenCV's do not search."""
 RIVALS = {"CSRT": (230, 159, 0), "KCF": (204, 121, 167), "mean shift": (230, 159, 0)}
 """Trackers beside the default one, and the colors of their boxes."""
@@ -335,31 +335,31 @@ def _rivals(peers: Sequence[str]) -> list[TrackerRun]:
     except ImportError:
         opencv = None
     makers = {name: getattr(opencv, f"Tracker{name}_create", None) for name in peers}
-    runs = [_opencv(name, make()) for name, make in makers.items() if make is not None]
+    runs = [_opencv(opencv, name, make()) for name, make in makers.items() if make is not None]
     return runs or [_motes("mean shift", Tracker("mean_shift"))]
 
 
-def _opencv(name: str, tracker: Any) -> TrackerRun:
+def _opencv(opencv: Any, name: str, tracker: Any) -> TrackerRun:
     """Return a run of a tracker of OpenCV. It stays where it was when it says that it is lost."""
     last: Sequence[float] = ()
+
+    def bgr(frame: Frame) -> Pixels:
+        pixels: Pixels = opencv.cvtColor(frame.pixels, opencv.COLOR_RGB2BGR)
+        return pixels
 
     def start(frame: Frame, box: Box) -> None:
         nonlocal last
         last = box
-        tracker.init(_bgr(frame), tuple(box))
+        tracker.init(bgr(frame), tuple(box))
 
     def follow(frame: Frame) -> tuple[Sequence[float], bool]:
         nonlocal last
-        sure, box = tracker.update(_bgr(frame))
+        sure, box = tracker.update(bgr(frame))
         if sure:
             last = box
         return last, sure
 
     return TrackerRun(name, start, follow)
-
-
-def _bgr(frame: Frame) -> Pixels:
-    return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 
 def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:

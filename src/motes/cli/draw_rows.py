@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,10 +12,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
-from motes.cli.frame_loop import exit_code, run, summarize
-from motes.cli.messages import counted
-from motes.cli.moment import Hindsight, Moment, Moments, Sink
+from motes.cli.frame_loop import Tally, run
+from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.track_units import MOTION, MotionFigures
+from motes.cli.watch_loop import counted_moments
 from motes.cli.watch_pictures import Heatmap, Paths, Slits
 from motes.core.errors import ConfigError, InputError
 from motes.core.frame import Frame
@@ -24,7 +24,7 @@ from motes.core.track import Track
 from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
-from motes.formats.recording import ANONYMOUS, FilmFacts
+from motes.formats.recording import FilmFacts
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import PIXELS, GroundMotion, GroundPlace, RealUnits
 from motes.mot.analytics.regions import Regions
@@ -118,7 +118,7 @@ def draw_target(
             info = None if track is None else Hindsight(track)
             yield Moment(frame, info, 0.0, place)
 
-    return _run(film, outputs, moments)
+    return run(film, outputs, moments, Tally())
 
 
 def _ground(row: ObjectRow | None) -> GroundPlace | None:
@@ -167,35 +167,24 @@ def draw_objects(
         if regions.line:
             outputs.append(Slits(_named(stem, "slit"), regions, overwrite=overwrite))
 
-    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        for frame, following in _paired(_checked(frames, given, film)):
+    def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
+        for frame in _checked(frames, given, film):
             tracks = []
             for each in given.objects(frame):
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
                 tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
-            events = counter.update([each for each in tracks if each.identity != ANONYMOUS])
-            if not following:
-                events = [*events, *counter.finish()]
-            yield Moment(frame, tracks=tracks, events=events, single=False)
+            yield frame, tracks
 
-    return _run(film, outputs, moments)
+    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
+        return counted_moments(objects(frames), counter, live=False)
+
+    return run(film, outputs, moments, Tally())
 
 
 def _named(stem: Path, what: str) -> Path:
     return stem.with_name(f"{stem.name}.{what}.png")
-
-
-def _paired(frames: Iterable[Frame]) -> Iterator[tuple[Frame, bool]]:
-    """Yield each frame, and whether another one follows."""
-    last: Frame | None = None
-    for frame in frames:
-        if last is not None:
-            yield last, True
-        last = frame
-    if last is not None:
-        yield last, False
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:
@@ -215,19 +204,3 @@ def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Fr
             f"{given.path} has rows up to frame {given.last}, but {film.name} ends with frame "
             f"{last}; give the film of these rows."
         )
-
-
-def _run(film: Source, outputs: Sequence[Sink], moments: Moments) -> int:
-    count = 0
-
-    def note(_: Moment) -> str:
-        nonlocal count
-        count += 1
-        return "drawn"
-
-    def report(interrupted: KeyboardInterrupt | None) -> None:
-        if count:
-            summarize([counted(count, "frame")], film, outputs, interrupted)
-
-    interrupted = run(film, outputs, moments, note, report)
-    return exit_code(interrupted, True, "")

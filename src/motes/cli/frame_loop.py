@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.messages import log
+from motes.cli.messages import counted, log
 from motes.cli.moment import Moment, Moments, Sink
 from motes.cli.progress import FrameProgress
 from motes.core import interrupts
@@ -18,16 +18,41 @@ from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
 
+class Tally:
+    """Counts the frames of a run; as text, its statistics in one line.
+
+    Attributes
+    ----------
+    frames
+        The number of frames so far.
+    """
+
+    def __init__(self) -> None:
+        self.frames = 0
+
+    def add(self, moment: Moment) -> str:
+        """Count a frame that is written; return the state of the run, for the progress bar."""
+        del moment
+        self.frames += 1
+        return ""
+
+    def remarks(self) -> Sequence[str]:
+        """Return the lines after the summary."""
+        return ()
+
+    @property
+    def missing(self) -> str | None:
+        """What to say if nothing was ever found; None where something was."""
+        return None
+
+    def __str__(self) -> str:
+        return counted(self.frames, "frame")
+
+
 def run(
-    film: Source,
-    outputs: Sequence[Sink],
-    moments: Moments,
-    note: Callable[[Moment], str],
-    report: Callable[[KeyboardInterrupt | None], None],
-    *,
-    quiet: bool = False,
-) -> KeyboardInterrupt | None:
-    """Write the result of each frame into all outputs, close them, and report.
+    film: Source, outputs: Sequence[Sink], moments: Moments, tally: Tally, *, quiet: bool = False
+) -> int:
+    """Write the result of each frame into all outputs, close them, and print a summary.
 
     Parameters
     ----------
@@ -38,17 +63,15 @@ def run(
         The outputs; all of them are opened here, before the first frame.
     moments
         Makes the results from the frames; it is closed before the film.
-    note
-        Counts a result that is written; returns the state of the run, for the progress bar.
-    report
-        Prints a summary at the end, also where an error ends the run; it takes the interrupt that
-        ended the run, or None.
+    tally
+        Counts the results that are written; the summary is printed also where an error ends the
+        run.
     quiet
         Whether there is no progress bar.
 
     Returns
     -------
-    The interrupt that ended the run, or None. All outputs are closed in either case.
+    The exit code. All outputs are closed, also after an interrupt.
     """
     interrupted: KeyboardInterrupt | None = None
     try:
@@ -67,7 +90,7 @@ def run(
                         with deferred():
                             for output in outputs:
                                 output.write(moment)
-                            state = note(moment)
+                            state = tally.add(moment)
                         bar.count(state)
                         check()
                 except KeyboardInterrupt as interrupt:
@@ -75,33 +98,28 @@ def run(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     except MotesError:
-        report(None)
+        summarize(tally, film, outputs, None)
         raise
-    report(interrupted)
-    return interrupted
-
-
-def exit_code(interrupted: KeyboardInterrupt | None, found: bool, missing: str) -> int:
-    """Return the exit code of a run that is over; log what is missing if nothing was found."""
+    summarize(tally, film, outputs, interrupted)
     if interrupted:
         return interrupts.code(interrupted)
-    if not found:
-        log(f"error: {missing}")
+    if tally.missing is not None:
+        log(f"error: {tally.missing}")
         return NOT_FOUND
     return DONE
 
 
 def summarize(
-    parts: Sequence[str],
+    tally: Tally,
     film: Source | Film,
     outputs: Sequence[Sink],
     interrupted: KeyboardInterrupt | None,
 ) -> None:
-    """Print a line on a run that is over.
+    """Print a line on a run that is over, if there was a frame, and the remarks.
 
     Parameters
     ----------
-    parts
+    tally
         The statistics of the run.
     film
         The source; its problems are added.
@@ -110,10 +128,14 @@ def summarize(
     interrupted
         The interrupt that ended the run, if one did.
     """
+    if not tally.frames:
+        return
     written = [output.result for output in outputs if output.result is not None]
-    line = [interrupts.word(interrupted) + parts[0], *parts[1:]]
+    line = [f"{interrupts.word(interrupted)}{tally}"]
     if written:
         line.append("wrote " + ", ".join(written))
     if film.report.problems:
         line.append(f"{film.name}: {film.report.problems}")
     log("; ".join(line) + ".")
+    for text in tally.remarks():
+        log(text)

@@ -4,7 +4,7 @@ Annotations are evaluated here: the parser would look for their names in the mod
 """
 
 import glob
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,7 +28,8 @@ from motes.core.files import is_special, remove_leftovers
 from motes.rows.journal import text_name
 
 if TYPE_CHECKING:
-    from motes.correction.history import History, Remembered
+    from motes.cli.moment import Sink
+    from motes.correction.history import History
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.analytics.regions import Regions
@@ -54,7 +55,7 @@ class TrackerOptions:
         return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
 
 
-def remembered(
+def rows_outputs(
     output: str,
     outputs: OutputOptions,
     film: "Source",
@@ -65,9 +66,10 @@ def remembered(
     *,
     units: "RealUnits | None" = None,
     places: "Regions | None" = None,
+    further: Sequence[str] = (),
     resume: bool = False,
-) -> "list[Remembered]":
-    """Return what writes the history of rows, in a list; empty for streams and documents.
+) -> "list[Sink]":
+    """Return what writes rows, after what writes their history; streams and documents have none.
 
     Parameters
     ----------
@@ -79,15 +81,16 @@ def remembered(
         The tracker, or the scene.
     units, places
         As in `History`.
-    resume
-        Whether the file may be there, of the same run.
+    further, resume
+        As in `rows_output`.
     """
-    from motes.cli.watch_outputs import STREAMED, format_of
+    from motes.cli.watch_outputs import STREAMED, format_of, rows_output
     from motes.correction.history import History, Remembered, history_path
 
+    rows = rows_output(output, film, outputs, further=further, resume=resume)
     special = output == "-" or is_special(output)
     if special or format_of(output, outputs.format) not in STREAMED:
-        return []
+        return [rows]
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
@@ -95,7 +98,7 @@ def remembered(
     if resume:  # what a killed run has left of it
         beside = history_path(Path(output))
         remove_leftovers(beside.with_name(glob.escape(beside.name)))
-    return [Remembered(output, history, overwrite=outputs.overwrite or resume)]
+    return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
 
 
 def units_of(

@@ -1,9 +1,9 @@
-"""Configurations and targets from a preset, a file and options."""
+"""Configurations and targets from a preset, a file, a trained network and options."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 if TYPE_CHECKING:
     from cyclopts import App
 
+    from motes.cli.watch_options import ObjectOptions
     from motes.mot.pipeline_config import WatchConfig
     from motes.sot.known_target import KnownTarget
     from motes.sot.presets import TrackerConfig
@@ -25,10 +26,12 @@ def tracker_config(
     file: Path | None,
     settings: Mapping[str, Any],
     target: KnownTarget | None = None,
+    network: str | None = None,
 ) -> TrackerConfig:
     """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
-    An unknown setting may be a misspelled option of the command `app`.
+    An unknown setting may be a misspelled option of the command `app`; `network` is the value of
+    --network.
 
     Raises
     ------
@@ -40,6 +43,7 @@ def tracker_config(
     from motes.core.config import Config, from_toml, to_dict
     from motes.sot import presets
 
+    settings = with_network(settings, preset, network)
     base = presets.preset(preset)
     if target is not None:
         known = {
@@ -63,9 +67,7 @@ def watch_config(
     app: App,
     preset: str,
     file: Path | None,
-    detector: str | None,
-    like: str | None,
-    selection: Mapping[str, Any],
+    objects: ObjectOptions,
     settings: Mapping[str, Any],
     *,
     own_code: bool = False,
@@ -80,10 +82,8 @@ def watch_config(
         The preset of the trackers.
     file
         A TOML file.
-    detector, like
-        The values of --detector and --like; with both, the configuration is that of --like.
-    selection
-        The keys that --classes, --least and --camera set.
+    objects
+        What is tracked; with both --detector and --like, the configuration is that of --like.
     settings
         Options that are keys of the configuration.
     own_code
@@ -113,7 +113,7 @@ def watch_config(
         return new
 
     scene = scene_config(preset)
-    if like is not None:
+    if objects.like is not None:
         scene = for_lookalikes(scene)
     config = WatchConfig(**asdict(scene))
     if file is not None:
@@ -121,17 +121,58 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
             if isinstance(config.detector, CustomConfig):
                 check_code(config.detector.name, own_code)
-    if like is not None:
-        box = numbers_of("--like", like, "x,y,width,height")
+    if objects.like is not None:
+        box = numbers_of("--like", objects.like, "x,y,width,height")
         config = changed(config, {"detector": {"type": "like", "box": box}})
-    elif detector is not None:
-        config = changed(config, {"detector": detector_values(detector)})
-    config = changed(config, selection)
+    elif objects.detector is not None:
+        config = changed(config, {"detector": detector_values(objects.detector)})
+    config = changed(config, objects.selection())
     try:
         return changed(config, as_keys(settings))
     except ConfigError:
         check_settings(app, preset, WatchConfig, settings)
         raise
+
+
+def with_network(settings: Mapping[str, Any], preset: str, given: str | None) -> Mapping[str, Any]:
+    """Return settings with --network as their key `network.files`.
+
+    Raises
+    ------
+    ConfigError
+        If the preset takes no network, or the settings have this key too.
+    """
+    if given is None:
+        return settings
+    from motes.sot import presets
+    from motes.sot.network.network import files_of
+
+    if "network" not in presets.preset(preset).__struct_fields__:
+        raise ConfigError(
+            f"Preset {preset} takes no network; omit --network or choose another preset."
+        )
+    others = settings.get("network", {})
+    if not isinstance(others, dict) or "files" in others:
+        raise ConfigError("--network and --network.files contradict each other; give one.")
+    return {**settings, "network": {**others, "files": [*files_of(given)]}}
+
+
+def network_settings(files: Sequence[str]) -> dict[str, Any]:
+    """Return the settings that name the files of a network; none without files."""
+    return {"network": {"files": [*files]}} if files else {}
+
+
+def open_network(config: TrackerConfig) -> None:
+    """Open the network of a configuration, if it has one, before anything is written.
+
+    Raises
+    ------
+    MotesError
+        If its files cannot be used.
+    """
+    network = getattr(config, "network", None)
+    if network is not None:
+        network.open()
 
 
 @contextlib.contextmanager

@@ -94,37 +94,30 @@ class MetricsPage(Sink):
             self._server.close()
 
     def _metrics(self) -> list[Metric]:
-        report, own = self._film.report, ()
+        report = self._film.report
         since = time.monotonic() - self._newest if self._frames else 0.0
         waiting = {} if self._sent is None else self._sent.waiting()
+        numbers = [
+            ("frames_total", "Frames used.", self._frames),
+            ("dropped_frames_total", "Frames of a live source left out, as newer ones had come.",
+             report.late),
+            ("reconnects_total", "Times that a live source broke and was opened again.",
+             report.drops),
+            ("lag_seconds", "Time from the arrival of the newest frame of a live source to its "
+             "results.", self._lag),
+            ("seconds_since_frame", "Time since the newest results.", since),
+            ("objects", "Objects in the picture.", self._objects),
+            ("objects_total", "Objects so far.", self._scene.created),
+        ]  # fmt: skip
         return [
-            Metric("motes_frames_total", "counter", "Frames used.", {own: self._frames}),
             Metric(
-                "motes_dropped_frames_total",
-                "counter",
-                "Frames of a live source left out, as newer ones had come.",
-                {own: report.late},
-            ),
-            Metric(
-                "motes_reconnects_total",
-                "counter",
-                "Times that a live source broke and was opened again.",
-                {own: report.drops},
-            ),
-            Metric(
-                "motes_lag_seconds",
-                "gauge",
-                "Time from the arrival of the newest frame of a live source to its results.",
-                {own: self._lag},
-            ),
-            Metric(
-                "motes_seconds_since_frame",
-                "gauge",
-                "Time since the newest results.",
-                {own: since},
-            ),
-            Metric("motes_objects", "gauge", "Objects in the picture.", {own: self._objects}),
-            Metric("motes_objects_total", "counter", "Objects so far.", {own: self._scene.created}),
+                f"motes_{name}",
+                "counter" if name.endswith("_total") else "gauge",
+                text,
+                {(): value},
+            )
+            for name, text, value in numbers
+        ] + [
             Metric(
                 "motes_events_total",
                 "counter",

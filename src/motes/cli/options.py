@@ -79,6 +79,15 @@ ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
 ]
+NetworkFiles = Annotated[
+    str | None,
+    Parameter(
+        name="--network",
+        group=CONFIGURATION,
+        help="Trained network that joins the tracker: an ONNX file, or several of one network: "
+        "backbone.onnx,head.onnx. docs/network.md says where to get one.",
+    ),
+]
 KeyframeError = Annotated[
     float | None,
     Parameter(

@@ -28,18 +28,14 @@ TRACKER_HELP = HELP.format(
 )
 
 
-def _read_setting(_: Any, tokens: Any) -> Any:
+def _read_setting(kind: Any, tokens: Any, depth: int = 1) -> Any:
     """Return the value of a key from its tokens, or the values of the keys inside it."""
-    return _read_nested(tokens, 1)
-
-
-def _read_nested(tokens: Any, depth: int) -> Any:
     from motes.core.config import DEEPEST, from_flag
 
     if depth > DEEPEST:
         raise ConfigError(f"An option has no more than {DEEPEST} parts.")
     if isinstance(tokens, dict):
-        return {key: _read_nested(inner, depth + 1) for key, inner in tokens.items()}
+        return {key: _read_setting(kind, inner, depth + 1) for key, inner in tokens.items()}
     token: Token = tokens[-1]
     return from_flag("value", token.value)["value"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
@@ -19,24 +19,20 @@ from motes.cli.input_checks import (
     refuse,
 )
 from motes.cli.keyframe_options import KeyframeOptions, Marks
-from motes.cli.load_config import tracker_config
-from motes.cli.network_option import NetworkFiles, Threads, open_network, with_network
+from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
     CONFIGURATION,
     ConfigOptions,
     FrameOptions,
+    NetworkFiles,
     TrackPreset,
     say_rate,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
-from motes.cli.track_options import TrackOutputs
-from motes.cli.track_request import TrackRequest
+from motes.cli.track_options import TrackOutputs, TrackRequest
 from motes.cli.track_target import TargetOptions
 from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from motes.cli.moment import Sink
 
 app = App(
     name="track",
@@ -70,7 +66,6 @@ def track(
         ),
     ] = None,
     network_files: NetworkFiles = None,
-    threads: Threads = None,
     help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
@@ -95,8 +90,7 @@ def track(
     preset = preset or default_preset(
         known is not None or fps_target is not None or outputs.save_histogram is not None
     )
-    changes = with_network(settings, preset, network_files, threads)
-    config = tracker_config(app, preset, values.config, changes, known)
+    config = tracker_config(app, preset, values.config, settings, known, network_files)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -122,11 +116,12 @@ def track(
     asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
     if begin is None:
         return _track_keyframes(asked, marks, target.region(), backward=keys.backward)
-    if len(target.regions()) > 1:
-        return _track_several(asked, target.regions())
 
-    from motes.cli.track_one import track_one
+    from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
+
+    if len(target.regions()) > 1:
+        return track_several(asked, target.regions())
 
     return track_one(asked, Tracker(config, values.seed, fps_target), begin)
 
@@ -198,34 +193,3 @@ def _track_keyframes(
     if region is not None:
         marks = [(film.frames.stop - 1 if backward else film.frames.start, region), *marks]
     return track_between(asked, film, marks)
-
-
-def _track_several(asked: TrackRequest, regions: Sequence[Sequence[float]]) -> int:
-    """Track the objects in several regions of the first frame."""
-    from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-    from motes.cli.known_run import remembered
-    from motes.cli.show import Show
-    from motes.cli.track_batch import track_several
-    from motes.cli.watch_outputs import check_several, rows_output
-    from motes.mot.analytics.regions import Regions
-    from motes.sot.batch import Trackers
-
-    output, outputs, frames = asked.output, asked.outputs, asked.frames
-    if output is not None:
-        check_several(output, outputs.format)
-    with frames.open(asked.source) as film:
-        say_rate(film)
-        opened: list[Sink] = []
-        if outputs.overlay is not None:
-            paint, anew = painted_scene(Regions()), outputs.overwrite
-            opened.append(
-                AnnotatedVideo(outputs.overlay, film, frames.stride, paint, overwrite=anew)
-            )
-        if outputs.show:
-            opened.append(Show(painted_scene(Regions())))
-        if output is not None:
-            opened += remembered(
-                output, outputs, film, frames, asked.config, asked.seed, asked.preset
-            )
-            opened.append(rows_output(output, film, outputs))
-        return track_several(film, Trackers(asked.config, asked.seed), regions, opened)

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import glob
 import io
-from abc import abstractmethod
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.moment import Moment, Sink
-from motes.cli.watch_outputs import DocumentOutput
+from motes.cli.watch_outputs import LABEL, DocumentOutput
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFolder, remove_leftovers
 from motes.core.track import Status
 from motes.formats import runs
-from motes.formats.registry import check_replaced
+from motes.formats.registry import check_folder
 from motes.formats.shapes import frame_name
 from motes.rows.journal import FrameRow, ObjectRow, journal_of
 from motes.rows.writer import check_writable
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
 def masks_output(
     path: Path, film: Source | Film, label: str | None, *, overwrite: bool, resume: bool
-) -> Masks:
+) -> Sink:
     """Return the output of masks: of a document if the name ends in .json, else of a folder.
 
     Parameters
@@ -54,43 +53,29 @@ def masks_output(
     if path.suffix.lower() == ".json":
         if resume:
             journal_of(str(path)).unlink(missing_ok=True)
-        document = DocumentOutput(str(path), "coco", film, label or "object", overwrite, None)
-        return DocumentMasks(document)
+        return DocumentMasks(str(path), "coco", film, label or LABEL, overwrite, None)
     if path.suffix:
         raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
     return FolderMasks(path, film, overwrite=overwrite)
 
 
-class Masks(Sink):
-    """Makes the mask of each frame in which the target is tracked."""
-
-    def __init__(self) -> None:
-        self._segmenter = Segmenter()
-
-    def write(self, moment: Moment) -> None:
-        """Add a frame."""
-        track = moment.track
-        tracked = track is not None and track.status is Status.TRACKING
-        pixels = moment.frame.pixels
-        if track is not None and tracked:
-            self.add(moment, self._segmenter.update(pixels, track.ellipse))
-        else:
-            self.add(moment, np.zeros(pixels.shape[:2], np.bool_))
-
-    @abstractmethod
-    def add(self, moment: Moment, mask: Mask) -> None:
-        """Write the mask of a frame; it is empty where the target is not tracked."""
+def _mask(segmenter: Segmenter, moment: Moment) -> Mask:
+    """Return the mask of a frame; it is empty where the target is not tracked."""
+    track, pixels = moment.track, moment.frame.pixels
+    if track is None or track.status is not Status.TRACKING:
+        return np.zeros(pixels.shape[:2], np.bool_)
+    return segmenter.update(pixels, track.ellipse)
 
 
-class FolderMasks(Masks):
+class FolderMasks(Sink):
     """A PNG file for each frame, white where the target is; the name is that of the image.
 
     The folder gets its name at the end of the run, also of one that Ctrl-C ended.
     """
 
     def __init__(self, folder: Path, film: Source | Film, *, overwrite: bool) -> None:
-        super().__init__()
         self._path, self._film, self._count = folder, film, 0
+        self._segmenter = Segmenter()
         self._folder: PartialFolder | None = None
         self._done = False
         try:
@@ -101,12 +86,13 @@ class FolderMasks(Masks):
         check_writable(folder / "masks" if folder.is_dir() else folder)
         if there and not overwrite:
             raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
-        check_replaced(folder, (".png",), "mask")
+        check_folder(folder, (".png",), "mask")
 
-    def add(self, moment: Moment, mask: Mask) -> None:
+    def write(self, moment: Moment) -> None:
         """Write the file of a frame."""
         from PIL import Image
 
+        mask = _mask(self._segmenter, moment)
         file = self._film.file_of(moment.frame.index)
         stem = Path(file).stem if file else frame_name(moment.frame.index)
         data = io.BytesIO()
@@ -147,28 +133,16 @@ class FolderMasks(Masks):
         self._done = True
 
 
-class DocumentMasks(Masks):
+class DocumentMasks(DocumentOutput):
     """A document of COCO whose objects have masks in place of outlines."""
 
-    def __init__(self, document: DocumentOutput) -> None:
-        super().__init__()
-        self._document = document
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._segmenter = Segmenter()
 
-    def add(self, moment: Moment, mask: Mask) -> None:
+    def write(self, moment: Moment) -> None:
         """Add the object of a frame, if its mask is not empty."""
-        objects: tuple[ObjectRow, ...] = ()
+        mask, objects = _mask(self._segmenter, moment), tuple[ObjectRow, ...]()
         if moment.track is not None and mask.any():
             objects = (replace(ObjectRow.of_target(moment.track), mask=runs.encode(mask)),)
-        self._document.add(FrameRow(moment.frame.index, moment.frame.time, objects))
-
-    @property
-    def result(self) -> str | None:
-        """The document, or the rows in its place."""
-        return self._document.result
-
-    def __enter__(self) -> Self:
-        self._document.__enter__()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._document.__exit__(*exception)
+        self.add(FrameRow(moment.frame.index, moment.frame.time, objects))

@@ -2,51 +2,37 @@
 
 from __future__ import annotations
 
-import os
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motes.cli.annotated_video import AnnotatedVideo, painted_target
-from motes.cli.input_checks import stem_of
+from motes.cli.annotated_video import drawn, painted_target
+from motes.cli.input_checks import prepare_folder, stem_of
 from motes.cli.moment import Moment, Sink
-from motes.cli.track_loop import Companion
-from motes.cli.track_options import TrackOutputs
+from motes.cli.track_options import TrackRequest
 from motes.cli.track_units import MotionFigures, motion_names
-from motes.core.errors import FormatError
+from motes.core.track import Status
+from motes.sot.tracker import Tracker
 
 if TYPE_CHECKING:
-    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
     from motes.video.film import Film
     from motes.video.sources import Source
 
 
 def pictures_outputs(
-    film: Source | Film,
-    source: str,
-    output: str | None,
-    outputs: TrackOutputs,
-    units: RealUnits | None,
-    *,
-    config: TrackerConfig | None = None,
-    stride: int = 1,
+    asked: TrackRequest, film: Source | Film, config: TrackerConfig | None = None
 ) -> list[Sink]:
     """Return the outputs beside the rows: overlay, figures, masks and the live picture.
 
     Parameters
     ----------
-    film, source
-        The film, and its name on the command line.
-    output
-        The file of the rows, or -; None without rows.
-    outputs
-        The options.
-    units
-        How pixels become metres, for the figures of the motion; None for pixels.
+    asked
+        What is to be done.
+    film
+        The film.
     config
         The tracker, for the figures of the papers.
-    stride
-        Every n-th frame of the film is used.
 
     Raises
     ------
@@ -55,17 +41,14 @@ def pictures_outputs(
     FormatError
         If a file exists and must not be overwritten, or cannot be made.
     """
-    opened: list[Sink] = []
+    outputs, output = asked.outputs, asked.output
     anew = outputs.overwrite or outputs.resume
-    if outputs.overlay is not None:
-        unit = None if units is None else "m"
-        opened.append(
-            AnnotatedVideo(outputs.overlay, film, stride, painted_target(unit), overwrite=anew)
-        )
+    unit = None if asked.units is None else "m"
+    opened = drawn(outputs, film, asked.frames.stride, lambda: painted_target(unit), overwrite=anew)
     if names := motion_names(outputs.figures):
-        stem = Path(stem_of(source) if output in (None, "-") else str(output)).with_suffix("")
-        unit = "pixels" if units is None else "m"
-        opened.append(MotionFigures(stem, names, unit, overwrite=anew))
+        stem = stem_of(asked.source) if output in (None, "-") else str(output)
+        path = Path(stem).with_suffix("")
+        opened.append(MotionFigures(path, names, unit or "pixels", overwrite=anew))
     elif outputs.figures is not None and config is not None:
         opened.append(Figures(Path(outputs.figures), config, overwrite=anew))
     if outputs.masks is not None:
@@ -75,10 +58,6 @@ def pictures_outputs(
             outputs.masks, film, outputs.label, overwrite=anew, resume=outputs.resume
         )
         opened.append(masks)
-    if outputs.show:
-        from motes.cli.show import Show
-
-        opened.append(Show(painted_target()))
     return opened
 
 
@@ -88,26 +67,31 @@ class Figures(Sink):
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
         from motes.output.figures import Recorder
 
-        if folder.exists() and not folder.is_dir():
-            raise FormatError(f"{folder} is not a folder; choose another name.")
-        place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-        if not os.access(place, os.W_OK):
-            raise FormatError(f"{folder} cannot be written: no permission; choose another folder.")
         self._recorder = Recorder(config)
-        there = [name for name in self._recorder.files if (folder / name).exists()]
-        if there and not overwrite:
-            raise FormatError(
-                f"{folder / there[0]} exists; choose another folder, or overwrite it (--overwrite)."
-            )
+        prepare_folder(folder, self._recorder.files, overwrite)
         self._folder = folder
-        self._companion = Companion()
+        self._companion = Tracker("mean_shift")
+        self._accompanied = False
         self._files: list[Path] = []
 
     def write(self, moment: Moment) -> None:
         """Record a frame."""
         if moment.info is not None:
-            seconds = self._companion.seconds(moment)
-            self._recorder.add(moment.frame, moment.info, moment.seconds, seconds)
+            self._recorder.add(moment.frame, moment.info, moment.seconds, self._compared(moment))
+
+    def _compared(self, moment: Moment) -> float | None:
+        """Return the time of a mean-shift tracker beside the one that runs, in seconds.
+
+        It starts on the frame in which the target is first tracked, and has no time before.
+        """
+        if self._accompanied:
+            clock = time.perf_counter()
+            self._companion.update(moment.frame)
+            return time.perf_counter() - clock
+        if moment.track is not None and moment.status is Status.TRACKING:
+            self._companion.init(moment.frame, moment.track.box)
+            self._accompanied = True
+        return None
 
     @property
     def result(self) -> str | None:

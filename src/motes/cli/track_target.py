@@ -14,7 +14,7 @@ from motes.cli.options import HYPHEN, REPEATED, TARGET
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.track_loop import Begin
+    from motes.cli.track_frames import Begin
     from motes.sot.known_target import KnownTarget
     from motes.sot.places import Place
 
@@ -115,20 +115,19 @@ class TargetOptions:
         if self.detect is None and self.face_model:
             raise ConfigError("--face-model belongs to --detect face; give it, or omit it.")
 
-        from motes.cli import track_loop
-
         if self.init:
-            return track_loop.on_region(self.regions()[0])
+            region = self.regions()[0]
+            return lambda tracker, frame: tracker.init(frame, region)
         if known is None:
             from motes.mot.detection.pretrained import FacesConfig
 
             model = None if self.face_model is None else str(self.face_model)
-            return track_loop.on_detection(FacesConfig(model=model).detector())
+            faces = FacesConfig(model=model).detector()
+            return lambda tracker, frame: tracker.detect(frame, faces)
         return self._search(known)
 
     def _search(self, known: KnownTarget) -> Begin:
         """Return the search for a known target, in the places and before the background given."""
-        from motes.cli.track_loop import on_target
         from motes.sot.places import load_places
         from motes.video.image_files import read_image
 
@@ -137,6 +136,5 @@ class TargetOptions:
             read_text(self.places)  # a file that is missing is an error of its own
             with error_context(self.places):
                 places = load_places(self.places)
-        return on_target(
-            known, places, None if self.background is None else read_image(self.background)
-        )
+        background = None if self.background is None else read_image(self.background)
+        return lambda tracker, frame: tracker.search(frame, known, places, background)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
@@ -91,7 +91,8 @@ def watch(
         show_all("watch")
         return DONE
     if source is not None and source.endswith(".toml"):
-        _check_no_single(objects, counting, frames, outputs, preset, values, settings)
+        others = [*["preset"] * (preset != PRESET), *settings]
+        _check_no_single((objects, counting, frames, outputs, values), others)
 
         from motes.cli.watch_cameras import watch_rig
 
@@ -106,10 +107,7 @@ def watch(
             "--histogram is for a file of several cameras; for one, give it to motes track."
         )
     where = counting.regions()
-    config = watch_config(
-        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings,
-        own_code=own_code,
-    )  # fmt: skip
+    config = watch_config(app, preset, values.config, objects, settings, own_code=own_code)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -117,7 +115,7 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    names = _names(source, outputs)
+    rows, events, addresses = _checked_names(source, outputs)
 
     from msgspec.structs import replace
 
@@ -130,9 +128,9 @@ def watch(
     counter = EventCounter(where)
     metrics = None if outputs.metrics is None else place_of(outputs.metrics)
     sending = None
-    if names.addresses:
+    if addresses:
         queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
-        sending = SentEvents(names.addresses, queue, source, where, announce=announce)
+        sending = SentEvents(addresses, queue, source, where, announce=announce)
     with contextlib.ExitStack() as running:
         detector = _detector(running, source, objects, frames, config)
         scene = Scene(detector, config, values.seed)
@@ -140,39 +138,32 @@ def watch(
         where.check(film.width, film.height)
         say_rate(film)
         page = None if metrics is None else MetricsPage(metrics, film, scene, sending)
-        opened = _opened(outputs, names.events, film, frames.stride, where, sending, page)
-        if names.rows is not None:
-            from motes.cli.known_run import remembered
-            from motes.cli.watch_outputs import rows_output
+        opened = _opened(outputs, events, film, frames.stride, where, sending, page)
+        if rows is not None:
+            from motes.cli.known_run import rows_outputs
             from motes.mot.analytics.real_units import RealUnits
 
             ground = None if where.ground is None else RealUnits(where.ground)
-            opened += remembered(
-                names.rows, outputs, film, frames, config, values.seed, preset, units=ground,
+            opened += rows_outputs(
+                rows, outputs, film, frames, config, values.seed, preset, units=ground,
                 places=replace(where, ground=None),
             )  # fmt: skip
-            opened.append(rows_output(names.rows, film, outputs))
         return watch_scene(film, scene, counter, opened)
 
 
-class _Names(NamedTuple):
-    """Where a run writes: the file of its rows, the files of events, and their addresses."""
+def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
+    """Return where a run writes: its rows, files of events and their addresses, checked.
 
-    rows: str | None
-    events: list[str]
-    addresses: list[str]
-
-
-def _names(source: str, outputs: WatchOutputs) -> _Names:
-    """Return where a run writes, checked; the rows have a name of their own if nothing else has."""
+    The rows have a name of their own if nothing else has.
+    """
     from motes.cli.watch_outputs import check_several, is_document
     from motes.rows.journal import journal_of
 
     output = outputs.output
     written, sent = outputs.destinations()
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    live = outputs.show or outputs.metrics is not None
-    if output is None and outputs.overlay is None and not (written or sent or pictures or live):
+    others = (outputs.overlay, outputs.show, outputs.metrics, written, sent, pictures)
+    if output is None and not any(others):
         output = default_output(source)
     if output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
@@ -187,7 +178,7 @@ def _names(source: str, outputs: WatchOutputs) -> _Names:
     if output is not None:
         check_several(output, outputs.format)
     point_out_leftovers(outputs.overlay, *files)
-    return _Names(output, written, sent)
+    return output, written, sent
 
 
 def _detector(
@@ -231,19 +222,14 @@ def _opened(
     page: MetricsPage | None,
 ) -> list[Sink]:
     """Return all outputs but the rows; `sending` and `page` are among them if they are there."""
-    from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-    from motes.cli.show import Show
+    from motes.cli.annotated_video import drawn, painted_scene
     from motes.cli.watch_outputs import Events
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
 
-    opened: list[Sink] = []
     overwrite = outputs.overwrite
-    if outputs.overlay is not None:
-        paint = painted_scene(where)
-        opened.append(AnnotatedVideo(outputs.overlay, film, stride, paint, overwrite=overwrite))
+    opened = drawn(outputs, film, stride, lambda: painted_scene(where))
     opened += [Events(name, overwrite) for name in events]
     opened += [] if sending is None else [sending]
-    opened += [Show(painted_scene(where))] if outputs.show else []
     opened += [] if page is None else [page]
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))
@@ -276,26 +262,23 @@ def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str
             )
 
 
-def _check_no_single(
-    objects: ObjectOptions,
-    counting: CountingOptions,
-    frames: FrameOptions,
-    outputs: WatchOutputs,
-    preset: str,
-    values: ConfigOptions,
-    settings: Mapping[str, Any],
-) -> None:
-    """Check that no option is given that is for one camera; raise a ConfigError."""
-    usual = {"stride": 1, "preset": PRESET}
-    given = {
-        **asdict(objects), **asdict(counting), **asdict(frames), **asdict(outputs),
-        "preset": preset, **asdict(values), **settings,
-    }  # fmt: skip
-    for option, value in given.items():
-        if (
-            option not in ("output", "overwrite", "seed", "histogram")
-            and value
-            and value != usual.get(option)
-        ):
-            name = option.replace("_", "-")
-            raise ConfigError(f"--{name} is for one camera, not for a file of several.")
+def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:
+    """Raise a ConfigError for an option that is for one camera.
+
+    Parameters
+    ----------
+    groups
+        The groups of options, of which several cameras take some.
+    others
+        The names of further options that are given.
+    """
+    several = ("output", "overwrite", "seed", "histogram")
+    names = [
+        field.name
+        for group in groups
+        for field in fields(group)
+        if field.name not in several and getattr(group, field.name) not in (field.default, [])
+    ]
+    for name in (*names, *others):
+        option = name.replace("_", "-")
+        raise ConfigError(f"--{option} is for one camera, not for a file of several.")

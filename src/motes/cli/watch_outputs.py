@@ -16,10 +16,11 @@ from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
+from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
-from motes.rows.journal import FrameRow, Header, Journal, JournalWriter, journal_of, text_name
+from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.schema import Form as RowForm
-from motes.rows.writer import Lines, TrackWriter, check_writable
+from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 
 if TYPE_CHECKING:
     from motes.video.film import Film
@@ -177,9 +178,11 @@ class DocumentOutput(Sink):
                 self._journal = JournalWriter(self.rows, head)
             name = None if file is None else text_name(file)
             self._journal.add(replace(picture, objects=objects, file=name))
-        except OSError as error:
+        except FormatError as error:
             self._failed = True
-            raise self._failure(error) from error
+            if isinstance(error.__cause__, OSError):
+                raise self._failure(error.__cause__) from error
+            raise
 
     @property
     def result(self) -> str | None:
@@ -208,7 +211,8 @@ class DocumentOutput(Sink):
         if self._failed:
             return
         try:
-            write_format(self.path, self._form, Journal(self.rows), self._keyframe_error)
+            kept = recording_of_journal(self.rows)
+            write_format(self.path, self._form, kept, self._keyframe_error)
         except OSError as error:
             raise self._failure(error) from error
         self._done = True

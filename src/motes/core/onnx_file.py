@@ -1,7 +1,7 @@
 """What an ONNX file says of its model: inputs, outputs, metadata, and where its weights lie.
 
 The few fields of ONNX's protocol buffer that this needs are read here; weights and operations are
-skipped. So a damaged file is found before it is loaded, whichever library runs it.
+skipped. So a damaged file is found before it is loaded.
 """
 
 from __future__ import annotations

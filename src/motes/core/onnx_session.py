@@ -1,44 +1,20 @@
-"""Models in ONNX files, run by ONNX Runtime, or by OpenCV where only that is installed."""
+"""Models in ONNX files, run by ONNX Runtime."""
 
 from __future__ import annotations
 
 import re
-import threading
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
-import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.onnx_file import OnnxFile, read_onnx
 from motes.core.optional import optional
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 """A model's inputs or outputs by name."""
-
-
-class Session(Protocol):
-    """A model that is ready to run. It may be used by several threads.
-
-    Attributes
-    ----------
-    file
-        What its file says of it.
-    """
-
-    file: OnnxFile
-
-    def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
-        """Return all outputs by name, in arrays of their own.
-
-        Raises
-        ------
-        SourceError
-            If the model does not run with these inputs.
-        """
-        ...
 
 
 def open_session(
@@ -60,25 +36,28 @@ def open_session(
     Raises
     ------
     MissingDependencyError
-        If neither ONNX Runtime nor OpenCV is installed.
+        If ONNX Runtime is not installed.
     SourceError
         If the file cannot be read, or holds operations that cannot be run.
     ConfigError
         If there is no such provider.
     """
     file = read_onnx(path)
-    try:
-        import onnxruntime
-    except ImportError:
-        return _with_opencv(file, threads, provider)
-    return RuntimeSession(onnxruntime, file, threads, provider, open_sizes)
+    runtime = optional("onnxruntime", "ONNX files need ONNX Runtime", "motes[onnx]")
+    return Session(runtime, file, threads, provider, open_sizes)
 
 
 _FOLDER = "session.model_external_initializers_file_folder_path"
 
 
-class RuntimeSession:
-    """A model that ONNX Runtime runs. A `Session`."""
+class Session:
+    """A model that is ready to run. It may be used by several threads.
+
+    Attributes
+    ----------
+    file
+        What its file says of it.
+    """
 
     def __init__(
         self, runtime: Any, file: OnnxFile, threads: int | None, provider: str | None, free: bool
@@ -110,66 +89,17 @@ class RuntimeSession:
         self._names = [each.name for each in file.outputs]
 
     def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
-        """Return all outputs by name; see `Session`."""
+        """Return all outputs by name, in arrays of their own.
+
+        Raises
+        ------
+        SourceError
+            If the model does not run with these inputs.
+        """
         try:
             return dict(zip(self._names, self._session.run(self._names, inputs), strict=True))
         except Exception as error:  # onnxruntime has errors of many kinds
-            raise _does_not_run(self.file, error) from None
-
-
-def _with_opencv(file: OnnxFile, threads: int | None, provider: str | None) -> OpencvSession:
-    cv2 = optional("cv2", "ONNX files need ONNX Runtime", "motes[onnx]")
-    if provider is not None:
-        raise MissingDependencyError(
-            f"Only ONNX Runtime has {provider}; install it with: pip install 'motes[onnx]'."
-        )
-    return OpencvSession(cv2, file, threads)
-
-
-class OpencvSession:
-    """A model that OpenCV runs. A `Session`.
-
-    OpenCV takes inputs of any size. Its number of threads is one for the whole process: it is set
-    for a run, and then put back.
-    """
-
-    def __init__(self, cv2: Any, file: OnnxFile, threads: int | None) -> None:
-        self.file, self._cv2, self._threads = file, cv2, threads
-        self._names = [each.name for each in file.outputs]
-        log = cv2.utils.logging
-        level = log.setLogLevel(log.LOG_LEVEL_SILENT)  # the error says it too
-        try:
-            self._net = cv2.dnn.readNetFromONNX(file.path)
-        except Exception as error:
-            raise SourceError(f"{file.path} cannot be read by OpenCV: {one_line(error)}") from None
-        finally:
-            log.setLogLevel(level)
-
-    def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
-        """Return all outputs by name; see `Session`."""
-        with _ONE_AT_A_TIME:
-            before = self._cv2.getNumThreads()
-            wanted = before if self._threads is None else self._threads
-            if wanted != before:
-                self._cv2.setNumThreads(wanted)
-            try:
-                for name, values in inputs.items():
-                    self._net.setInput(values, name)
-                # The next run writes into the same memory.
-                outputs = [np.array(each) for each in self._net.forward(self._names)]
-            except Exception as error:
-                raise _does_not_run(self.file, error) from None
-            finally:
-                if wanted != before:
-                    self._cv2.setNumThreads(before)
-        return dict(zip(self._names, outputs, strict=True))
-
-
-_ONE_AT_A_TIME = threading.Lock()
-
-
-def _does_not_run(file: OnnxFile, error: Exception) -> SourceError:
-    return SourceError(f"{file.path} does not run: {one_line(error)}")
+            raise SourceError(f"{self.file.path} does not run: {one_line(error)}") from None
 
 
 _PLACES = re.compile(

@@ -28,14 +28,10 @@ from motes.core.types import Singles, Spectra
 from motes.cues import fourier_ridge as ridge
 from motes.cues.search_window import CELL_SIZE, cut, features
 
-UPSAMPLING = 4
-"""Number of a response's values per side of a cell."""
 LEAST_SAMPLES, MOST_SAMPLES = 120, 200
 """Side of the window in samples: one to a pixel where that lies between these."""
 FIRST_PENALTY, PENALTY = 1.0, 0.1
 """Weight of the confinement in the first iteration, and in the others."""
-FIRST_ITERATIONS = 4
-"""Iterations in the first frame."""
 REFERENCE_FRAMES = 10
 """The mean response to the target in this many frames, from the start, is the reference."""
 LEARNED_RESPONSE = 0.7
@@ -94,11 +90,6 @@ class ConfinedGrid:
     sigma: float
 
     @property
-    def taper(self) -> Singles:
-        """Hann's window (n, n)."""
-        return _taper(self.cells)
-
-    @property
     def mask(self) -> Singles:
         """(n, n): 1 where the filter may differ from 0, its origin in the middle."""
         return _mask(self.cells, max(round(self.wide), 2), max(round(self.high), 2))
@@ -131,7 +122,8 @@ class ConfinedView:
     spectra
         (30, n, n // 2 + 1): the transform of the window's features.
     plane
-        (UPSAMPLING n, UPSAMPLING n): the response relative to that in the first frames.
+        (CELL_SIZE n, CELL_SIZE n): the response at each sample, relative to that in the first
+        frames.
     reach
         Side of the window, in mean sides of the target.
     radius
@@ -174,11 +166,11 @@ class ConfinedView:
         """
         across, down = self.offset(place)
         size = len(self.plane)
-        column, row = (round(off * UPSAMPLING) + size // 2 for off in (across, down))
+        column, row = (round(off * CELL_SIZE) + size // 2 for off in (across, down))
         if not (0 <= row < size and 0 <= column < size):
             return 0.0, place
         radius = max(self.radius, sides * place.side)
-        reach = max(round(radius / self.pixels / CELL_SIZE * UPSAMPLING), UPSAMPLING)
+        reach = max(round(radius / self.pixels), CELL_SIZE)
         top, left = max(row - reach, 0), max(column - reach, 0)
         part = self.plane[top : row + reach + 1, left : column + reach + 1]
         i, j = divmod(int(np.argmax(part)), part.shape[1])
@@ -187,8 +179,7 @@ class ConfinedView:
     def _at(self, column: int, row: int) -> Ellipse:
         """Return the place at values of the plane from its middle."""
         cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
-        step = self.pixels * CELL_SIZE / UPSAMPLING
-        x, y = column * step, row * step
+        x, y = column * self.pixels, row * self.pixels
         return self.place._replace(
             x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
         )
@@ -208,7 +199,8 @@ class ConfinedFilter(Config, frozen=True):
         Weight of the filter of the frame before. With a larger value the filter changes more
         slowly.
     iterations
-        Iterations in which a new filter and its confinement come together.
+        Iterations in which a new filter and its confinement come together; twice as many in the
+        first frame.
     """
 
     reach: Positive = 5.0
@@ -234,14 +226,14 @@ class ConfinedFilter(Config, frozen=True):
         n = samples.cells
         response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
         # `irfft2` of the response with more frequencies, which would also go through all zeros.
-        side = UPSAMPLING * n
+        side = CELL_SIZE * n
         padded = np.zeros((side, n // 2 + 1), np.complex64)
         low, high = (n + 1) // 2, n // 2
         padded[:low], padded[side - high :] = response[:low], response[low:]
         lines = fft.ifft(padded, axis=0, norm="forward", overwrite_x=True)
         plane = fft.irfft(lines, side, norm="forward", overwrite_x=True)
         plane *= np.float32(1 / side**2)
-        plane *= UPSAMPLING**2 / model.reference
+        plane *= CELL_SIZE**2 / model.reference
         pixels = samples.step(place)
         radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
         return ConfinedView(place, pixels, spectra, ridge.centered(plane), self.reach, radius)
@@ -297,7 +289,8 @@ class ConfinedFilter(Config, frozen=True):
         side, step = samples.cells * CELL_SIZE, samples.step(place)
         cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))
-        cells *= samples.taper * np.float32(math.sqrt(cells.size / (energy + 1e-6)))
+        gain = np.float32(math.sqrt(cells.size / (energy + 1e-6)))
+        cells *= ridge.taper(samples.cells, samples.cells) * gain
         out: Spectra = fft.rfft2(cells)
         return out
 
@@ -318,7 +311,7 @@ class ConfinedFilter(Config, frozen=True):
         from scipy import fft
 
         shape = samples.cells, samples.cells
-        rounds = FIRST_ITERATIONS if before is None else self.iterations
+        rounds = 2 * self.iterations if before is None else self.iterations
         penalty = FIRST_PENALTY
         copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
         before = copied if before is None else before
@@ -346,13 +339,6 @@ def _grid(a: float, b: float, reach: float, sharpness: float) -> ConfinedGrid:
     pixels = reach * target / (cells * CELL_SIZE)
     wide, high = (2 * half / pixels / CELL_SIZE for half in (a, b))
     return ConfinedGrid(cells, pixels, target, wide, high, sharpness * math.sqrt(wide * high))
-
-
-@cache
-def _taper(cells: int) -> Singles:
-    """Return Hann's window (n, n)."""
-    line = np.hanning(cells + 2)[1:-1]
-    return np.outer(line, line).astype(np.float32)
 
 
 @cache

@@ -20,6 +20,13 @@ frequencies = cache(np.fft.fftfreq)
 half_frequencies = cache(np.fft.rfftfreq)
 
 
+@cache
+def taper(rows: int, columns: int) -> Singles:
+    """Return Hann's window (rows, columns); no value is 0."""
+    down, across = (np.hanning(size + 2)[1:-1] for size in (rows, columns))
+    return np.outer(down, across).astype(np.float32)
+
+
 def gaussian(
     frequencies: NDArray[np.floating], sigma: float, shift: float = 0.0
 ) -> NDArray[np.complex128]:
@@ -60,6 +67,12 @@ def updated(
         power.ravel(),
     )
     return numerator, power
+
+
+def vertex(low: float, best: float, high: float) -> float:
+    """Return how far the top of the parabola through three values is from the middle one."""
+    curvature = float(low - 2 * best + high)
+    return float(low - high) / (2 * curvature) if curvature < 0 else 0.0
 
 
 def centered(plane: Singles) -> Singles:

@@ -5,7 +5,6 @@ Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 201
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Annotated
 
 import msgspec
@@ -14,12 +13,19 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.config import Config, NonNegative, Positive, Share
+from motes.core.config import Config, NonNegative, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
-from motes.cues.fourier_ridge import filtered, gaussian, half_frequencies, updated
+from motes.cues.fourier_ridge import (
+    filtered,
+    gaussian,
+    half_frequencies,
+    taper,
+    updated,
+    vertex,
+)
 from motes.cues.search_window import CELL_SIZE, sectors
 
 SIDE = 32
@@ -60,16 +66,12 @@ class ScaleFilter(Config, frozen=True):
     ridge
         Regularization: energy that is added to every frequency. With a larger value, frequencies of
         low energy have less influence.
-    learning_rate
-        Share of the current frame in the updated filter. With a larger value the filter follows
-        changes faster; 0 keeps it fixed.
     """
 
     count: Annotated[int, Meta(ge=1, le=33)] = 13
     step: Annotated[float, Meta(gt=1, le=2)] = 1.06
     sharpness: Positive = 0.7
     ridge: NonNegative = 0.01
-    learning_rate: Share = 0.02
 
     @property
     def factors(self) -> Floats:
@@ -93,7 +95,7 @@ class ScaleFilter(Config, frozen=True):
 
         out = np.empty((len(model.numerator), self.count), np.float32)
         kernels.search_window.cells_of_sizes(
-            frame.pixels, ellipse, self.factors, _tapers(self.count), model.rows, model.columns,
+            frame.pixels, ellipse, self.factors, taper(1, self.count)[0], model.rows, model.columns,
             CELL_SIZE, sectors(), out,
         )  # fmt: skip
         transform: Spectra = fft.rfft(out)
@@ -116,9 +118,7 @@ class ScaleFilter(Config, frozen=True):
         best = int(np.argmax(values))
         if not 0 < best < len(values) - 1:
             return float(self.factors[best])
-        low, high, higher = values[best - 1 : best + 2].tolist()
-        curvature = low - 2 * high + higher
-        shift = (low - higher) / (2 * curvature) if curvature else 0.0
+        shift = vertex(*values[best - 1 : best + 2].tolist())
         return float(self.factors[best] * self.step**shift)
 
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
@@ -126,9 +126,3 @@ class ScaleFilter(Config, frozen=True):
         label = gaussian(half_frequencies(self.count), self.sharpness)
         numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)
-
-
-@cache
-def _tapers(count: int) -> Singles:
-    """Return Hann's window over sizes, (count,)."""
-    return np.hanning(count + 2)[1:-1].astype(np.float32)

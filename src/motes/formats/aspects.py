@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from motes.core.track import Status
-from motes.formats.recording import Recorded
+from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
 
 ANGLES = "angles"
@@ -19,7 +19,7 @@ ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIM
 """All of them, beside the boxes in each frame, which every format holds."""
 
 
-def aspects(recorded: Recorded) -> set[str]:
+def aspects(recorded: Recording) -> set[str]:
     """Return those of `ASPECTS` that a recording has."""
     found: set[str] = {TIMES}
     for row in recorded:

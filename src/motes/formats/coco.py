@@ -20,7 +20,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.regions import region_of_corners
 from motes.formats.shapes import (
     Corners,
@@ -37,7 +37,7 @@ ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
 
 
-def write(recorded: Recorded) -> Iterator[bytes]:
+def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a COCO document: `info`, `licenses`, `categories`, `images` and `annotations`.
 
     `categories` has the classes of the objects; an object's class is that of its last row, and that
@@ -89,7 +89,7 @@ def _class(each: ObjectRow, names: dict[int, str], head: Header) -> str:
 
 
 def _annotations(
-    recorded: Recorded, names: dict[int, str], numbers: dict[str, int]
+    recorded: Recording, names: dict[int, str], numbers: dict[str, int]
 ) -> Iterator[dict[str, object]]:
     number, head = 0, recorded.head
     for row in recorded:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
@@ -21,7 +22,6 @@ from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
     FilmFacts,
-    Recorded,
     Recording,
     frames_between,
     recording_of,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 
-def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
+def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
     """Yield a document with a track for each object, and a box for each frame in which it is shown.
 
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
@@ -54,11 +54,11 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
 
     head, end = recorded.head, 0
     spans: dict[int, tuple[int, int]] = {}
-    for offset, row in recorded.rows():
+    for index, row in enumerate(recorded.frames):
         end = row.frame + 1
         for each in row.objects:
             if each.status in SHOWN:
-                spans[each.identity] = spans.get(each.identity, (offset, 0))[0], offset
+                spans[each.identity] = spans.get(each.identity, (index, 0))[0], index
     if ANONYMOUS in spans:
         raise FormatError(
             "CVAT holds tracks, and there are boxes without identities; track them first, with "
@@ -93,14 +93,14 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
 
 
 def _track(
-    recorded: Recorded, identity: int, name: str, first: int, last: int, error: float
+    recorded: Recording, identity: int, name: str, first: int, last: int, error: float
 ) -> Iterator[bytes]:
-    """Yield the track of an object whose first and last rows begin at two offsets."""
+    """Yield the track of an object that is shown from one index of `frames` to another."""
     from xml.sax.saxutils import quoteattr
 
     stretches: list[list[tuple[int, Corners, bool]]] = []
     ends: list[int] = []  # the frame after each stretch, unless the film ends with it
-    for offset, row in recorded.rows(first):
+    for row in recorded.frames[first : last + 2]:
         here = next((each for each in row.objects if each.identity == identity), None)
         box = None if here is None else visible_box(here, recorded.head)
         if box is None or here is None:
@@ -110,8 +110,6 @@ def _track(
             if len(ends) == len(stretches):
                 stretches.append([])
             stretches[-1].append((row.frame, box, here.status is Status.OCCLUDED))
-        if offset > last:
-            break
     if not stretches:
         return
     yield f'  <track id="{identity}" label={quoteattr(name)} source="automatic">\n'.encode()
@@ -184,7 +182,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     identities = {each.identity for _, each in objects}
     if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
         objects = [
-            (frame, each if each.identity == ANONYMOUS else _next(each)) for frame, each in objects
+            (frame, replace(each, identity=each.identity + 1 if each.identity >= 0 else ANONYMOUS))
+            for frame, each in objects
         ]
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
     count = facts.frames or end or 0
@@ -211,12 +210,6 @@ def _size(root: Element, images: list[Element]) -> tuple[int, int] | None:
             return width, height
     sizes = [(_whole(each.get("width")) or 0, _whole(each.get("height")) or 0) for each in images]
     return max(sizes, default=None)
-
-
-def _next(each: ObjectRow) -> ObjectRow:
-    from msgspec.structs import replace
-
-    return replace(each, identity=each.identity + 1)
 
 
 def _label(element: Element, facts: FilmFacts) -> str | None:

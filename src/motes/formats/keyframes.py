@@ -16,7 +16,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import only_object
@@ -26,7 +26,7 @@ TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
 """Those of boxes, and of ellipses."""
 
 
-def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
+def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
     """Yield the rows of the one object.
 
     If the file that was read has keyframes of its own, these are written. Otherwise they are as few

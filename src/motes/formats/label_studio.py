@@ -24,7 +24,6 @@ from motes.core.track import Status
 from motes.core.types import Floats
 from motes.formats.recording import (
     FilmFacts,
-    Recorded,
     Recording,
     frames_between,
     recording_of,
@@ -41,7 +40,7 @@ VIDEO, BOX = "video", "box"
 """Names of the tags in the labeling configuration, as in Label Studio's own template."""
 
 
-def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
+def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
     """Yield a list of one task, with the objects as a prediction.
 
     The keyframes are as few as keep every side of the interpolated boxes within `keyframe_error`
@@ -57,7 +56,7 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
 
 
 def regions(
-    recorded: Recorded, keyframe_error: float, names: tuple[str, str] = (BOX, VIDEO)
+    recorded: Recording, keyframe_error: float, names: tuple[str, str] = (BOX, VIDEO)
 ) -> list[dict[str, Any]]:
     """Return the regions of all objects; `names` are those of the tags of the box and the video."""
     head, classes = recorded.head, classes_of(recorded)

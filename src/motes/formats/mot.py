@@ -11,7 +11,7 @@ from pathlib import Path
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.mot_files import UNKNOWN, Kind, MotRows, read_rows
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
 from motes.formats.visibility import shown, visible
@@ -27,7 +27,7 @@ SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
 _NAMES = {number: name for name, number in CLASSES.items()}
 
 
-def write_results(recorded: Recorded) -> Iterator[bytes]:
+def write_results(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each visible object: frame, identity, box, confidence, class, 1, -1.
 
     The class is 1 for an object without one, and -1 for one that is none of `CLASSES`. An occluded
@@ -44,7 +44,7 @@ def result_line(frame: int, each: ObjectRow) -> str:
     return f"{frame + 1},{each.identity},{box},{each.confidence:.4f},{_class(each)},1,-1"
 
 
-def write_truth(recorded: Recorded) -> Iterator[bytes]:
+def write_truth(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each object: frame, identity, box, flag, class, visibility.
 
     The flag is 0 for an object with confidence 0, which does not count. An occluded object counts,
@@ -60,7 +60,7 @@ def write_truth(recorded: Recorded) -> Iterator[bytes]:
             yield line.encode() + b"\n"
 
 
-def write_detections(recorded: Recorded) -> Iterator[bytes]:
+def write_detections(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each visible object, without its identity, for `motes watch --detector`."""
     for row in recorded:
         for each in visible(row):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from motes.core.files import check_ended
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import FilmFacts, Recording, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
 from motes.formats.text import read_text
 from motes.formats.visibility import only_object
@@ -20,7 +20,7 @@ from motes.rows.journal import ObjectRow
 FIRST_PIXEL = 1
 
 
-def write(recorded: Recorded) -> Iterator[bytes]:
+def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame; raise a FormatError if there are several objects."""
     here = only_object(recorded, "OTB")
     for frame in range(frame_count(recorded)):
@@ -32,7 +32,7 @@ def write(recorded: Recorded) -> Iterator[bytes]:
         yield box.encode() + b"\n"
 
 
-def frame_count(recorded: Recorded) -> int:
+def frame_count(recorded: Recording) -> int:
     """Return the number of frames up to the last one of a recording."""
     return max((row.frame for row in recorded), default=-1) + 1
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from motes.core.errors import FormatError
 from motes.core.optional import optional
-from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.recording import FilmFacts, Recording
 from motes.formats.rows import recording_of_rows, table_of
 from motes.rows.schema import TEXT, WHOLE
 
@@ -20,7 +20,7 @@ def _pyarrow() -> Any:
     return pyarrow
 
 
-def write(recorded: Recorded) -> Iterator[bytes]:
+def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a table with a row for each object in each frame; empty fields are null."""
     pyarrow = _pyarrow()
     names, rows = table_of(recorded)

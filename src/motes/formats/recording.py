@@ -1,13 +1,9 @@
-"""The objects in all frames of a film, as every format is read into and written from.
-
-A `Journal` is one: the rows of a run in a file. A `Recording` is one in memory, made of any file.
-"""
+"""The objects in all frames of a film, as every format is read into and written from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
@@ -19,31 +15,6 @@ MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
-
-
-class Recorded(Protocol):
-    """The objects of a film: a `Journal` or a `Recording`."""
-
-    @property
-    def head(self) -> Header:
-        """What all frames share."""
-        ...
-
-    @property
-    def left_out(self) -> Sequence[str]:
-        """What of the file is not here, in a few words each."""
-        ...
-
-    @property
-    def assumed(self) -> bool:
-        """Whether times are those of 25 frames a second, as no rate is known."""
-        ...
-
-    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
-        """Yield pairs of an offset and the frame there, from an offset on."""
-        ...
-
-    def __iter__(self) -> Iterator[FrameRow]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +29,6 @@ class Recording:
     frames: Sequence[FrameRow]
     left_out: Sequence[str] = ()
     assumed: bool = False
-
-    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
-        """Yield pairs of an index in `frames` and the frame there, from an index on."""
-        return ((start + i, row) for i, row in enumerate(self.frames[start:]))
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)

@@ -24,7 +24,7 @@ from motes.formats.aspects import (
     MASKS,
     TIMES,
 )
-from motes.formats.recording import FilmFacts, Recorded
+from motes.formats.recording import FilmFacts, Recording
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +42,7 @@ class Format:
         Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
         `motes.formats`. None if it cannot be read.
     write
-        Returns the bytes of a `Recorded`, piece by piece; of a folder, pairs of a name and bytes.
+        Returns the bytes of a `Recording`, piece by piece; of a folder, pairs of a name and bytes.
         None if it cannot be written.
     holds
         Those of `ASPECTS` that it holds.
@@ -58,7 +58,7 @@ class Format:
 
     title: str
     endings: tuple[str, ...] = ()
-    read: str | Callable[..., Recorded] | None = None
+    read: str | Callable[..., Recording] | None = None
     write: str | Callable[..., Iterator[Any]] | None = None
     holds: tuple[str, ...] = ()
     sized: bool = False
@@ -124,8 +124,8 @@ OWN: dict[str, Format] = {
         holds=(IDENTITIES, CLASSES, TIMES), sized=True, thinned=True,
     ),
     "deeplabcut": Format(
-        title="DeepLabCut's CSV", endings=(".dlc.csv",), read="deeplabcut:read",
-        write="deeplabcut:write", holds=(ANGLES, CONFIDENCES, IDENTITIES),
+        title="DeepLabCut's CSV", endings=(".dlc.csv",), write="deeplabcut:write",
+        holds=(ANGLES, CONFIDENCES, IDENTITIES),
     ),
     "keyframes": Format(
         title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
@@ -270,7 +270,7 @@ def _function(name: str | Callable[..., Any]) -> Callable[..., Any]:
     return found
 
 
-def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
+def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     """Return the objects in a file of a format.
 
     Raises
@@ -292,7 +292,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
         _check_not_empty(path)
-        recorded: Recorded = _function(form.read)(path, facts)
+        recorded: Recording = _function(form.read)(path, facts)
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except FormatError as error:
@@ -312,7 +312,7 @@ def _check_not_empty(path: Path) -> None:
         raise SourceError(f"{path} is empty; {ADVICE}")
 
 
-def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | None = None) -> None:
+def write(path: Path, name: str, recorded: Recording, keyframe_error: float | None = None) -> None:
     """Write a file or folder of a format, complete or not at all.
 
     Parameters
@@ -350,19 +350,10 @@ def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | Non
     write_folder(path, pieces)
 
 
-def check_folder(path: Path) -> None:
-    """Check that nothing but labels is lost if a folder of labels is made anew.
-
-    Raises
-    ------
-    FormatError
-        As from `check_replaced`.
-    """
-    check_replaced(path, (".txt", ".yaml", ".cache"), "label")
-
-
-def check_replaced(path: Path, suffixes: Sequence[str], kind: str) -> None:
-    """Check that a folder of one kind of files can be replaced by a new one.
+def check_folder(
+    path: Path, suffixes: Sequence[str] = (".txt", ".yaml", ".cache"), kind: str = "label"
+) -> None:
+    """Check that nothing but one kind of files is lost if a folder is made anew.
 
     Raises
     ------

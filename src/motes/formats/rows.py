@@ -10,18 +10,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from motes.core.errors import FormatError
+import msgspec
+
+from motes.core.errors import FormatError, SourceError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import Journal, ObjectRow
+from motes.rows.journal import ENDING, FrameRow, Header, ObjectRow
 from motes.rows.reader import read_track
 from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
 
 
-def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
+def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
     """Return the columns and the rows of a recording.
 
     If there is one object, and it was followed, it has a row in all frames: it is searched for
@@ -39,17 +41,17 @@ def table_of(recorded: Recorded) -> tuple[Sequence[str], Iterator[Sequence[Any]]
     return (*COLUMNS, *further), values
 
 
-def write_csv(recorded: Recorded) -> Iterator[bytes]:
+def write_csv(recorded: Recording) -> Iterator[bytes]:
     """Yield a line of titles, and a line for each row."""
     return _lines(recorded, "csv")
 
 
-def write_jsonl(recorded: Recorded) -> Iterator[bytes]:
+def write_jsonl(recorded: Recording) -> Iterator[bytes]:
     """Yield an object of JSON for each row."""
     return _lines(recorded, "jsonl")
 
 
-def _lines(recorded: Recorded, form: Form) -> Iterator[bytes]:
+def _lines(recorded: Recording, form: Form) -> Iterator[bytes]:
     columns, rows = table_of(recorded)
     for text in head(form, columns):
         yield f"{text}\n".encode()
@@ -66,15 +68,47 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     )
 
 
-def read_journal(path: Path, facts: FilmFacts) -> Journal:
+def read_journal(path: Path, facts: FilmFacts) -> Recording:
     """Return the rows of a document whose run was killed; they hold all that is known of it."""
     del facts
-    found = Journal(path)
-    for offset, row in found.rows():
-        with at(f"byte {offset}"):
+    found = recording_of_journal(path)
+    for row in found:
+        with at(f"frame {row.frame}"):
             for each in row.objects:
                 sound(each)
     return found
+
+
+def recording_of_journal(path: Path) -> Recording:
+    """Return the rows in a journal, without a last line that was cut off.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, is no journal, or a line is damaged.
+    """
+    decoder = msgspec.json.Decoder(FrameRow)
+    frames, left_out = list[FrameRow](), list[str]()
+    first: Header | None = None
+    try:
+        with path.open("rb") as file:
+            first = msgspec.json.decode(file.readline(), type=Header)
+            for text in file:
+                if text.endswith(b"\n"):
+                    frames.append(decoder.decode(text))
+                else:
+                    left_out.append("the last line, which is cut off")
+    except OSError as error:
+        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        if first is not None:
+            raise SourceError(
+                f"{path} is damaged in line {len(frames) + 2}; remove the line, and try again."
+            ) from None
+        raise SourceError(
+            f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
+        ) from None
+    return Recording(first, frames, left_out)
 
 
 def recording_of_rows(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse, area, clipped
-from motes.formats.recording import Recorded
+from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
 from motes.rows.journal import Header, ObjectRow
 
@@ -57,7 +57,7 @@ def visible_outline(each: ObjectRow, head: Header) -> NDArray[np.float64]:
     return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)
 
 
-def classes_of(recorded: Recorded) -> dict[int, str]:
+def classes_of(recorded: Recording) -> dict[int, str]:
     """Return the class of each identity: that of its last row."""
     usual = recorded.head.label
     return {

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from motes.core.errors import FormatError
 from motes.core.track import Status
-from motes.formats.recording import Recorded
+from motes.formats.recording import Recording
 from motes.rows.journal import FrameRow, ObjectRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
@@ -25,7 +25,7 @@ def visible(row: FrameRow) -> Iterator[ObjectRow]:
     return (each for each in row.objects if each.status in VISIBLE)
 
 
-def only_object(recorded: Recorded, what: str) -> dict[int, ObjectRow]:
+def only_object(recorded: Recording, what: str) -> dict[int, ObjectRow]:
     """Return the one object of a recording by frame, where it is visible.
 
     Raises

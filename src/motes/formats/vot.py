@@ -13,14 +13,14 @@ from pathlib import Path
 
 from motes.core.geometry import Ellipse
 from motes.formats.otb import frame_count, read_frames
-from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import only_object
 
 FIRST_PIXEL = 0
 ABSENT = "nan,nan,nan,nan"
 
 
-def write(recorded: Recorded) -> Iterator[bytes]:
+def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame; raise a FormatError if there are several objects."""
     here = only_object(recorded, "VOT")
     for frame in range(frame_count(recorded)):

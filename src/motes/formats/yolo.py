@@ -14,7 +14,7 @@ from pathlib import Path
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.shapes import frame_name, label_or_none, labels_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
@@ -24,17 +24,17 @@ NAMES = "data.yaml"
 CLASSES = "classes.txt"
 
 
-def write(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
+def write(recorded: Recording) -> Iterator[tuple[str, bytes]]:
     """Yield names and contents of files: the texts of all frames, then the names of the classes."""
     yield from _files(recorded, confidences=False)
 
 
-def write_predictions(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
+def write_predictions(recorded: Recording) -> Iterator[tuple[str, bytes]]:
     """Yield the files of `write`, with the confidence at the end of each line."""
     yield from _files(recorded, confidences=True)
 
 
-def _files(recorded: Recorded, *, confidences: bool) -> Iterator[tuple[str, bytes]]:
+def _files(recorded: Recording, *, confidences: bool) -> Iterator[tuple[str, bytes]]:
     head = recorded.head
     every = [each.label or head.label for row in recorded for each in row.objects]
     numbers = {name: number for number, name in enumerate(labels_of(every, head))}

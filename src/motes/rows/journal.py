@@ -6,18 +6,14 @@ is killed loses no frame. The first line is a `Header`, each other line a `Frame
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import msgspec
 import numpy as np
 
-from motes.core.errors import SourceError
-from motes.core.files import write_all
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
 from motes.mot.tracked_object import SceneTrack
@@ -145,109 +141,6 @@ class Header(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
     width: int
     height: int
     label: str
-
-
-class JournalWriter:
-    """Make a new journal and add rows; each row is in the file when `add` returns.
-
-    Raises
-    ------
-    OSError
-        If the file exists, even as a broken link, or cannot be written. The file then ends with
-        the last complete row; without any row it is removed.
-    """
-
-    def __init__(self, path: Path, head: Header) -> None:
-        self.path = path
-        # Mode x: an existing file may be a user's, or the journal of another run. Without a
-        # buffer, closing the file has nothing left to write and cannot fail again.
-        self._file = path.open("xb", buffering=0)
-        self._size = 0
-        try:
-            self._put(head)
-        except BaseException:
-            self.close()
-            path.unlink(missing_ok=True)
-            raise
-
-    def add(self, row: FrameRow) -> None:
-        """Add the row of a frame."""
-        self._put(row)
-
-    def _put(self, line: Header | FrameRow) -> None:
-        data = msgspec.json.encode(line) + b"\n"
-        try:
-            write_all(self._file, data)
-        except OSError:
-            with contextlib.suppress(OSError):
-                self._file.truncate(self._size)
-            raise
-        self._size += len(data)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-
-class Journal:
-    """The content of a journal, without a last line that was cut off.
-
-    Raises
-    ------
-    SourceError
-        When it is opened, if the file cannot be read or is no journal. From `rows`, if a line is
-        damaged.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        try:
-            with path.open("rb") as file:
-                self.head = msgspec.json.decode(file.readline(), type=Header)
-                self._start = file.tell()
-        except OSError as error:
-            raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-            raise SourceError(
-                f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
-            ) from None
-
-    @property
-    def assumed(self) -> bool:
-        """Whether times are assumed: they are those of the run."""
-        return False
-
-    @property
-    def left_out(self) -> Sequence[str]:
-        """The last line, if it was cut off."""
-        try:
-            with self.path.open("rb") as file:
-                file.seek(-1, os.SEEK_END)
-                whole = file.read(1) == b"\n"
-        except OSError as error:
-            raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
-        return [] if whole else ["the last line, which is cut off"]
-
-    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
-        """Yield pairs of an offset in the file and the row there, from an offset to the end."""
-        decoder = msgspec.json.Decoder(FrameRow)
-        try:
-            with self.path.open("rb") as file:
-                offset = file.seek(start or self._start)
-                for line in file:
-                    if not line.endswith(b"\n"):
-                        return
-                    yield offset, decoder.decode(line)
-                    offset += len(line)
-        except OSError as error:
-            raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-            raise SourceError(
-                f"{self.path} is damaged at byte {offset}; remove the line there, and try again."
-            ) from None
-
-    def __iter__(self) -> Iterator[FrameRow]:
-        return (row for _, row in self.rows())
 
 
 def journal_of(name: str) -> Path:

@@ -13,10 +13,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, Literal, Self
 
+import msgspec
+
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.track import Track
-from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
 from motes.rows.schema import COLUMNS, HINDSIGHT, Form, form_of, head, hindsight, line
 
 
@@ -209,6 +211,33 @@ class Lines:
             self.close()
         else:
             self._release()
+
+
+class JournalWriter(Lines):
+    """Make a new journal, and add the rows of frames; without any row there is no file.
+
+    Raises
+    ------
+    FormatError
+        As from `Lines`.
+    """
+
+    def __init__(self, path: Path, head: Header) -> None:
+        super().__init__(str(path))
+        try:
+            self._encode(head)
+        except BaseException:
+            self._release()
+            if self._file is not None:  # and not another program's
+                path.unlink(missing_ok=True)
+            raise
+
+    def add(self, row: FrameRow) -> None:
+        """Add the row of a frame."""
+        self._encode(row)
+
+    def _encode(self, line: Header | FrameRow) -> None:
+        self.put([msgspec.json.encode(line).decode()])
 
 
 class TrackWriter(Lines):

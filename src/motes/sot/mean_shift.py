@@ -268,15 +268,10 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         around = float(rho[1:].mean()) if rho.size > 1 else 0.0
         there = self.presence.holds(state.status, appears, float(rho[0]), around, 0.0)
         status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        distance = float(distances[0])
+        sure = self.calibration.probability(distance) * there
         track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=ellipse,
-            covariance=np.zeros((5, 5)),
-            confidence=self.calibration.probability(float(distances[0])) * there,
-            status=status,
-            distance=float(distances[0]),
-            effective_sample_size=1.0,
+            frame.index, frame.time, ellipse, np.zeros((5, 5)), sure, status, distance, 1.0
         )
         info = MeanShiftInfo(track, int(appears), {"color": state.model}, {"color": 1.0})
         return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info

@@ -90,7 +90,7 @@ class ParticleFilter(
     presence
         The appearance rule: whether the target is present, and when it is lost or found.
     calibration
-        The map from the distance between estimate and target model to the confidence.
+        The map from the distance to the target model, and the particles' spread, to the confidence.
     adaptation
         The update of the target models' histograms, in frames in which the target is present. The
         cues `correlation` and `posterior` have learning rates of their own.
@@ -321,18 +321,11 @@ class ParticleFilter(
         known: bool = False,
     ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
-            time=frame.time,
-            states=self.motion.initial(ellipses),
-            weights=Weights.uniform(len(ellipses)),
-            models=models,
-            memories={},
-            backgrounds=backgrounds,
-            reference_size=first,
-            search_regions=places,
-            status=status,
-            frames_missed=0,
-            known=known,
-        )
+            time=frame.time, states=self.motion.initial(ellipses),
+            weights=Weights.uniform(len(ellipses)), models=models, memories={},
+            backgrounds=backgrounds, reference_size=first, search_regions=places,
+            status=status, frames_missed=0, known=known,
+        )  # fmt: skip
         seen = self._observe(state, frame, state.states, np.zeros(len(ellipses)))
         return self._judge(state, frame, seen)
 
@@ -355,7 +348,8 @@ class ParticleFilter(
         """Decide whether the target is there, and learn from it if so."""
         appears = seen.appearing > self.presence.fraction * len(seen.states)
         rho = 1 - seen.distance**2
-        there = self.presence.holds(state.status, appears, rho, seen.around, seen.spread)
+        spread = seen.spread
+        there = self.presence.holds(state.status, appears, rho, seen.around, spread)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
@@ -365,7 +359,9 @@ class ParticleFilter(
             update = update_models(
                 self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
             )
-        confidence = self.calibration.probability(seen.distance) * min(1.0, seen.support)
+        confidence = self.calibration.probability(seen.distance, spread)
+        if not self.calibration.spread:
+            confidence *= min(1.0, seen.support)
         track = Track(
             frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
             seen.distance, seen.weights.effective_sample_size,

@@ -48,7 +48,7 @@ NUMMIARO = ParticleFilter(
     resampling=Multinomial(threshold=1.0),  # figure 2
     # Section V and equation 13. Contrast and spread of one half are round numbers from a plateau.
     presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7, contrast=0.5, spread=0.5),
-    calibration=Calibration(middle=0.34, width=0.08),
+    calibration=Calibration(middle=0.38, width=0.1, spread=2.5),
 )
 
 # A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
@@ -79,10 +79,10 @@ MAGGIO = ParticleFilter(
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Multinomial(threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7, contrast=0.6, spread=0.5),
-    calibration=Calibration(middle=0.42, width=0.1),
+    calibration=Calibration(middle=0.32, width=0.09, spread=1.5),
 )
 MAGGIO_FOH = replace(
-    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
+    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.3, width=0.11, spread=1.75)
 )  # spectra differ less than histograms: a calibration of their own, as each cue alone has
 ADAPTIVE_WEIGHTS = PrintedMixture()  # equations 7 to 10
 
@@ -112,17 +112,13 @@ NG_DELP = ParticleFilter(
 def _reading(config: ParticleFilter, sampling: Sampling) -> ParticleFilter:
     """Return a filter whose cues read other pixels."""
     cues: dict[str, Any] = dict(config.cues)
-    changes = {name: replace(cue, sampling=sampling) for name, cue in cues.items()}
-    changed: ParticleFilter = replace(config, **changes)
-    return changed
+    return replace(config, **{name: replace(cue, sampling=sampling) for name, cue in cues.items()})
 
 
-def _alone(config: ParticleFilter, cue: str, middle: float, width: float) -> ParticleFilter:
+def _alone(config: ParticleFilter, cue: str, *fit: float) -> ParticleFilter:
     """Return a filter with one of its cues, and that cue's calibration."""
     changes: dict[str, Any] = dict.fromkeys(config.cues.keys() - {cue})
-    calibration = Calibration(middle=middle, width=width)
-    alone: ParticleFilter = replace(config, **changes, fusion=Fixed(), calibration=calibration)
-    return alone
+    return replace(config, **changes, fusion=Fixed(), calibration=Calibration(*fit))
 
 
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
@@ -141,7 +137,7 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Multinomial(threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7, contrast=0.5, spread=0.5),
-    calibration=Calibration(middle=0.2, width=0.06),
+    calibration=Calibration(middle=0.3, width=0.11, spread=2.75),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
 
@@ -157,6 +153,7 @@ NUMMIARO_PRINTED = replace(
         velocity=0.5,
         persistence=1.0,  # equations 8 and 9: velocities are constant
     ),
+    calibration=Calibration(middle=0.34, width=0.08),
     presence=AppearanceRule(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
@@ -168,7 +165,10 @@ NUMMIARO_PRINTED = replace(
     ),
 )
 MAGGIO_PRINTED = replace(
-    _reading(MAGGIO, EveryPixel()), fusion=ADAPTIVE_WEIGHTS, presence=ALWAYS_PRESENT
+    _reading(MAGGIO, EveryPixel()),
+    fusion=ADAPTIVE_WEIGHTS,
+    presence=ALWAYS_PRESENT,
+    calibration=Calibration(middle=0.42, width=0.1),
 )
 NG_DELP_PRINTED = replace(
     _reading(NG_DELP, EveryPixel()),  # equations 16 to 19
@@ -212,14 +212,14 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         MAGGIO_PRINTED,
     ),
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": ("Color alone (table 1).", _alone(MAGGIO, "color", 0.36, 0.1)),
+    "maggio:C": ("Color alone (table 1).", _alone(MAGGIO, "color", 0.33, 0.15, 1.25)),
     "maggio:O-FOH": (
         "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
-        _alone(MAGGIO_FOH, "orientation", 0.02, 0.1),
+        _alone(MAGGIO_FOH, "orientation", 0.19, 0.08, 1.25),
     ),
     "maggio:O-ROH": (
         "Orientation alone, turned with the target (table 1).",
-        _alone(MAGGIO, "orientation", 0.17, 0.05),
+        _alone(MAGGIO, "orientation", 0.19, 0.09, 0.75),
     ),
     "maggio:C+O-SS-FOH": ("Fixed cue weights, scale selection, FOH (table 1).", MAGGIO_FOH),
     "maggio:C+O-SS-ROH": ("Fixed cue weights, scale selection, ROH: the same as maggio.", MAGGIO),
@@ -266,15 +266,15 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         replace(  # figure 2, above
             ZHAO_PEI,
             adaptation=ExponentialForgetting(),
-            calibration=Calibration(middle=0.25, width=0.07),
+            calibration=Calibration(middle=0.37, width=0.1, spread=3.0),
         ),
     ),
     "zhao_pei:72": (
         "HOG of 72 bins, in 3x3 cells (section 2.1).",
-        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)),
+        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(0.92, 0.56, 2.5)),
     ),
-    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.11, 0.2)),
-    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.0, 0.05)),
+    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.58, 0.26, 2.5)),
+    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.36, 0.07, 2.75)),
 }
 """The presets by name, with one line on each."""
 PRESETS = {name: config for name, (_, config) in KNOWN.items()}

@@ -395,7 +395,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 9
+FORMAT = 10
 """Version of the format of saved trackers."""
 
 

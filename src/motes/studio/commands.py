@@ -63,14 +63,14 @@ class RemoveObject(_Command, frozen=True, tag="remove_object"):
 
 
 class SetKeyframe(_Command, frozen=True, tag="set_keyframe"):
-    """Mark the object in a frame; None marks it as absent.
+    """Mark the object in a frame.
 
     If the object has been tracked, the stretch between the neighboring keyframes is tracked again.
     """
 
     object: Number
     frame: Number
-    region: Region | None
+    region: Region
 
 
 class RemoveKeyframe(_Command, frozen=True, tag="remove_keyframe"):
@@ -132,24 +132,6 @@ class Undo(_Command, frozen=True, tag="undo"):
 
 class Redo(_Command, frozen=True, tag="redo"):
     """Make the change again that was taken back last."""
-
-
-class Doubts(_Command, frozen=True, tag="doubts"):
-    """Ask for the doubtful frames of an object, in the order of `motes check`."""
-
-    object: Number
-    count: Annotated[int, Meta(ge=1, le=100)] = 20
-
-
-class Look(_Command, frozen=True, tag="look"):
-    """Ask for layers of a frame; a `Layers` comes when they are made.
-
-    A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
-    """
-
-    object: Number
-    frame: Number
-    layers: Annotated[list[Layer], Meta(max_length=5)]
 
 
 class Watch(_Command, frozen=True, tag="watch"):
@@ -234,8 +216,6 @@ Command = (
     | Stop
     | Undo
     | Redo
-    | Doubts
-    | Look
     | Watch
     | SetPlaces
     | Compare

@@ -33,19 +33,22 @@ def check_container(path: str, limits: Limits) -> None:
             for each in os.listdir(path)
             if os.path.splitext(each)[1].lower() in IMAGE_ENDINGS
         ]
-        if len(images) > limits.frames:
-            raise too_long(name, len(images), limits)
         for image in images[:1]:
-            _check_size(name, *_image_size(image), limits)
+            check_limits(name, *_image_size(image), len(images), limits)
     elif os.path.splitext(path)[1].lower() in IMAGE_ENDINGS:
-        _check_size(name, *_image_size(path), limits)
+        check_limits(name, *_image_size(path), 1, limits)
     else:
         _check_video(path, name, limits)
 
 
-def too_long(name: str, frames: int, limits: Limits) -> MotesError:
-    """Return the error of a film with too many frames."""
-    return ConfigError(f"{name} has {frames} frames, more than {limits.frames:,}; cut it.")
+def check_limits(name: str, width: int, height: int, frames: int, limits: Limits) -> None:
+    """Raise a ConfigError if a film has too many pixels or frames."""
+    if width * height > limits.pixels:
+        raise ConfigError(
+            f"{name} has {width}x{height} pixels, more than {limits.pixels:,}; rescale it."
+        )
+    if frames > limits.frames:
+        raise ConfigError(f"{name} has {frames} frames, more than {limits.frames:,}; cut it.")
 
 
 def _check_video(path: str, name: str, limits: Limits) -> None:
@@ -55,9 +58,8 @@ def _check_video(path: str, name: str, limits: Limits) -> None:
     try:
         with av.open(f"file:{path}", options=options, metadata_errors="replace") as container:
             for stream in container.streams.video:
-                _check_size(name, stream.codec_context.width, stream.codec_context.height, limits)
-                if stream.frames > limits.frames:
-                    raise too_long(name, stream.frames, limits)
+                size = stream.codec_context.width, stream.codec_context.height
+                check_limits(name, *size, stream.frames, limits)
     except (av.FFmpegError, ValueError) as error:
         if isinstance(error, MotesError):
             raise
@@ -74,10 +76,3 @@ def _image_size(path: str) -> tuple[int, int]:
             return image.size
     except (OSError, ValueError, Image.DecompressionBombError):
         raise SourceError(f"{Path(path).name} is no image that can be read.") from None
-
-
-def _check_size(name: str, width: int, height: int, limits: Limits) -> None:
-    if width * height > limits.pixels:
-        raise ConfigError(
-            f"{name} has {width}x{height} pixels, more than {limits.pixels:,}; rescale it."
-        )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import msgspec
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from motes.core.config import from_dict, from_toml, to_toml
+from motes.core.config import from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
@@ -137,19 +137,24 @@ def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> Trac
 
 def regions_of(places: Places) -> Regions:
     """Return places as the library takes them; raise a ConfigError if they make no sense."""
-    values = {
-        "line": [_plain(each) for each in places.lines],
-        "zone": [_plain(each) for each in places.zones],
-    }
-    if places.ground is not None:
-        values["ground"] = {"points": [*places.ground]}  # type: ignore[assignment]
-    regions: Regions = from_dict(msgspec.to_builtins(values), Regions)
+    regions: Regions = from_dict(_values(places), Regions)
     return regions
 
 
 def places_toml(places: Places) -> str:
     """Return places as the TOML of `motes watch --places`."""
-    return to_toml(regions_of(places))
+    return msgspec.toml.encode(_values(places)).decode()
+
+
+def _values(places: Places) -> dict[str, object]:
+    values: dict[str, object] = {
+        "line": [_plain(each) for each in places.lines],
+        "zone": [_plain(each) for each in places.zones],
+    }
+    if places.ground is not None:
+        values["ground"] = {"points": [*places.ground]}
+    plain: dict[str, object] = msgspec.to_builtins(values)
+    return plain
 
 
 def _plain(each: commands.DrawnLine | commands.DrawnZone) -> dict[str, object]:
@@ -185,14 +190,12 @@ def changed(
                 if command.object not in (each.object, each.compared)
             ]
             return replace(document, targets=tuple(left)), None
-        case commands.SetKeyframe() if command.region is None:
-            return _absent(document, command.object, command.frame, command.frame)
         case commands.SetKeyframe():
             return _marked(document, command, film)
         case commands.RemoveKeyframe():
             return _unmarked(document, command)
         case commands.SetAbsent():
-            return _absent(document, command.object, command.first, command.last)
+            return _absent(document, command)
         case commands.Split():
             return _split(document, command, row_at)
         case commands.Join():
@@ -253,7 +256,6 @@ def _marked(
     document: Document, command: commands.SetKeyframe, film: OpenFilm
 ) -> tuple[Document, int]:
     target = _own(document, command.object)
-    assert command.region is not None
     _check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
     keys = dict(sorted({**target.keys, command.frame: command.region}.items()))
@@ -277,8 +279,8 @@ def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Doc
     return _with(document, replace(target, keys=keys, absent=absent)), target.object
 
 
-def _absent(document: Document, number: int, first: int, last: int) -> tuple[Document, int]:
-    target = _own(document, number)
+def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, int]:
+    target, first, last = _own(document, command.object), command.first, command.last
     if last < first:
         raise ConfigError(f"The frames {first} to {last} are no range; the first one comes first.")
     _check_frame(first, target.frames)
@@ -286,15 +288,20 @@ def _absent(document: Document, number: int, first: int, last: int) -> tuple[Doc
     keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
     if not keys:
         raise ConfigError("The object would have no keyframe; draw it in another frame first.")
-    ranges = sorted([*_without(target.absent, first, last), (first, last)])
-    merged: list[tuple[int, int]] = []
-    for begin, end in ranges:
-        if merged and begin == merged[-1][1] + 1:
-            merged[-1] = merged[-1][0], end
+    absent = merged([*_without(target.absent, first, last), (first, last)])
+    target = replace(target, keys=keys, absent=absent, corrections=target.corrections + 1)
+    return _with(document, target), target.object
+
+
+def merged(ranges: Iterable[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Return ranges of frames that are apart, given those that may touch each other, in order."""
+    found: list[tuple[int, int]] = []
+    for first, last in sorted(ranges):
+        if found and first == found[-1][1] + 1:
+            found[-1] = found[-1][0], last
         else:
-            merged.append((begin, end))
-    target = replace(target, keys=keys, absent=tuple(merged), corrections=target.corrections + 1)
-    return _with(document, target), number
+            found.append((first, last))
+    return tuple(found)
 
 
 def _without(

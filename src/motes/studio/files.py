@@ -1,26 +1,30 @@
-"""What a session gives and takes as files."""
+"""What a session gives and takes as files, and what it answers about rows."""
 
 from __future__ import annotations
 
 import asyncio
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-import numpy as np
 
-from motes.core.config import to_dict
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
-from motes.studio import exports, imports
+from motes.studio import drawing, exports, imports
+from motes.studio.commands import Layer
 from motes.studio.document import DrawnTarget, regions_of
+from motes.studio.messages import DoubtfulFrame, Layers
+from motes.studio.plan import RunPass, pass_to
 from motes.studio.sessions import LiveSession
-from motes.studio.tables import CUES, FRAME, Table, pack, tracks
-from motes.studio.tasks import Annotate, DrawFigures, DrawForeground, DrawSlit
+from motes.studio.tables import Table, tracks
+from motes.studio.tracking import find_doubts, look_at
 
 HISTORY = "corrections"
 """The name of the export that `motes refine` needs beside the rows."""
+
+MOST_DOUBTS = 100
 
 
 class File(NamedTuple):
@@ -48,6 +52,8 @@ async def export(session: LiveSession, form: str, number: int | None) -> File:
     film = session.facts
     targets = _targets(session, number)
     if form == HISTORY:
+        if len(targets) > 1:
+            raise ConfigError("Corrections are of one object; choose one.")
         stem = exports.file_name(film, targets[0].name, "csv")
         return File(f"{stem}.run.json", exports.history_file(targets[0], film))
     exports.check_formats(form, several=len(targets) > 1)
@@ -84,20 +90,17 @@ def command(session: LiveSession, number: int | None) -> exports.Reproduction:
         return exports.command_of(session.document.target(number), session.facts)
     asked = session.watching.asked
     if asked is None:
-        raise ConfigError("Nothing has been watched yet; start the many-object mode first.")
+        raise ConfigError("Nothing was tracked yet; draw an object, or track all that moves.")
     return exports.watch_command(session.facts, asked.watch, asked.places)
 
 
 async def film(session: LiveSession, number: int | None) -> File:
     """Return a film in which one object, or all are drawn."""
-    objects = [
-        (target.object, pack(table), table.shape[1] - CUES)
-        for target in _targets(session, number)
-        for table in [_table(session, target)]
-    ]
+    tables = {target.object: _table(session, target) for target in _targets(session, number)}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
-        await session.ask(Annotate(objects, str(path)), frames=session.facts.frames)
+        task = partial(drawing.annotated, tables=tables, path=str(path))
+        await session.ask(task, frames=session.facts.frames)
         stem = Path(session.facts.name).stem
         return File(f"{stem}-annotated.mp4", path.read_bytes())
 
@@ -109,9 +112,8 @@ async def figures(session: LiveSession, number: int) -> File:
     region = target.marks[start]
     assert region is not None
     with tempfile.TemporaryDirectory() as folder:
-        task = DrawFigures(
-            to_dict(target.tracker), target.seed, start, tuple(region), target.last, folder
-        )
+        run = RunPass(target.tracker, target.seed, start, tuple(region), target.last)
+        task = partial(drawing.figures, run=run, path=folder)
         await session.ask(task, frames=target.last - start + 1)
         return File(f"{Path(session.facts.name).stem}-figures.zip", exports.zipped(Path(folder)))
 
@@ -128,8 +130,8 @@ async def slit(session: LiveSession, name: str) -> File:
         for event in session.watching.events()
         if event["event"] == "crosses" and event.get("place") == name
     ]
-    task = DrawSlit(line.points, line.label, crossings)
-    return File("slit.png", (await session.ask(task, frames=session.facts.frames)).data)
+    task = partial(drawing.slit, line=line, crossings=crossings)
+    return File("slit.png", await session.ask(task, frames=session.facts.frames))
 
 
 def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
@@ -143,17 +145,48 @@ async def foreground(session: LiveSession, index: int) -> bytes:
     method = "mog2" if asked is None else asked.watch.detector
     if method == "people" or method == "faces":
         raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
-    return (await session.ask(DrawForeground(method, index), frames=index)).data
+    task = partial(drawing.foreground, method=method, index=index)
+    return await session.ask(task, frames=index)
 
 
-def take(session: LiveSession, name: str, data: bytes, form: str | None) -> Imported:
-    """Add the objects of a file."""
-    recorded = imports.recording(name, data, form, session.facts)
+async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:
+    """Return doubtful frames of an object, in the order of `motes check`."""
+    target = session.document.target(number)
+    rows = session.board.rows(number, target.first, target.last)
+    if not len(rows):
+        return []
+    task = partial(find_doubts, table=rows, marks=target.marks, count=min(count, MOST_DOUBTS))
+    return msgspec.json.decode(await session.ask(task), type=list[DoubtfulFrame])
+
+
+async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> Layers:
+    """Return layers of a frame, given their names with commas between.
+
+    A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
+    """
+    target = session.document.target(number)
+    session.check_frame(frame)
+    run = pass_to(target, frame)
+    names = msgspec.convert(wanted.split(","), list[Layer])
+    task = partial(look_at, number=number, run=run, wanted=names)
+    data = await session.ask(task, frames=abs(run.stop - run.start))
+    return msgspec.json.decode(data, type=Layers)
+
+
+async def take(
+    session: LiveSession, name: str, data: bytes, form: str | None, most: int
+) -> Imported:
+    """Add the objects of a file; a ZIP may hold `most` bytes."""
+    recorded, known = await asyncio.to_thread(
+        imports.recording, name, data, form, session.facts, most
+    )
+    before = session.document.following
     document, tables = imports.taken(
-        session.document, recorded, session.times, Path(name).stem or "object"
+        session.document, recorded, known, session.times, Path(name).stem or "object"
     )
     session.take_rows(document, tables)
-    return Imported([*tables], [*recorded.left_out])
+    numbers = [each.object for each in document.targets if each.object >= before]
+    return Imported(numbers, [*recorded.left_out])
 
 
 def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:
@@ -171,10 +204,7 @@ def _table(session: LiveSession, target: DrawnTarget) -> Table:
     final = session.jobs.results.of_object(target)
     if final is not None:
         return final
-    shown = session.jobs.shown(target.object)
-    if shown is not None:
-        table = shown[target.first : target.last + 1]
-        table = table[~np.isnan(table[:, FRAME])]
-        if len(table):
-            return table
+    shown = session.board.rows(target.object, target.first, target.last)
+    if len(shown):
+        return shown
     raise ConfigError(f"{target.name} has no rows yet; track it first.")

@@ -271,18 +271,11 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
-    """A doubtful frame: see `motes.correction.suspects.Doubt`."""
+    """A doubtful frame, in the answer about those of an object: see `suspects.Doubt`."""
 
     frame: int
     gain: float
     reasons: list[str]
-
-
-class DoubtList(msgspec.Struct, frozen=True, tag="doubts"):
-    """The doubtful frames of an object, the first to correct first."""
-
-    object: int
-    items: list[DoubtfulFrame]
 
 
 class Surface(msgspec.Struct, frozen=True):
@@ -300,7 +293,7 @@ class Histograms(msgspec.Struct, frozen=True):
     estimate: list[float]
 
 
-class Layers(msgspec.Struct, frozen=True, tag="layers"):
+class Layers(msgspec.Struct, frozen=True):
     """Layers of a frame; one that the tracker does not have is empty.
 
     Attributes
@@ -348,25 +341,24 @@ class SceneFrame(msgspec.Struct, frozen=True, array_like=True):
     objects: list[SceneObject]
 
 
-class SceneRows(msgspec.Struct, frozen=True, tag="scene_rows"):
-    """Frames of the many-object mode; with `reset`, earlier ones are void."""
+class FoundScene(msgspec.Struct, frozen=True, tag="scene"):
+    """Frames of the many-object mode; with `reset`, earlier ones are void.
+
+    Attributes
+    ----------
+    frames, events
+        What is new; events as in `motes watch --events`.
+    objects
+        Number of objects in the last frame.
+    totals
+        How often each event has happened, by its name, as `line 1 left`.
+    """
 
     frames: list[SceneFrame]
-    reset: bool = False
-
-
-class SceneEvents(msgspec.Struct, frozen=True, tag="scene_events"):
-    """Events as in `motes watch --events`; with `reset`, earlier ones are void."""
-
     events: list[dict[str, Any]]
-    reset: bool = False
-
-
-class Counts(msgspec.Struct, frozen=True, tag="counts"):
-    """How often each event has happened, by its name, as `line 1 left`; and objects now."""
-
     objects: int
     totals: dict[str, int]
+    reset: bool = False
 
 
 class Reply(msgspec.Struct, frozen=True, tag="reply"):
@@ -387,17 +379,5 @@ class Failure(msgspec.Struct, frozen=True, tag="failure"):
     error: str
 
 
-Message = (
-    State
-    | Rows
-    | Overlay
-    | Progress
-    | DoubtList
-    | Layers
-    | SceneRows
-    | SceneEvents
-    | Counts
-    | Reply
-    | Failure
-)
+Message = State | Rows | Overlay | Progress | FoundScene | Reply | Failure
 """From the server to the page."""

@@ -6,14 +6,13 @@ import asyncio
 import hashlib
 import tempfile
 from collections.abc import AsyncIterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from motes.core.errors import ConfigError, FormatError
-from motes.core.import_callable import explain
-from motes.core.system import system
-from motes.core.worker_processes import blocked_signals, cause
-from motes.studio.processes import worker_context
+from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import Limits, plain_name
+from motes.studio.workplace import Workplace
 
 
 class Networks:
@@ -68,54 +67,46 @@ class Networks:
                 break
         if len(data) != sum(sizes):
             raise FormatError("The files have other sizes than was said; send them again.")
-        return await asyncio.to_thread(self._kept, names, sizes, bytes(data))
-
-    def _kept(self, names: Sequence[str], sizes: Sequence[int], data: bytes) -> list[str]:
         digest = hashlib.blake2b(repr((names, sizes)).encode() + data, digest_size=8).hexdigest()
-        folder, start = self._folder / digest, 0
+        folder = self._folder / digest
         try:
             with tempfile.TemporaryDirectory(dir=self._folder.parent, prefix=".") as name:
                 made = Path(name) / digest
-                made.mkdir()
-                for file, size in zip(names, sizes, strict=True):
-                    (made / file).write_bytes(data[start : start + size])
-                    start += size
-                if problem := _problem(_models(made), self._limits, made.parent / "found"):
-                    raise FormatError(problem.replace(f"{made}/", ""))
+                await asyncio.to_thread(_write, made, names, sizes, data)
+                await self._check(made)
                 if not folder.exists():
                     made.rename(folder)
         except OSError as error:
             raise FormatError(f"The network cannot be written: {error.strerror}.") from None
         return _models(folder)
 
+    async def _check(self, folder: Path) -> None:
+        """Raise a FormatError if a network cannot be used; it may end the worker that opens it."""
+        opening = partial(open_network, files=_models(folder))
+        worker = Worker("The network", self._limits, opening, remedy="choose another one")
+        try:
+            await worker.ready()
+        except WorkerError as error:
+            raise FormatError(str(error).replace(f"{folder}/", "")) from None
+        finally:
+            worker.close()
+
+
+def open_network(place: Workplace, files: Sequence[str]) -> bytes:
+    """Open a network, and return nothing: the task of a worker that tries it."""
+    from motes.sot.network.network import Network
+
+    Network(tuple(files)).open()
+    return b""
+
+
+def _write(folder: Path, names: Sequence[str], sizes: Sequence[int], data: bytearray) -> None:
+    folder.mkdir()
+    start = 0
+    for name, size in zip(names, sizes, strict=True):
+        (folder / name).write_bytes(data[start : start + size])
+        start += size
+
 
 def _models(folder: Path) -> list[str]:
     return sorted(str(each) for each in folder.iterdir() if each.suffix.lower() == ".onnx")
-
-
-def _problem(files: Sequence[str], limits: Limits, found: Path) -> str:
-    """Return why a network cannot be used, or nothing. It may end the process that opens it."""
-    with blocked_signals():
-        arguments = (files, limits.memory, found)
-        process = worker_context().Process(target=_open, args=arguments, daemon=True)
-        process.start()
-    process.join(limits.silence)
-    process.kill()
-    process.join()
-    if found.exists():
-        return found.read_text(encoding="utf-8")
-    why = f"{cause(process.exitcode)}, or it took more than {limits.silence:g} s"
-    return f"The network has ended its process ({why}); choose another one."
-
-
-def _open(files: Sequence[str], memory: int, found: Path) -> None:
-    """Open a network, and write what is wrong with it."""
-    from motes.sot.network.network import Network
-
-    system.limit_memory(memory)
-    try:
-        Network(tuple(files)).open()
-    except Exception as error:
-        found.write_text(explain(error), encoding="utf-8")
-    else:
-        found.touch()

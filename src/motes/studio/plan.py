@@ -11,14 +11,28 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import msgspec
-from msgspec.structs import replace
 
 from motes.core.config import to_dict
 from motes.core.geometry import Ellipse
 from motes.correction.correct import stretches
 from motes.correction.join import Stretch
+from motes.sot.presets import TrackerConfig
 from motes.studio.document import DrawnTarget
-from motes.studio.tasks import RunPass
+
+
+class RunPass(NamedTuple):
+    """A target is followed from its region in frame `start` to frame `stop`, both included.
+
+    `stop` before `start` is a pass backward. The models also learn from `other`, the frame and the
+    region of the keyframe at the other end.
+    """
+
+    config: TrackerConfig
+    seed: int
+    start: int
+    region: tuple[float, ...]
+    stop: int
+    other: tuple[int, tuple[float, ...]] | None = None
 
 
 class PassNeed(NamedTuple):
@@ -45,7 +59,7 @@ class StretchNeed(NamedTuple):
 
 def needs(target: DrawnTarget) -> list[StretchNeed]:
     """Return the stretches of an object, in order."""
-    config, seed = to_dict(target.tracker), target.seed
+    config, seed = target.tracker, target.seed
     found = []
     for stretch in stretches(target.frames, target.marks):
         first, last, begin, end, _ = stretch
@@ -65,7 +79,7 @@ def pass_to(target: DrawnTarget, frame: int) -> RunPass:
     each = next(each for each in reversed(needs(target)) if each.stretch.first <= frame)
     need = each.forward or each.backward
     assert need is not None  # each stretch has a keyframe at one end at least
-    return replace(need.task, stop=frame)
+    return need.task._replace(stop=frame)
 
 
 def _mark(frame: int, region: Ellipse | None) -> tuple[int, tuple[float, ...]] | None:
@@ -78,21 +92,10 @@ def _pass(task: RunPass) -> PassNeed:
     return PassNeed(key, task, abs(task.stop - task.start) + 1)
 
 
-def name_of(kind: str, *values: object) -> str:
+def name_of(kind: str, config: TrackerConfig, *values: object) -> str:
     """Return a short name of values, which are the same if and only if the names are."""
-    data = msgspec.json.encode(values, order="deterministic")
+    data = msgspec.json.encode((to_dict(config), *values), order="deterministic")
     return f"{kind}:{hashlib.blake2b(data, digest_size=16).hexdigest()}"
-
-
-def absences(stretch: Stretch) -> list[tuple[int, int]]:
-    """Return the absences of a stretch as first and last frames."""
-    found: list[tuple[int, int]] = []
-    for frame in sorted(stretch.absent):
-        if found and frame == found[-1][1] + 1:
-            found[-1] = found[-1][0], frame
-        else:
-            found.append((frame, frame))
-    return found
 
 
 def own_frames(found: list[StretchNeed]) -> Iterator[tuple[StretchNeed, int]]:

@@ -1,4 +1,4 @@
-"""The tracking workers of a session: they stay warm, and short tasks come first."""
+"""The workers of a session: they stay warm, and short tasks come first."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import heapq
 import itertools
 import os
 from collections.abc import AsyncIterator, Callable
-from pathlib import Path
 
 from motes.studio.processes import Worker, WorkerError
-from motes.studio.safety import Limits
+from motes.studio.workplace import Task
 
 LONG = 400
 """Frames from which a task is long; one worker is always left for short ones."""
@@ -22,22 +21,16 @@ class WorkerPool:
 
     Parameters
     ----------
-    path
-        The film.
-    limits
-        Of each worker.
-    whole, damaged
-        As of a `Worker`.
+    start
+        Starts a worker.
+    most
+        How many there are at most.
     """
 
-    def __init__(
-        self, path: Path, limits: Limits, *, whole: bool, damaged: Callable[[], None]
-    ) -> None:
-        self._path, self._limits = path, limits
-        self._whole, self._damaged = whole, damaged
+    def __init__(self, start: Callable[[], Worker], most: int = (os.cpu_count() or 1) + 1) -> None:
+        self._start, self._most = start, most
         self._idle: list[Worker] = []
         self._count = self._long = 0
-        self._most = (os.cpu_count() or 1) + 1
         self._waiting: list[tuple[int, int, asyncio.Future[Worker]]] = []
         self._numbers = itertools.count()
         self._all: set[Worker] = set()
@@ -49,7 +42,7 @@ class WorkerPool:
             self._idle.append(self._started())
 
     @contextlib.asynccontextmanager
-    async def worker(self, frames: int) -> AsyncIterator[Worker]:
+    async def worker(self, frames: int = 0) -> AsyncIterator[Worker]:
         """Return a worker for a task; the task with the fewest frames comes first.
 
         Raises
@@ -73,6 +66,11 @@ class WorkerPool:
         finally:
             self._take_back(worker, frames)
 
+    async def run(self, task: Task, frames: int = 0) -> bytes:
+        """Let a worker do a task of so many frames, and return its data."""
+        async with self.worker(frames) as worker:
+            return (await worker.run(task)).data
+
     def close(self) -> None:
         """End all workers."""
         self._closed = True
@@ -83,9 +81,7 @@ class WorkerPool:
 
     def _started(self) -> Worker:
         self._count += 1
-        worker = Worker(
-            self._path, self._limits, pictures=False, whole=self._whole, damaged=self._damaged
-        )
+        worker = self._start()
         self._all.add(worker)
         return worker
 

@@ -7,6 +7,7 @@ import multiprocessing
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ import msgspec
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause, started
 from motes.studio.safety import Limits
-from motes.studio.tasks import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
+from motes.studio.workplace import RUN, STOP, Answer, Done, Failed, Part, Task, open_film
 
 
 class WorkerError(MotesError):
@@ -25,32 +26,32 @@ class WorkerError(MotesError):
 
 
 class Wish:
-    """What the server wants of a task: `RUN`, `PAUSE` or `STOP`; also before the task has begun."""
+    """What the server wants of tasks: `RUN`, `PAUSE` or `STOP`; also before they have begun."""
 
     def __init__(self) -> None:
         self._value = RUN
-        self._shared: Any = None
+        self._shared: list[Any] = []
 
     def set(self, value: int) -> None:
-        """Let the task run, pause or stop."""
+        """Let the tasks run, pause or stop."""
         self._value = value
-        if self._shared is not None:
-            self._shared.value = value
+        for shared in self._shared:
+            shared.value = value
 
     @property
     def stops(self) -> bool:
-        """Whether the task is to stop."""
+        """Whether the tasks are to stop."""
         return self._value == STOP
 
     @contextmanager
     def counting(self, shared: Any) -> Iterator[None]:
         """Let the wish count for a worker, by the memory that is shared with it."""
-        self._shared = shared
-        self.set(self._value)
+        self._shared.append(shared)
+        shared.value = self._value
         try:
             yield
         finally:
-            self._shared = None
+            self._shared.remove(shared)
 
 
 def worker_context() -> Any:
@@ -72,33 +73,36 @@ def prepare() -> None:
 
 
 class Worker:
-    """A process that works on one film; it does one task at a time.
+    """A process that does one task at a time.
 
     Parameters
     ----------
-    path
-        The film.
+    name
+        What it works on, in messages.
     limits
         Of memory, and of the time without a sign of life.
-    pictures
-        Whether it makes pictures; else it tracks.
-    whole
-        Whether the film is known to be damaged.
+    opening
+        Its first task; the others are done if it succeeds.
+    background
+        Whether pictures and the server come first.
+    remedy
+        What to do if the process ends by itself.
     damaged
-        Called if it turns out to be.
+        Called if its film turns out to be damaged.
     """
 
     def __init__(
         self,
-        path: Path,
+        name: str,
         limits: Limits,
+        opening: Task,
         *,
-        pictures: bool,
-        whole: bool = False,
+        background: bool = True,
+        remedy: str = "convert the film",
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
         context = worker_context()
-        self._name, self._limits = path.name, limits
+        self._name, self._limits, self._remedy = name, limits, remedy
         self._wish = context.Value("b", RUN, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
         self._loop = asyncio.get_running_loop()
@@ -106,10 +110,10 @@ class Worker:
         self._damaged = damaged
         self.ended = self._closed = False
         self._process, self._pipe = started(
-            main, self._wish, str(path), limits, pictures, whole, context=context
+            main, self._wish, limits.memory, background, context=context
         )
         threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
-        self._ready: asyncio.Task[Ready] = asyncio.create_task(self._opened())
+        self._ready: asyncio.Task[bytes] = asyncio.create_task(self._opened(opening))
         self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())
 
     @property
@@ -117,14 +121,8 @@ class Worker:
         """The number of the process."""
         return self._process.pid or 0
 
-    async def ready(self) -> Ready:
-        """Wait until the film is open.
-
-        Raises
-        ------
-        WorkerError
-            If it cannot be opened.
-        """
+    async def ready(self) -> bytes:
+        """Wait for the first task, and return its data; raise a WorkerError if it fails."""
         try:
             return await asyncio.shield(self._ready)
         except asyncio.CancelledError:
@@ -167,7 +165,7 @@ class Worker:
             return Done(stopped=True)
         with wish.counting(self._wish):
             with suppress(OSError):  # the answer will be missing, and that is reported
-                self._pipe.send_bytes(msgspec.msgpack.encode(task))
+                self._pipe.send(task)
             while True:
                 answer = await self._answer()
                 if isinstance(answer, Part):
@@ -202,13 +200,12 @@ class Worker:
     def _was_closed(self) -> WorkerError:
         return WorkerError(f"{self._name} was closed meanwhile; open it again.")
 
-    async def _opened(self) -> Ready:
-        while isinstance(answer := await self._answer(), Alive):
-            pass  # a damaged film is read as a whole
-        if isinstance(answer, Ready):
-            return answer
-        self._kill()
-        raise WorkerError(answer.error if isinstance(answer, Failed) else f"{answer}")
+    async def _opened(self, opening: Task) -> bytes:
+        try:
+            return (await self._run(opening, None, Wish())).data
+        except WorkerError:
+            self._kill()
+            raise
 
     async def _answer(self) -> Answer:
         try:
@@ -217,7 +214,7 @@ class Worker:
             self._kill()
             raise WorkerError(
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
-                f"result, so that worker was ended; convert the film."
+                f"result, so that worker was ended; {self._remedy}."
             ) from None
         if answer is None:
             self.ended = True
@@ -225,7 +222,7 @@ class Worker:
                 raise self._was_closed()
             await asyncio.to_thread(self._process.join, 5)
             how = cause(self._process.exitcode)
-            raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")
+            raise WorkerError(f"{self._name} has ended its worker ({how}); {self._remedy}.")
         return answer
 
     def _read(self, pipe: Connection) -> None:
@@ -240,3 +237,16 @@ class Worker:
     def _put(self, answer: Answer | None) -> None:
         with suppress(RuntimeError):  # the loop is closed: the server ends
             self._loop.call_soon_threadsafe(self._answers.put_nowait, answer)
+
+
+def film_worker(
+    path: Path,
+    limits: Limits,
+    *,
+    background: bool = True,
+    whole: bool = False,
+    damaged: Callable[[], None] = lambda: None,
+) -> Worker:
+    """Return a worker that opens a film; `whole` tells whether this is known to be damaged."""
+    opening = partial(open_film, path=str(path), limits=limits, whole=whole)
+    return Worker(path.name, limits, opening, background=background, damaged=damaged)

@@ -3,8 +3,8 @@
 A WebSocket carries the `Command`s of `commands` from the page and the `Message`s of `messages` to
 it, each a JSON object whose `type` names it. Every command has an `id`, and is answered by one
 `Reply` with that id, after the state and the rows that have changed with it. HTTP carries films,
-pictures and files, and the JSON of `FilmCard`, `SessionCard`, `WholeSession` and `Failure`. Both
-sides are tested against `schema`.
+pictures and files, and the JSON of films, sessions, doubtful frames and layers. Both sides are
+tested against `schema`.
 
 Places are in pixels of the film from 0, angles in radians, times in seconds. Frames count from 0. A
 region has four numbers, a box x, y, width, height; or five, an ellipse x, y, a, b, theta: its
@@ -18,7 +18,16 @@ from typing import Any
 import msgspec
 
 from motes.studio.commands import Command
-from motes.studio.messages import FilmCard, Message, Open, Presets, SessionCard, WholeSession
+from motes.studio.messages import (
+    DoubtfulFrame,
+    FilmCard,
+    Layers,
+    Message,
+    Open,
+    Presets,
+    SessionCard,
+    WholeSession,
+)
 
 LARGEST_MESSAGE = 1 << 18
 """Bytes that a message from the page may have."""
@@ -40,6 +49,7 @@ def encode(message: Message) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of commands and messages, by the names of their types."""
-    kinds = (Command, Message, WholeSession, SessionCard, FilmCard, Presets, Open)
+    answers = (WholeSession, SessionCard, FilmCard, Presets, DoubtfulFrame, Layers)
+    kinds = (Command, Message, Open, *answers)
     _, definitions = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     return {"$defs": definitions}

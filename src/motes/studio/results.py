@@ -9,7 +9,7 @@ import numpy as np
 from motes.studio.document import DrawnTarget
 from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.store import Store
-from motes.studio.tables import CUES, Table, pack, unpack
+from motes.studio.tables import CUES, Table, pack
 
 
 def cues_of(target: DrawnTarget) -> int:
@@ -28,30 +28,27 @@ class Results:
 
     def __init__(self, session: str, store: Store) -> None:
         self._session, self._store = session, store
-        self._parts: dict[str, list[Table]] = {}
-        self._finals: dict[str, Table] = {}
+        self._tables: dict[str, Table] = {}
 
-    def begin_pass(self, key: str) -> None:
-        """Forget the rows of a pass, which begins anew."""
-        self._parts[key] = []
-        self._store.forget(self._session, key)
+    def put(self, key: str, table: Table) -> None:
+        """Take all rows of a pass or of a stretch."""
+        self._store.replace_parts(self._session, key, pack(table))
+        self._tables[key] = table
 
-    def add_to_pass(self, key: str, data: bytes, table: Table) -> None:
-        """Take further rows of a pass, in order of the pass."""
-        self._parts[key].append(table)
-        self._store.add_part(self._session, key, data)
-
-    def set_stretch(self, key: str, data: bytes, target: DrawnTarget) -> None:
-        """Take the rows of a stretch."""
-        self._store.forget(self._session, key)
-        self._store.add_part(self._session, key, data)
-        self._finals[key] = unpack(data, cues_of(target))
+    def get(self, key: str, target: DrawnTarget) -> Table | None:
+        """Return the rows of a pass or of a stretch; None if it has not been tracked."""
+        if key not in self._tables:
+            data = self._store.parts(self._session, key)
+            if not data:
+                return None
+            self._tables[key] = np.frombuffer(data).reshape(-1, CUES + cues_of(target))
+        return self._tables[key]
 
     def of_object(self, target: DrawnTarget) -> Table | None:
         """Return the rows of all frames of an object; None unless it is tracked completely."""
         tables = []
         for need, first in own_frames(needs(target)):
-            table = self.of_stretch(need.key, target)
+            table = self.get(need.key, target)
             if table is None:
                 return None
             tables.append(table[first - need.stretch.first :])
@@ -61,47 +58,20 @@ class Results:
         """Take the rows of all frames of an object, which need not be tracked then."""
         for need in needs(target):
             first, last = (frame - target.first for frame in need.stretch[:2])
-            self._store.forget(self._session, need.key)
-            self._store.add_part(self._session, need.key, pack(table[first : last + 1]))
+            self.put(need.key, table[first : last + 1])
 
-    def of_stretch(self, key: str, target: DrawnTarget) -> Table | None:
-        """Return the rows of a stretch; None if it has not been tracked."""
-        if key not in self._finals:
-            data = self._store.parts(self._session, key)
-            if not data:
-                return None
-            self._finals[key] = unpack(data, cues_of(target))
-        return self._finals[key]
-
-    def of_pass(self, need: PassNeed, target: DrawnTarget) -> Table:
-        """Return the rows of a pass so far, in order of the pass."""
-        cues = cues_of(target)
-        if need.key not in self._parts:
-            data = self._store.parts(self._session, need.key)
-            self._parts[need.key] = [unpack(data, cues)]
-        parts = self._parts[need.key]
-        if len(parts) != 1:
-            parts[:] = [np.concatenate(parts) if parts else np.empty((0, CUES + cues))]
-        return parts[0]
-
-    def have(self, need: PassNeed, target: DrawnTarget) -> int:
-        """Return how many frames of a pass there are."""
-        if need.key not in self._parts:
-            self.of_pass(need, target)
-        return sum(map(len, self._parts[need.key]))
-
-    def over(self, target: DrawnTarget, need: StretchNeed, each: PassNeed | None) -> Table | None:
-        """Return the rows of a pass over a stretch, in order of the frames."""
-        if each is None:
+    def of_pass(self, need: PassNeed | None, target: DrawnTarget) -> Table | None:
+        """Return the rows of a pass, in order of the frames; None unless all have been made."""
+        table = None if need is None else self.get(need.key, target)
+        if need is None or table is None or len(table) < need.frames:
             return None
-        table = self.of_pass(each, target)[: each.frames]
-        return table[::-1] if each is need.backward else table
+        table = table[: need.frames]
+        return table[::-1] if need.task.stop < need.task.start else table
+
+    def missing(self, need: StretchNeed, target: DrawnTarget) -> list[PassNeed]:
+        """Return the passes over a stretch that have not been made."""
+        return [each for each in need.passes if self.of_pass(each, target) is None]
 
     def keep(self, used: Container[str]) -> None:
         """Keep in memory only what the document needs; all else is on disk."""
-        for key in [*self._parts]:
-            if key not in used:
-                del self._parts[key]
-        for key in [*self._finals]:
-            if key not in used:
-                del self._finals[key]
+        self._tables = {key: table for key, table in self._tables.items() if key in used}

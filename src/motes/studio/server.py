@@ -67,6 +67,8 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
         Route("/api/sessions/{id}/foreground/{index:int}.png", _plain(api.foreground)),
+        Route("/api/sessions/{id}/layers/{index:int}", _plain(api.layers)),
+        Route("/api/sessions/{id}/doubts", _plain(api.doubts)),
         Route("/api/sessions/{id}/strip", _plain(api.strip)),
         Route("/api/sessions/{id}/export", _plain(api.export)),
         Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
@@ -204,6 +206,16 @@ class _Api:
         data = await files.foreground(session, request.path_params["index"])
         return Response(data, media_type="image/png")
 
+    async def layers(self, request: Request) -> Response:
+        session, number = await self._session(request), _needed_object(request)
+        wanted = request.query_params.get("layers", "")
+        index = request.path_params["index"]
+        return _json(await files.layers(session, number, index, wanted))
+
+    async def doubts(self, request: Request) -> Response:
+        session, number = await self._session(request), _needed_object(request)
+        return _json(await files.doubts(session, number, _number(request, "count", 20)))
+
     async def strip(self, request: Request) -> Response:
         session = await self._session(request)
         count, height = _number(request, "count", 40), _number(request, "height", 54)
@@ -223,9 +235,10 @@ class _Api:
 
     async def take(self, request: Request) -> Response:
         session = await self._session(request)
-        data = await _body(request, self._studio.limits.imported)
+        most = self._studio.limits.imported
+        data = await _body(request, most)
         name, form = (request.query_params.get(each) for each in ("name", "format"))
-        return _json(files.take(session, name or "rows", data, form), 201)
+        return _json(await files.take(session, name or "rows", data, form or None, most), 201)
 
     async def command(self, request: Request) -> Response:
         return _json(files.command(await self._session(request), _object(request)))
@@ -234,9 +247,7 @@ class _Api:
         return _download(await files.film(await self._session(request), _object(request)))
 
     async def figures(self, request: Request) -> Response:
-        number = _object(request)
-        if number is None:
-            raise ConfigError("Figures are of one object; name it.")
+        number = _needed_object(request)
         return _download(await files.figures(await self._session(request), number))
 
     async def slit(self, request: Request) -> Response:
@@ -256,25 +267,24 @@ class _Api:
             await socket.send_text(protocol.encode(messages.Failure(str(failed))))
             await socket.close()
             return
-        client = Client(session.rows_of, session.watching.messages)
-        session.join(client)
+        client = session.join()
         sending = asyncio.create_task(_send_to(client, socket))
         try:
             while True:
                 text = await socket.receive_text()
                 if len(text) > protocol.LARGEST_MESSAGE:
                     most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
-                    client.send(messages.Reply(-1, most))
+                    client.reply(messages.Reply(-1, most))
                     continue
                 try:
                     command = protocol.decode(text)
                 except (msgspec.MsgspecError, RecursionError) as error:
-                    client.send(messages.Reply(-1, f"This message is no command: {error}."))
+                    client.reply(messages.Reply(-1, f"This message is no command: {error}."))
                     continue
                 if isinstance(command, commands.Acknowledge):
                     client.acknowledge(command.number)
                 else:
-                    client.send(session.obey(command, client))
+                    client.reply(session.obey(command))
         except (WebSocketDisconnect, KeyError):  # KeyError: a message of bytes
             pass
         finally:
@@ -307,6 +317,13 @@ def _object(request: Request) -> int | None:
     """Return the number of an object in the address; None without one."""
     text = request.query_params.get("object", "")
     return int(text) if text.isdecimal() and len(text) < 16 else None
+
+
+def _needed_object(request: Request) -> int:
+    number = _object(request)
+    if number is None:
+        raise ConfigError("Name an object, as in ?object=1.")
+    return number
 
 
 def _download(file: files.File) -> Response:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -12,22 +12,21 @@ import numpy as np
 from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
-from motes.studio import commands, messages
+from motes.studio import commands, messages, pictures
+from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, DrawnTarget, changed
-from motes.studio.job import Desk, StudioJob
-from motes.studio.jobs import Jobs
-from motes.studio.messages import Keyframe, Message, OpenFilm, Reply, Row
+from motes.studio.jobs import Desk, Jobs
+from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import Worker, WorkerError
-from motes.studio.questions import Questions
+from motes.studio.processes import film_worker
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
-from motes.studio.tables import ELLIPSE, FRAME, Table, rows
-from motes.studio.tasks import Done, Picture, Strip, Task
+from motes.studio.tables import ELLIPSE, Table
 from motes.studio.watching import Watching
+from motes.studio.workplace import Opened, Task
 
 WHOLE = "film read whole"
 """The key in the store of the mark that a film is damaged; and the times of its frames before that,
@@ -66,12 +65,13 @@ class LiveSession:
         self._revision = self._place
         self.clients: set[Client] = set()
         self._closed = False
-        self._pictures: Worker | None = None
         self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
-        self._pool = WorkerPool(path, limits, whole=self.whole, damaged=self._find_damage)
-        self._questions = Questions(self.ask, limits.jobs)
+        workers = partial(film_worker, path, limits, whole=self.whole, damaged=self._find_damage)
+        self._pool = WorkerPool(workers)
+        self._pictures = WorkerPool(partial(workers, background=False), most=1)
         self.facts: OpenFilm
         self.times: list[float]
+        self.board: Board
         self.jobs: Jobs
         self.watching: Watching
 
@@ -83,16 +83,17 @@ class LiveSession:
         WorkerError
             If it cannot be read.
         """
-        ready = await self._picture_worker().ready()
-        self.facts = msgspec.structs.replace(ready.facts, name=self._film)
-        self.times = ready.times
+        async with self._pictures.worker() as worker:
+            opened = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+        self.facts = msgspec.structs.replace(opened.facts, name=self._film)
+        self.times = opened.times
         if before := self._store.parts(self.name, WHOLE):
             times = np.frombuffer(before).tolist()
             self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)
             self.document = self._store.document(self.name, self._place)
         self._pool.warm()
-        numbers = itertools.count(1)
-        desk = Desk(self.name, self._store, self.facts, self._pool, numbers, self)
+        self.board = Board(self.facts.frames)
+        desk = Desk(self.name, self._store, self.facts, self._pool, self.board)
         self.jobs, self.watching = Jobs(desk), Watching(desk)
         self.jobs.update(self.document)
         left = [each for each in self._tracked if self._unfinished(each)]
@@ -117,42 +118,27 @@ class LiveSession:
     def busy(self) -> bool:
         """Whether somebody looks at it, or something runs; also while it is opened."""
         opening = not hasattr(self, "watching")
-        return bool(opening or self.clients or self._questions) or any(
-            job.active and job.status != "paused" for job in self._jobs.values()
+        return bool(opening or self.clients) or any(
+            job.active and job.status != "paused" for job in self.board.jobs.values()
         )
-
-    @property
-    def _jobs(self) -> dict[int, StudioJob]:
-        """All jobs, by their numbers."""
-        watch = self.watching.job
-        return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
 
     def close(self) -> None:
         """End all processes; nothing is lost. Pages that look may come again."""
         self._closed = True
         for client in self.clients:
             client.end()
-        self._questions.close()
         if hasattr(self, "watching"):
             self.jobs.close()
             self.watching.close()
         self._pool.close()
-        if self._pictures is not None:
-            self._pictures.close()
+        self._pictures.close()
 
     # Pictures.
-
-    def _picture_worker(self) -> Worker:
-        if self._pictures is None or self._pictures.ended:
-            self._pictures = Worker(
-                self.path, self._limits, pictures=True, whole=self.whole, damaged=self._find_damage
-            )
-        return self._pictures
 
     async def picture(self, index: int, width: int) -> bytes:
         """Return a frame as JPEG; raise a MotesError if there is none, or it cannot be read."""
         self.check_frame(index)
-        return await self._pictured(Picture(index, width))
+        return await self._pictures.run(partial(pictures.picture, index=index, width=width))
 
     def check_frame(self, index: int) -> None:
         """Raise a ConfigError if the film has no such frame."""
@@ -163,78 +149,25 @@ class LiveSession:
 
     async def strip(self, count: int, height: int) -> bytes:
         """Return thumbnails side by side as JPEG."""
-        return await self._pictured(Strip(count, height))
+        return await self._pictures.run(partial(pictures.strip, count=count, height=height))
 
-    async def _pictured(self, task: Task) -> bytes:
-        worker = self._picture_worker()
-        try:
-            return (await worker.run(task)).data
-        except WorkerError as error:
-            if worker.ended:
-                self.send(messages.Failure(str(error)))
-            raise
-
-    async def ask(self, task: Task, frames: int = 0) -> Done:
+    async def ask(self, task: Task, frames: int = 0) -> bytes:
         """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
-        async with self._pool.worker(frames) as worker:
-            return await worker.run(task)
+        return await self._pool.run(task, frames)
 
-    # What pages see: `Audience` of `Jobs`.
+    # What pages see.
 
-    def send(self, message: Message) -> None:
-        """Send a message to all pages."""
-        for client in self.clients:
-            client.send(message)
-
-    def rows(self, number: int, frames: Iterable[int]) -> None:
-        """Note that rows of an object have changed."""
-        frames = [*frames]
-        for client in self.clients:
-            client.rows(number, frames)
-
-    def reset(self, number: int) -> None:
-        """Note that all rows of an object are void."""
-        for client in self.clients:
-            client.reset(number)
-
-    def overlay(self, overlay: messages.Overlay) -> None:
-        """Take what a tracker sees in a frame."""
-        for client in self.clients:
-            client.overlay(overlay)
-
-    def progress(self, progress: messages.Progress) -> None:
-        """Take the state of a job."""
-        for client in self.clients:
-            client.progress(progress)
-
-    def scene(self, *, reset: bool = False) -> None:
-        """Note that many-object mode has more; with `reset`, earlier parts are void."""
-        for client in self.clients:
-            client.scene(reset=reset)
-
-    def rows_of(self, number: int, frames: list[int]) -> list[Row]:
-        """Return the rows of an object in these frames, as they are now."""
-        shown = self.jobs.shown(number)
-        if shown is None:
-            return []
-        table = shown[frames]
-        return rows(table[~np.isnan(table[:, FRAME])])
-
-    def join(self, client: Client) -> None:
+    def join(self) -> Client:
         """Let a page look: it gets the state and all rows."""
+        client = Client(self.board, self.state, self.watching.since)
         self.clients.add(client)
-        client.send(messages.State(self.state()))
-        client.scene()
-        for target in self.document.targets:
-            client.reset(target.object)
-            shown = self.jobs.shown(target.object)
-            if shown is not None:
-                client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
+        self.board.news.add(client.news)
+        return client
 
     def leave(self, client: Client) -> None:
-        """Let a page go; nobody waits for what it has asked for."""
+        """Let a page go."""
         self.clients.discard(client)
-        self._questions.leave(client)
+        self.board.news.discard(client.news)
 
     def state(self) -> messages.WholeSession:
         """Return the session without rows."""
@@ -244,7 +177,7 @@ class LiveSession:
             revision=self._revision,
             objects=[self._item(each) for each in self.document.all()],
             places=self.document.places,
-            jobs=[job.progress() for _, job in sorted(self._jobs.items())],
+            jobs=[job.progress() for job in self.board.jobs.values()],
             effort=self.document.effort,
             undo=self._place > 0,
             redo=self._place < self._last,
@@ -260,16 +193,16 @@ class LiveSession:
 
     # What pages ask for.
 
-    def obey(self, command: Command, client: Client) -> Reply:
+    def obey(self, command: Command) -> Reply:
         """Do what a page asks for, or begin it, and return the reply."""
         if self._closed:
             return Reply(command.id, "The session is opened anew; ask again.")
         try:
-            return self._obey(command, client)
+            return self._obey(command)
         except MotesError as error:
             return Reply(command.id, str(error))
 
-    def _obey(self, command: Command, client: Client) -> Reply:
+    def _obey(self, command: Command) -> Reply:
         reply = Reply(command.id)
         match command:
             case commands.TrackCommand():
@@ -278,22 +211,14 @@ class LiveSession:
             case commands.Watch():
                 return Reply(command.id, job=self._watch(command).number)
             case commands.Pause() | commands.Resume():
-                self._pause(self._job(command.job), on=isinstance(command, commands.Pause))
+                job = self._job(command.job)
+                self._runner(job).pause(job, on=isinstance(command, commands.Pause))
             case commands.Stop():
                 self._stop(self._job(command.job))
             case commands.Undo():
                 self._go(self._place - 1, "There is nothing to take back.")
             case commands.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
-            case commands.Doubts():
-                target = self.document.target(command.object)
-                shown = self.jobs.shown(target.object)
-                mine = None if shown is None else shown[target.first : target.last + 1]
-                self._questions.doubts(client, target, mine, command.count)
-            case commands.Look():
-                target = self.document.target(command.object)
-                self.check_frame(command.frame)
-                self._questions.look(client, target, command)
             case _:
                 return self._change(command)
         return reply
@@ -346,13 +271,13 @@ class LiveSession:
         ]
         if again:
             self.jobs.track(again)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
 
     def _row_at(self, number: int, frame: int) -> Region | None:
-        shown = self.jobs.shown(number)
-        if shown is None or np.isnan(shown[frame, ELLIPSE]).any():
+        shown = self.board.rows(number, frame, frame)
+        if not len(shown) or np.isnan(shown[0, ELLIPSE]).any():
             return None
-        return tuple(shown[frame, ELLIPSE].tolist())
+        return tuple(shown[0, ELLIPSE].tolist())
 
     def _track(self, objects: list[int]) -> StudioJob:
         numbers = objects or [each.object for each in self.document.targets]
@@ -360,40 +285,32 @@ class LiveSession:
             raise ConfigError("There is nothing to track; draw an object first.")
         for number in numbers:
             self.document.target(number)
-        if sum(job.active for job in self.jobs.jobs.values()) >= self._limits.jobs:
+        if len(self.jobs.active) >= self._limits.jobs:
             raise ConfigError(f"{self._limits.jobs} jobs run already; wait for one, or stop it.")
         self._set_tracked({*self._tracked, *numbers})
         job = self.jobs.track(numbers)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
         return job
 
     def _watch(self, command: commands.Watch) -> StudioJob:
         job = self.watching.begin(command, self.document.places)
-        self.send(messages.State(self.state()))
+        self.board.change_state()
         return job
 
-    def _pause(self, job: StudioJob, *, on: bool) -> None:
-        if job is self.watching.job:
-            self.watching.pause(on=on)
-        elif on:
-            self.jobs.pause(job)
-        else:
-            self.jobs.resume(job)
+    def _runner(self, job: StudioJob) -> Jobs | Watching:
+        return self.watching if job.kind == "watch" else self.jobs
 
     def _stop(self, job: StudioJob) -> None:
-        if job is self.watching.job:
-            self.watching.stop()
-            return
         left = {each for each in job.objects if not self.jobs.complete(each)}
         self._set_tracked(self._tracked - left)
-        self.jobs.stop(job)
-        self.send(messages.State(self.state()))
+        self._runner(job).stop(job)
+        self.board.change_state()
 
     def _set_tracked(self, tracked: set[int]) -> None:
         self._tracked = tracked
         self._store.set_tracked(self.name, sorted(tracked))
 
     def _job(self, number: int) -> StudioJob:
-        if number not in self._jobs:
+        if number not in self.board.jobs:
             raise ConfigError(f"There is no job {number}.")
-        return self._jobs[number]
+        return self.board.jobs[number]

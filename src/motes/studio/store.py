@@ -203,6 +203,12 @@ class Store:
         with self._change():
             self._base.execute(query, (session, key, data, session, key))
 
+    def replace_parts(self, session: str, key: str, data: bytes) -> None:
+        """Keep these computed data of a key, and no others."""
+        with self._change():
+            self._base.execute("DELETE FROM part WHERE session = ? AND key = ?", (session, key))
+            self._base.execute("INSERT INTO part VALUES (?, ?, 0, ?)", (session, key, data))
+
     def forget(self, session: str, key: str) -> None:
         """Remove the computed data of a key."""
         with self._change():

@@ -1,235 +1,149 @@
-"""The tasks of a tracking worker: passes, joins, doubts and layers, as the library makes them."""
+"""The tasks that track, or that are about rows: as the library does them."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import msgspec
 
-from motes.core.config import from_dict
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.correction.correct import tracks_of
 from motes.correction.join import Stretch, join
+from motes.correction.keyframes import Keyframes
 from motes.correction.passes import run_pass
 from motes.correction.suspects import doubts
+from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig
-from motes.sot.algorithm import Algorithm
-from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import messages
-from motes.studio.document import regions_of
-from motes.studio.line import WorkerLine
-from motes.studio.opening import facts_of, opened
+from motes.studio.commands import Layer
 from motes.studio.overlays import overlay_of
-from motes.studio.tables import as_pass, line, pack, table_of, tracks, unpack
-from motes.studio.tasks import (
-    Annotate,
-    Done,
-    DrawFigures,
-    DrawForeground,
-    DrawSlit,
-    FindDoubts,
-    JoinStretch,
-    LookAt,
-    Part,
-    RunPass,
-    RunPasses,
-    Task,
-    WatchFilm,
-)
+from motes.studio.plan import RunPass
+from motes.studio.tables import Table, as_pass, line, pack, table_of, tracks
+from motes.studio.workplace import Part, Workplace
 from motes.video.shared import FrameReader, shared
 
 EVERY = 0.025
 """Seconds between parts: there are up to 40 overlays a second."""
 
 
-class Work:
-    """A film, and what is done with it.
+def run_passes(place: Workplace, passes: Sequence[RunPass]) -> bytes:
+    """Run passes over the same frames, which are decoded once for all. `Part`s have the rows."""
+    ends = [frame for run in passes for frame in (run.start, run.stop)]
+    film = shared(place.film, min(ends), max(ends)) if len(passes) > 1 else place.film
+    for number, run in enumerate(passes):
+        _send_pass(place, run, number, film)
+    return b""
 
-    Parameters
-    ----------
-    path
-        The film, which has been checked.
-    line
-        The line to the server.
-    whole
-        Whether the film is known to be damaged.
-    """
 
-    def __init__(self, path: str, line: WorkerLine, *, whole: bool = False) -> None:
-        self._line = line
-        self._film = opened(path, line.check, whole=whole)
-        self._tasks: dict[type, Callable[[Any], Done]] = {
-            RunPasses: self._passes,
-            JoinStretch: self._join,
-            FindDoubts: self._doubts,
-            LookAt: self._look,
-            WatchFilm: self._watch,
-            Annotate: self._annotate,
-            DrawFigures: self._figures,
-            DrawSlit: self._slit,
-            DrawForeground: self._foreground,
-        }
+def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -> None:
+    lines: list[list[float]] = []
+    cues, sent, begun = 0, 0.0, 0.0
 
-    @property
-    def facts(self) -> messages.OpenFilm:
-        """Size and length of the film."""
-        return facts_of(self._film)
+    def frames() -> Iterator[Frame]:
+        nonlocal begun
+        for frame in _between(film, run.start, run.stop):
+            begun = time.perf_counter()
+            yield frame
 
-    def do(self, task: Task) -> Done:
-        """Do a task."""
-        return self._tasks[type(task)](task)
-
-    def _passes(self, task: RunPasses) -> Done:
-        ends = [frame for each in task.passes for frame in (each.start, each.stop)]
-        several = len(task.passes) > 1
-        film = shared(self._film, min(ends), max(ends)) if several else self._film
-        for place, each in enumerate(task.passes):
-            self._pass(each, place, film)
-        return Done()
-
-    def _pass(self, task: RunPass, place: int, film: FrameReader) -> None:
-        config, cues = _config(task.config), 0
-        lines: list[list[float]] = []
-        sent, count, begun = time.monotonic(), 0, 0.0
-
-        def frames() -> Iterator[Frame]:
-            nonlocal begun
-            for frame in _between(film, task.start, task.stop):
-                begun = time.perf_counter()
-                yield frame
-
-        def observe(info: StepInfo) -> None:
-            nonlocal sent, count, cues
-            took = round(1000 * (time.perf_counter() - begun), 3)
-            weights = [*info.cue_weights.values()]
-            cues = len(weights)
-            found = line(
-                info.track, weights, final=False, milliseconds=took, supporting=info.n_supporting
-            )
-            lines.append(found)
-            count += 1
-            if time.monotonic() - sent > EVERY or count == 1:
-                self._line.send(Part(pack(table_of(lines, cues)), place, overlay_of(info)))
-                lines.clear()
-                sent = time.monotonic()
-            self._line.check()
-
-        _run(task, config, film, frames(), observe)
-        if lines:
-            self._line.send(Part(pack(table_of(lines, cues)), place))
-
-    def _join(self, task: JoinStretch) -> Done:
-        absent = frozenset(t for first, last in task.absent for t in range(first, last + 1))
-        begin, end = (None if each is None else Ellipse(*each) for each in (task.begin, task.end))
-        stretch = Stretch(task.first, task.last, begin, end, absent)
-        tables = [
-            None if data is None else unpack(data, task.cues)
-            for data in (task.forward, task.backward)
-        ]
-        joined = join(stretch, *(None if each is None else as_pass(each) for each in tables))
-        found = table_of(
-            (
-                line(track, [0.0] * task.cues, final=True)
-                for track in tracks_of(stretch, joined, self._film.times)
-            ),
-            task.cues,
+    def observe(info: StepInfo) -> None:
+        nonlocal sent, cues
+        took = round(1000 * (time.perf_counter() - begun), 3)
+        weights = [*info.cue_weights.values()]
+        cues = len(weights)
+        lines.append(
+            line(info.track, weights, final=False, milliseconds=took, supporting=info.n_supporting)
         )
-        return Done(pack(found))
+        if time.monotonic() - sent > EVERY:
+            place.send(Part(pack(table_of(lines, cues)), number, overlay_of(info)))
+            lines.clear()
+            sent = time.monotonic()
+        place.check()
 
-    def _doubts(self, task: FindDoubts) -> Done:
-        keys = {
-            frame: None if region is None else Ellipse(*region) for frame, region in task.keyframes
-        }
-        found = doubts(tracks(unpack(task.table, task.cues)), keys, task.count)
-        items = [messages.DoubtfulFrame(each.frame, each.gain, [*each.reasons]) for each in found]
-        return Done(msgspec.json.encode(items))
+    _run(run, film, frames(), observe)
+    if lines:
+        place.send(Part(pack(table_of(lines, cues)), number))
 
-    def _look(self, task: LookAt) -> Done:
-        from motes.studio.layers import layers_of
 
-        seen: list[StepInfo] = []
-        kept: list[Frame] = []
+def join_stretch(
+    place: Workplace, stretch: Stretch, forward: Table | None, backward: Table | None, cues: int
+) -> bytes:
+    """Return the smoothed rows of a stretch from its passes: tables over its frames, in order."""
+    passes = (None if table is None else as_pass(table) for table in (forward, backward))
+    joined = tracks_of(stretch, join(stretch, *passes), place.film.times)
+    return pack(table_of((line(track, [0.0] * cues, final=True) for track in joined), cues))
 
-        def observe(info: StepInfo) -> None:
-            seen[:] = [info]
-            self._line.check()
 
-        def frames() -> Iterator[Frame]:
-            for frame in _between(self._film, task.run.start, task.run.stop):
-                kept[:] = [frame]
-                yield frame
+def find_doubts(place: Workplace, table: Table, marks: Keyframes, count: int) -> bytes:
+    """Return the JSON of a list of doubtful frames."""
+    return msgspec.json.encode(
+        [
+            messages.DoubtfulFrame(doubt.frame, doubt.gain, [*doubt.reasons])
+            for doubt in doubts(tracks(table), marks, count)
+        ]
+    )
 
-        config = _config(task.run.config)
-        _run(task.run, config, self._film, frames(), observe)
-        found = layers_of(task.object, config, kept[0], seen[0], task.layers)
-        return Done(msgspec.json.encode(found))
 
-    def _watch(self, task: WatchFilm) -> Done:
-        from motes.studio.scenes import ScenePart, SceneRun, joined
+def look_at(place: Workplace, number: int, run: RunPass, wanted: Sequence[Layer]) -> bytes:
+    """Return the JSON of `Layers` of an object in the last frame of a pass."""
+    from motes.studio.layers import layers_of
 
-        config: WatchConfig = from_dict(task.config, WatchConfig)
-        run = SceneRun(config, regions_of(task.places), task.seed)
-        last = len(self._film.times) - 1
-        run.prepare(self._film.forward(0, last))
-        found: list[ScenePart] = []
-        sent = time.monotonic()
-        for part in run.parts(self._film.forward(0, last)):
-            found.append(part)
-            self._line.check()
-            if time.monotonic() - sent > EVERY:
-                self._line.send(Part(msgspec.json.encode(joined(found))))
-                found.clear()
-                sent = time.monotonic()
-        if found:
-            self._line.send(Part(msgspec.json.encode(joined(found))))
-        return Done()
+    seen: list[StepInfo] = []
+    kept: list[Frame] = []
 
-    def _annotate(self, task: Annotate) -> Done:
-        from motes.studio.drawing import annotated
+    def observe(info: StepInfo) -> None:
+        seen[:] = [info]
+        place.check()
 
-        found = {number: tracks(unpack(data, cues)) for number, data, cues in task.objects}
-        annotated(self._film, found, task.path, self._line.check)
-        return Done()
+    def frames() -> Iterator[Frame]:
+        for frame in _between(place.film, run.start, run.stop):
+            kept[:] = [frame]
+            yield frame
 
-    def _figures(self, task: DrawFigures) -> Done:
-        from motes.studio.drawing import figures
+    _run(run, place.film, frames(), observe)
+    return msgspec.json.encode(layers_of(number, run.config, kept[0], seen[0], wanted))
 
-        figures(self._film, _config(task.config), task, self._line.check)
-        return Done()
 
-    def _foreground(self, task: DrawForeground) -> Done:
-        from motes.studio.foreground import foreground
+def watch_film(place: Workplace, config: WatchConfig, places: Regions, seed: int) -> bytes:
+    """Track all that moves. `Part`s have the JSON of `ScenePart`s."""
+    from motes.studio.scenes import ScenePart, SceneRun, joined
 
-        return Done(foreground(self._film, task.method, task.index, self._line.check))
-
-    def _slit(self, task: DrawSlit) -> Done:
-        from motes.studio.drawing import slit
-
-        return Done(slit(self._film, task, self._line.check))
+    run, film = SceneRun(config, places, seed), place.film
+    last = len(film.times) - 1
+    run.prepare(film.forward(0, last))
+    found: list[ScenePart] = []
+    sent = time.monotonic()
+    for part in run.parts(film.forward(0, last)):
+        found.append(part)
+        place.check()
+        if time.monotonic() - sent > EVERY:
+            place.send(Part(msgspec.json.encode(joined(found))))
+            found.clear()
+            sent = time.monotonic()
+    if found:
+        place.send(Part(msgspec.json.encode(joined(found))))
+    return b""
 
 
 def _run(
-    task: RunPass,
-    config: TrackerConfig,
+    run: RunPass,
     film: FrameReader,
     frames: Iterable[Frame],
     observe: Callable[[StepInfo], None],
 ) -> None:
     other = None
-    if task.other is not None:
-        index, region = task.other
+    if run.other is not None:
+        index, region = run.other
         (frame,) = film.forward(index, index)
         other = frame, Ellipse(*region)
     run_pass(
-        config,
-        task.seed,
+        run.config,
+        run.seed,
         frames,
-        Ellipse(*task.region),
-        backward=task.stop < task.start,
+        Ellipse(*run.region),
+        backward=run.stop < run.start,
         other=other,
         observe=observe,
     )
@@ -237,8 +151,3 @@ def _run(
 
 def _between(film: FrameReader, start: int, stop: int) -> Iterator[Frame]:
     return film.backward(start, stop) if stop < start else film.forward(start, stop)
-
-
-def _config(values: dict[str, Any]) -> TrackerConfig:
-    config: TrackerConfig = from_dict(values, Algorithm)
-    return config

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import msgspec
 
-from motes.core.config import to_dict
 from motes.core.errors import MotesError
 from motes.rows.journal import FrameRow
+from motes.studio.board import StudioJob
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
-from motes.studio.job import Desk, StudioJob
-from motes.studio.messages import Counts, Message, SceneEvents, SceneRows
+from motes.studio.jobs import Desk
+from motes.studio.messages import FoundScene
 from motes.studio.pool import LONG
 from motes.studio.processes import Wish
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
-from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
+from motes.studio.tracking import watch_film
+from motes.studio.workplace import PAUSE, RUN, STOP, Part, Task
 
 PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 """Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
@@ -37,7 +39,7 @@ class Watching:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._session, self._store = desk.session, desk.store
-        self._audience = desk.audience
+        self._board = desk.board
         self.job: StudioJob | None = None
         self._wish = Wish()
         self._task: asyncio.Task[None] | None = None
@@ -46,17 +48,19 @@ class Watching:
 
     def begin(self, watch: Watch, places: Places) -> StudioJob:
         """Begin a run; an earlier one ends, and its objects go."""
-        config = to_dict(watch_config(watch))
-        regions_of(places)
-        self.stop()
+        task = partial(
+            watch_film, config=watch_config(watch), places=regions_of(places), seed=watch.seed
+        )
+        if self.job is not None:
+            self.stop(self.job)
         self.asked = Asked(watch, places)
         for key in (PARTS, RUN_OF, ENDED):
             self._store.forget(self._session, key)
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
-        self._audience.scene(reset=True)
-        job = StudioJob(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
+        self._board.extend_scene(reset=True)
+        job = self._board.begin_job("watch", [])
+        job.left = self._desk.film.frames
         self.job, self._wish = job, Wish()
-        task = WatchFilm(config, places, watch.seed)
         self._task = asyncio.create_task(self._run(job, task, self._wish))
         return job
 
@@ -65,36 +69,35 @@ class Watching:
         if self.asked is not None and not self._store.count(self._session, ENDED):
             self.begin(self.asked.watch, self.asked.places)
 
-    def pause(self, *, on: bool) -> None:
+    def pause(self, job: StudioJob, *, on: bool) -> None:
         """Let the run wait, or go on."""
-        assert self.job is not None
-        if self.job.active:
-            self.job.status = "paused" if on else "running"
+        if job.active:
+            job.status = "paused" if on else "running"
             self._wish.set(PAUSE if on else RUN)
-            self._audience.progress(self.job.progress())
+            self._board.progress(job)
 
-    def stop(self) -> None:
+    def stop(self, job: StudioJob) -> None:
         """End the run; what it has found stays."""
-        if self.job is not None and self.job.active:
-            self.job.status = "stopped"
+        if job.active:
+            job.status = "stopped"
             self._store.add_part(self._session, ENDED, b"")
             self._wish.set(STOP)
-            self._audience.progress(self.job.progress())
+            self._board.progress(job)
 
     def close(self) -> None:
         """Stop all."""
         if self._task is not None:
             self._task.cancel()
 
-    async def _run(self, job: StudioJob, task: WatchFilm, wish: Wish) -> None:
+    async def _run(self, job: StudioJob, task: Task, wish: Wish) -> None:
         def part(part: Part) -> None:
             if self.job is not job or not job.active:
                 return
             self._store.add_part(self._session, PARTS, part.data)
             frames = len(msgspec.json.decode(part.data, type=ScenePart).frames)
             job.done, job.left = job.done + frames, max(job.left - frames, 0)
-            self._audience.scene()
-            self._audience.progress(job.progress())
+            self._board.extend_scene()
+            self._board.progress(job)
 
         try:
             async with self._desk.pool.worker(LONG) as worker:
@@ -107,19 +110,17 @@ class Watching:
         except MotesError as error:  # also of the store, as on a full disk
             if job.active:
                 job.status, job.error = "failed", str(error)
-        self._audience.progress(job.progress())
+        self._board.progress(job)
 
-    def messages(self, first: int) -> tuple[list[Message], int]:
-        """Return messages of the parts from `first` on, and the number of the part after them."""
+    def since(self, first: int) -> tuple[FoundScene | None, int]:
+        """Return what the parts from `first` on have, and the number of the part after them."""
         found = self._parts(first)
         if not found:
-            return [SceneRows([], reset=True)] if first == 0 else [], first
+            return None if first else FoundScene([], [], 0, {}, reset=True), first
         part = joined(found)
-        messages: list[Message] = [SceneRows([*map(shown, part.frames)], reset=first == 0)]
-        if part.events or first == 0:
-            messages.append(SceneEvents(part.events, reset=first == 0))
-        messages.append(Counts(part.objects, part.totals))
-        return messages, first + len(found)
+        frames = [*map(shown, part.frames)]
+        scene = FoundScene(frames, part.events, part.objects, part.totals, reset=first == 0)
+        return scene, first + len(found)
 
     def _parts(self, first: int) -> list[ScenePart]:
         data = self._store.parts_from(self._session, PARTS, first, STEP)

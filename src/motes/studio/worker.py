@@ -1,84 +1,56 @@
-"""A worker process: it opens one film, and does one task after the other with it."""
+"""A worker process: it does one task after the other, on one film."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
 import gc
-import itertools
 import os
-from collections.abc import Callable
+import time
 from multiprocessing.connection import Connection
 from typing import Any
 
 from motes.core.import_callable import explain
 from motes.core.system import system
-from motes.studio.line import StoppedError, WorkerLine
-from motes.studio.safety import Limits
-from motes.studio.tasks import Done, Failed, Ready, Task
+from motes.studio.workplace import Done, Failed, StoppedError, Workplace
 from motes.video.film import DamagedError
 
 NICENESS = 10
-"""Of tracking, so that pictures and the server come first."""
-SEEKS = 32
-"""Pictures after which their worker gives memory back."""
+"""Of work in the background, so that pictures and the server come first."""
+TIDY = 1.0
+"""Seconds of work after which a worker gives memory back."""
 
 
-def main(
-    pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool, whole: bool
-) -> None:
-    """Work until the pipe is closed: on pictures, or on all other tasks."""
-    system.limit_memory(limits.memory)
-    line = WorkerLine(pipe, wish)
+def main(pipe: Connection, wish: Any, memory: int, background: bool) -> None:
+    """Do tasks until the pipe is closed, with so much memory; the first one opens the film."""
+    system.limit_memory(memory)
+    if background:
+        system.lower_priority(NICENESS)
+    place = Workplace(pipe, wish)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
-        try:
-            do = (_pictures if pictures else _tracking)(path, limits, line, whole)
-        except Exception as error:  # a damaged film may cause any
-            line.send(Failed(text_of(error)))
-            return
-        for count in itertools.count():
-            task = line.receive()
+        worked = 0.0
+        while True:
+            task = place.receive()
+            begun = time.monotonic()
             try:
-                line.send(do(task))
+                place.send(Done(task(place)))
             except StoppedError:
-                line.send(Done(stopped=True))
+                place.send(Done(stopped=True))
             except DamagedError as error:
-                line.send(Failed(text_of(error), damaged=True))
-            except Exception as error:  # a fault, which must not reach others
-                line.send(Failed(text_of(error)))
+                place.send(Failed(text_of(error), damaged=True))
+            except Exception as error:  # a damaged film may cause any
+                place.send(Failed(text_of(error)))
             del task
-            if not pictures or count % SEEKS == 0:
+            worked += time.monotonic() - begun
+            if worked > TIDY:
                 give_back()
-
-
-def _pictures(path: str, limits: Limits, line: WorkerLine, whole: bool) -> Callable[[Task], Done]:
-    from motes.studio.pictures import Pictures
-    from motes.studio.tasks import Picture
-
-    opened = Pictures(path, limits, line.check, whole=whole)
-    line.send(Ready(opened.facts, opened.times))
-
-    def do(task: Task) -> Done:
-        if isinstance(task, Picture):
-            return Done(opened.picture(task.index, task.width))
-        return Done(opened.strip(task.count, task.height))  # type: ignore[union-attr]
-
-    return do
-
-
-def _tracking(path: str, _: Limits, line: WorkerLine, whole: bool) -> Callable[[Task], Done]:
-    from motes.studio.tracking import Work
-
-    system.lower_priority(NICENESS)
-    work = Work(path, line, whole=whole)
-    line.send(Ready(work.facts, []))
-    return work.do
+                worked = 0.0
 
 
 def text_of(error: BaseException) -> str:
     """Return an error in one line."""
     if isinstance(error, MemoryError):
-        return "The film needs more memory than a worker may have; rescale it."
+        return "This needs more memory than a worker may have; make the film or network smaller."
     return explain(error)
 
 

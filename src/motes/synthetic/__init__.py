@@ -24,13 +24,11 @@ from motes.synthetic.clips import (
     still,
     turning,
 )
-from motes.synthetic.dial_clips import DialClip, dial_clips
 from motes.synthetic.pitch import Pitch
 from motes.synthetic.street import Street
 
 __all__ = [
     "Clip",
-    "DialClip",
     "Pitch",
     "Street",
     "Target",
@@ -38,7 +36,6 @@ __all__ = [
     "crossing",
     "crowd",
     "demo",
-    "dial_clips",
     "growing",
     "jumping",
     "occluded",

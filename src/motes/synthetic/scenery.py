@@ -165,8 +165,8 @@ def local(x: Floats, y: Floats, ellipse: Ellipse) -> tuple[Floats, Floats]:
 
 def to_bytes(image: Floats) -> NDArray[np.uint8]:
     """Return values of 0 to 255 as uint8, with a margin for the grain."""
-    limited: Floats = np.rint(image).clip(GRAIN, 255 - GRAIN)
-    return limited.astype(np.uint8)
+    rounded = np.rint(image)
+    return rounded.clip(GRAIN, 255 - GRAIN, out=rounded).astype(np.uint8)
 
 
 def scale_of(size: tuple[int, int]) -> float:

@@ -10,7 +10,7 @@ from motes.core.config import NonNegative
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.filtering import Fusion, Weights
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
+from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.formats.registry import Format
 from motes.formats.visibility import only_object
 from motes.rows.journal import ObjectRow
@@ -44,7 +44,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return recording_of(facts, objects)
 
 
-def write(recorded: Recorded) -> Iterator[bytes]:
+def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame with the object."""
     for frame, row in only_object(recorded, "boxes").items():
         yield " ".join(f"{number:.2f}" for number in (frame, *row.box)).encode() + b"\n"

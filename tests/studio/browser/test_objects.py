@@ -125,7 +125,7 @@ def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
     number = shown.draw()
     shown.track()
     shown.page.keyboard.press("n")
-    shown.until(f"s.doubts.get({number}) && s.seeking === null")
+    shown.until(f"s.doubts.get({number})")
     items = shown.state(f"s.doubts.get({number})")
     if items:
         shown.until(f"s.frame === {items[0]['frame']}")
@@ -155,6 +155,12 @@ def test_all_layers_of_a_frame_come(shown: Shown) -> None:
     cues = shown.state("s.session.objects[0].cues")
     shown.page.get_by_label("Surface around the target").select_option(f"cue:{cues[0]}")
     shown.until(f"s.looked?.likelihoods['{cues[0]}']")
+    shown.go(0)
+    shown.until("s.looked?.frame === 0")
+    session = shown.state("s.session.id")
+    for place, so in (("", "s.session === null"), (session, "s.looked?.frame === 0")):
+        shown.page.evaluate(f"location.hash = '{place}'")  # what was asked for before is not known
+        shown.until(so)
 
 
 def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:

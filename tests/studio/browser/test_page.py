@@ -82,6 +82,17 @@ def test_all_that_moves_is_counted(shown: Shown) -> None:
     page.get_by_role("tab", name="Layers").click()
     page.get_by_label("Foreground").check()
     shown.until("s.foreground?.frame === 30")
+    page.get_by_role("button", name="Export and import").click()
+    page.get_by_label("Format of the rows").select_option("mot")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Rows of all objects").click()
+    assert download.value.suggested_filename == "film-watched.txt"
+    page.keyboard.press("Escape")
+    shown.draw()
+    page.get_by_role("button", name="Command line").click()
+    commands = page.locator("pre[aria-label=Command]")
+    commands.nth(1).wait_for()
+    assert [each.split()[1] for each in commands.all_inner_texts()] == ["track", "watch"]
 
 
 def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
@@ -147,6 +158,18 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     )
     page.get_by_label("File to import").set_input_files(mixed)
     page.get_by_text("mixed.xml was imported, without").wait_for()
+    odd, chosen = tmp_path / "odd.txt", page.get_by_label("File to import")
+    odd.write_text("10,20,30,40\n" * FRAMES)
+    chosen.set_input_files(odd)
+    page.get_by_text("format of odd.txt is not clear").wait_for()
+    assert chosen.input_value() == ""  # so that the same file can be chosen again
+    page.get_by_label("Format of the file").select_option("otb")
+    chosen.set_input_files(odd)
+    page.get_by_text("odd.txt was imported.").wait_for()
+    page.locator("select:has(option[value=corrections])").select_option("corrections")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Export", exact=True).click()
+    assert download.value.suggested_filename.endswith(".csv.run.json")
     page.keyboard.press("Escape")
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
 
@@ -256,6 +279,9 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         assert shown.page.evaluate(CUT) == []
     shown.open()
     shown.draw()
+    shown.draw((20, 20), (60, 60))  # one can be joined with the other
+    absent = shown.page.get_by_role("button", name="Absent from")
+    assert absent.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
     for width, height in SIZES:
         shown.page.set_viewport_size({"width": width, "height": height})
         assert shown.page.evaluate(CUT) == []
@@ -386,8 +412,7 @@ def test_menus_show_few_trackers_and_more(shown: Shown) -> None:
 def test_colors_are_switched_and_kept(shown: Shown) -> None:
     theme = "document.documentElement.dataset.theme"
     assert shown.page.evaluate(theme) == "light"
-    for _ in range(2):
-        shown.page.get_by_role("button", name="Light or dark").click()
+    shown.page.get_by_role("button", name="Light or dark").click()
     shown.wait(f"{theme} === 'dark'")
     shown.page.reload()
     shown.wait(f"{theme} === 'dark'")

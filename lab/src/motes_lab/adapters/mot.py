@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import operator
 import time
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,23 +85,22 @@ class MotAnswer(NamedTuple):
     seconds: float
 
 
-class MotTrackerAdapter(Protocol):
+class MotTrackerAdapter:
     """A tracker of all objects of one video."""
 
+    @abstractmethod
     def start(self, info: SequenceInfo) -> None:
         """Prepare for the first frame."""
-        ...
 
+    @abstractmethod
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
         """Return the objects in a frame; detections are None if the dataset has none."""
-        ...
 
     def close(self) -> None:
-        """Release all resources; there are no calls after that."""
-        ...
+        """Release all resources, if there are any; there are no calls after that."""
 
 
-class AssociationAdapter:
+class AssociationAdapter(MotTrackerAdapter):
     """A tracker of the package `trackers`, with the default values of the package."""
 
     def __init__(self, name: str) -> None:
@@ -137,11 +137,8 @@ class AssociationAdapter:
             seconds,
         )
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class SceneAdapter:
+class SceneAdapter(MotTrackerAdapter):
     """The `Scene` of motes with its default values; occluded objects are not given.
 
     Parameters
@@ -169,11 +166,8 @@ class SceneAdapter:
         found = [FoundObject(each.identity, each.track.box, each.track.confidence) for each in seen]
         return MotAnswer(found, seconds)
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class CallableMotAdapter:
+class CallableMotAdapter(MotTrackerAdapter):
     """A tracker made by a Python callable; see `registry`.
 
     Parameters
@@ -210,9 +204,6 @@ class CallableMotAdapter:
         if len({each.identity for each in found}) < len(found):
             raise ConfigError(f"update of {self._name} returned an id twice: {repr(value)[:80]}.")
         return MotAnswer(found, seconds)
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None:
@@ -262,7 +253,7 @@ def _found(identity: Any, box: Iterable[float], confidence: Any) -> FoundObject:
     return FoundObject(operator.index(identity), region, sure)
 
 
-class SavedResultsAdapter:
+class SavedResultsAdapter(MotTrackerAdapter):
     """Results from files: a folder with a file SEQUENCE.txt for each sequence."""
 
     def __init__(self, folder: Path) -> None:
@@ -279,11 +270,8 @@ class SavedResultsAdapter:
         """Return the rows of a frame."""
         return MotAnswer([FoundObject(*row) for row in self._rows.listed(frame.index)], math.nan)
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class DetectorAdapter:
+class DetectorAdapter(MotTrackerAdapter):
     """A tracker with its own detector, in place of the dataset's detections.
 
     Parameters

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 import time
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,23 +59,22 @@ class Answer(NamedTuple):
     covariance: Position = UNKNOWN
 
 
-class TrackerAdapter(Protocol):
+class TrackerAdapter:
     """A tracker of one object at a time."""
 
+    @abstractmethod
     def init(self, frame: Frame, box: Box) -> Answer:
         """Start anew on the object in a box."""
-        ...
 
+    @abstractmethod
     def update(self, frame: Frame) -> Answer:
         """Follow the object into the next frame."""
-        ...
 
     def close(self) -> None:
-        """Release all resources; there are no calls after that."""
-        ...
+        """Release all resources, if there are any; there are no calls after that."""
 
 
-class MotesAdapter:
+class MotesAdapter(TrackerAdapter):
     """A tracker of motes."""
 
     def __init__(self, config: TrackerConfig, seed: int = 0) -> None:
@@ -92,11 +92,8 @@ class MotesAdapter:
         track = self._tracker.update(frame)
         return _answer_of_track(track, _seconds_since(start))
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class OpenCVAdapter:
+class OpenCVAdapter(TrackerAdapter):
     """A tracker of OpenCV, which gets BGR and whole pixels; when lost, it gives no region."""
 
     def __init__(self, name: str, seed: int = 0) -> None:
@@ -119,11 +116,8 @@ class OpenCVAdapter:
         sound = found and np.isfinite(box).all() and min(box[2:]) > 0
         return _found(Box(*box), seconds) if sound else _lost(seconds)
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class CallableAdapter:
+class CallableAdapter(TrackerAdapter):
     """A tracker made by a Python callable; see `registry`.
 
     Parameters
@@ -165,11 +159,8 @@ class CallableAdapter:
                 f"width, height, or (found, box), or a motes.Track, or None if it is lost."
             ) from None
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class TraxAdapter:
+class TraxAdapter(TrackerAdapter):
     """A program with the TraX protocol, which gets each frame as a file."""
 
     def __init__(self, command: tuple[str, ...]) -> None:

@@ -11,13 +11,11 @@ from cyclopts import App
 from motes.core.errors import ConfigError, SourceError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-from motes_lab.adapters.sot import MotesAdapter
 from motes_lab.cli.dataset_options import first_pixels
 from motes_lab.cli.evaluate_options import (
     DatasetOptions,
     ReportOptions,
     RunOptions,
-    check_folds,
     check_kind,
 )
 from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
@@ -93,9 +91,6 @@ def evaluate(
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
-    candidates = tuple(entry.name for entry in entries if entry.make.func is MotesAdapter)
-    if report.folds is not None:
-        check_folds(report.folds, len({job.sequence.name for job in jobs}), candidates)
     now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
     prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
 
@@ -110,7 +105,7 @@ def evaluate(
     title = f"Trackers on {dataset.resolve().name}"
     if many:
         return write_crowds(jobs, report.out, errors, problems, title, interrupted)
-    comparisons = Comparisons(published, report.peer or PEER, candidates, report.folds or 0)
+    comparisons = Comparisons(published, report.peer or PEER)
     return write_single(jobs, report.out, errors, problems, comparisons, title, interrupted)
 
 

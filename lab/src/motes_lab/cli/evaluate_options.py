@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -105,13 +104,6 @@ class ReportOptions:
             f"{PEER}, if it is measured."
         ),
     ] = None
-    folds: Annotated[
-        int | None,
-        Parameter(
-            help="Number of folds of a cross-validation: choose among presets and configurations "
-            "on all folds but one, and report the result on that one."
-        ),
-    ] = None
     resume: Annotated[
         bool,
         FLAG,
@@ -153,7 +145,6 @@ def check_kind(many: bool, data: DatasetOptions, run: RunOptions, report: Report
         "first-pixel": data.first_pixel,
         "reference": report.reference,
         "peer": report.peer,
-        "folds": report.folds,
     }
     kinds = ["one object", "many objects"]
     for name, value in (single if many else {"detector": run.detector}).items():
@@ -170,17 +161,4 @@ def check_kind(many: bool, data: DatasetOptions, run: RunOptions, report: Report
     if report.peer is not None and report.peer not in (run.tracker or ()):
         raise ConfigError(
             f"--peer {report.peer} is not measured; give --tracker {report.peer} as well."
-        )
-
-
-def check_folds(folds: int, sequences: int, candidates: Sequence[str]) -> None:
-    """Check the number of folds, and that there are two trackers; raise a ConfigError."""
-    if not 2 <= folds <= sequences:
-        raise ConfigError(
-            f"--folds is {folds}; give 2 or more, but no more than the {sequences} sequences."
-        )
-    if len(candidates) < 2:
-        raise ConfigError(
-            "--folds chooses among presets and configurations of motes; name two or more with "
-            "--tracker."
         )

@@ -11,15 +11,12 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.core.errors import ConfigError
 from motes_lab.cli import (
-    experiment_camera,
     experiment_dials,
-    experiment_effort,
+    experiment_films,
     experiment_maggio,
-    experiment_masks,
     experiment_ng_delp,
     experiment_nummiaro,
     experiment_occlusions,
-    experiment_pairs,
     experiment_zhao_pei,
 )
 
@@ -41,11 +38,11 @@ for _experiment in (
     experiment_zhao_pei.zhao_detections,
     experiment_occlusions.occlusions,
     experiment_occlusions.real_occlusions,
-    experiment_pairs.pairs,
-    experiment_camera.moving_camera,
+    experiment_films.pairs,
+    experiment_films.moving_camera,
     experiment_dials.dials,
-    experiment_masks.masks,
-    experiment_effort.effort,
+    experiment_films.masks,
+    experiment_films.effort,
 ):
     app.command(_experiment)
 

@@ -89,10 +89,10 @@ def dials(
     if films is not None and films.is_dir() and any(films.iterdir()) and not results.overwrite:
         raise FormatError(f"The folder {films} is not empty; choose another, or give --overwrite.")
 
-    from motes.synthetic.dials import DIALS, Dials
-    from motes.synthetic.scenes import Garden, Material
     from motes_lab.adapters.registry import resolve
     from motes_lab.datasets.film_cutouts import cut_out
+    from motes_lab.dials.dials import DIALS, Dials
+    from motes_lab.dials.scenes import Garden, Material
 
     chosen = tuple(dict.fromkeys(dial or DIALS))
     for name in chosen:

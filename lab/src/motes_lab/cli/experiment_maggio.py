@@ -54,8 +54,8 @@ def maggio_figure3(
         raise ConfigError("--marks belongs to a film; name it with --film, or omit --marks.")
     output = results.output("maggio-figure3", plot=film is None)
 
-    from motes.synthetic.failing_cues import failing_cues
     from motes_lab.papers import maggio_figure3, maggio_figure3_film
+    from motes_lab.papers.failing_cues import failing_cues
 
     names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
     if film is None:

@@ -16,10 +16,10 @@ from PIL import Image
 
 from motes.core.errors import SourceError
 from motes.core.types import Bytes
-from motes.synthetic.cutout import Cutout
-from motes.synthetic.scenes import FilmMaterials
 from motes.video.sources import open_source
 from motes_lab.datasets.sot import Sequence
+from motes_lab.dials.cutout import Cutout
+from motes_lab.dials.scenes import FilmMaterials
 
 SMALLEST = 40.0
 """Square root of a box's area, in pixels, below which an object is too coarse to be cut out."""

@@ -11,16 +11,16 @@ import numpy as np
 
 from motes.core.errors import SourceError
 from motes.core.types import Floats
-from motes.synthetic.dial_clips import (
+from motes_lab.adapters.registry import TrackerSpec
+from motes_lab.datasets.sot import Problem, load_dataset
+from motes_lab.dials.dial_clips import (
     clip_name,
     dial_clips,
     setting_of,
     write_clip,
 )
-from motes.synthetic.dials import DIALS
-from motes.synthetic.scenes import Material
-from motes_lab.adapters.registry import TrackerSpec
-from motes_lab.datasets.sot import Problem, load_dataset
+from motes_lab.dials.dials import DIALS
+from motes_lab.dials.scenes import Material
 from motes_lab.finished_passes import finished_passes
 from motes_lab.report.sections import problems as failed_passes
 from motes_lab.saved_scores import SavedScores

@@ -15,8 +15,8 @@ from motes.output import charts
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
-from motes.synthetic.failing_cues import FRAMES_OF_PART, PARTS, FilmPart, Shot
 from motes_lab.metrics.sot import overlap_distances
+from motes_lab.papers.failing_cues import FRAMES_OF_PART, PARTS, FilmPart, Shot
 from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 

@@ -10,19 +10,19 @@ import numpy as np
 from motes.core.geometry import iou
 from motes.core.track import Status
 from motes.mot.scene import Scene
-from motes.synthetic.occlusion_clips import (
+from motes_lab.papers.expected_time import (
+    MEASURED_FRAMES,
+    Expected,
+    SceneFactory,
+    seconds_per_frame,
+)
+from motes_lab.papers.occlusion_clips import (
     EMPTY,
     MAX_LANES,
     OcclusionClip,
     Way,
     full_occlusions,
     occlusion_clip,
-)
-from motes_lab.papers.expected_time import (
-    MEASURED_FRAMES,
-    Expected,
-    SceneFactory,
-    seconds_per_frame,
 )
 from motes_lab.papers.result import Experiment, Result, wilson_interval
 from motes_lab.report.tables import Cell, Row, Table, number, percent

@@ -30,6 +30,7 @@ from motes.core.frame import Frame
 from motes.core.types import Floats
 from motes.video.sources import open_source
 from motes_lab.datasets.sot import Sequence
+from motes_lab.dials.appearance import as_bytes, hue_rotation
 from motes_lab.protocols.sot import MIN_FRAMES, Start, starts
 
 Pixels = NDArray[np.uint8]
@@ -160,22 +161,18 @@ def half_size(pixels: Pixels) -> Pixels:
     """Return means of 2 by 2 pixels; an odd last row or column is left out."""
     height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
     blocks = pixels[: 2 * height, : 2 * width].reshape(height, 2, width, 2, 3)
-    return _bytes(blocks.mean(axis=(1, 3)))
+    return as_bytes(blocks.mean(axis=(1, 3)))
 
 
 def gray(pixels: Pixels) -> Pixels:
     """Return the luma of Rec. 601 in each channel."""
-    luma = _bytes(pixels @ np.array([0.299, 0.587, 0.114]))
+    luma = as_bytes(pixels @ np.array([0.299, 0.587, 0.114]))
     return np.repeat(luma[:, :, None], 3, axis=2)
 
 
 def hue_rotated(pixels: Pixels) -> Pixels:
-    """Return brighter pixels with colors rotated about the gray axis (Rodrigues' formula)."""
-    axis = np.full(3, 1 / math.sqrt(3))
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turn = np.eye(3) + math.sin(HUE_ROTATION) * cross + (1 - math.cos(HUE_ROTATION)) * cross @ cross
-    return _bytes(pixels @ turn.T + BRIGHTNESS_SHIFT)
+    """Return brighter pixels with colors rotated about the gray axis."""
+    return as_bytes(pixels @ hue_rotation(HUE_ROTATION).T + BRIGHTNESS_SHIFT)
 
 
 def blurred(pixels: Pixels) -> Pixels:
@@ -187,7 +184,7 @@ def blurred(pixels: Pixels) -> Pixels:
             np.pad(image, padding, mode="edge"), BLUR.size, axis=axis
         )
         image = windows @ BLUR.astype(np.float32)
-    return _bytes(image)
+    return as_bytes(image)
 
 
 CHANGES = {"gray": gray, "hue": hue_rotated, "blurred": blurred}
@@ -238,8 +235,3 @@ def _corner(pixels: Pixels, box: Floats) -> Pixels:
     top = 0 if y + height / 2 > pixels.shape[0] / 2 else pixels.shape[0] - rows
     left = 0 if x + width / 2 > pixels.shape[1] / 2 else pixels.shape[1] - columns
     return pixels[top : top + rows, left : left + columns].copy()
-
-
-def _bytes(values: NDArray[np.floating]) -> Pixels:
-    result: Pixels = np.clip(np.rint(values), 0, 255).astype(np.uint8)
-    return result

@@ -17,7 +17,7 @@ from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes_lab.adapters.sot import LARGEST, UNKNOWN, Position
+from motes_lab.adapters.sot import LARGEST, Position
 
 EVENTS = ("tracked", "started", "failed", "skipped")
 
@@ -83,14 +83,11 @@ def trace_of(rows: list[Row]) -> TrackerOutput:
     )
 
 
-COVARIANCE = ("xx", "xy", "yy")
-
-
-COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event", *COVARIANCE)
-"""The columns of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field.
-
-Files without the last three columns, the covariance, come from older versions and can be read.
-"""
+COLUMNS = (
+    *("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event"),
+    *("xx", "xy", "yy"),
+)
+"""The columns of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field."""
 
 
 def save_trace(path: str | Path, trace: TrackerOutput) -> None:
@@ -136,11 +133,11 @@ def load_trace(path: str | Path) -> TrackerOutput:
     """
     try:
         head, *lines = csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8")))
-        if tuple(head) not in (COLUMNS, COLUMNS[: -len(COVARIANCE)]):
+        if tuple(head) != COLUMNS:
             raise ValueError("it has other columns")
         rows: list[Row] = []
         for place, line in enumerate(lines, 2):
-            rows.append(_row(line, len(head), place))
+            rows.append(_row(line, place))
             if rows[-1].frame != rows[0].frame + len(rows) - 1:
                 raise ValueError(f"line {place}: its frames do not follow each other")
         if not rows or not 0 <= rows[0].frame <= LARGEST:
@@ -152,10 +149,10 @@ def load_trace(path: str | Path) -> TrackerOutput:
         raise FormatError(f"{path} is not a track of an evaluation ({error}).") from None
 
 
-def _row(fields: list[str], columns: int, line: int) -> Row:
+def _row(fields: list[str], line: int) -> Row:
     """Return a row of a trace; raise a ValueError with the line number if it is not valid."""
     try:
-        if len(fields) != columns:
+        if len(fields) != len(COLUMNS):
             raise ValueError("it has more or fewer columns than the first one")
         return _parse_fields(*fields)
     except ValueError as error:
@@ -164,17 +161,17 @@ def _row(fields: list[str], columns: int, line: int) -> Row:
 
 def _parse_fields(
     frame: str, x: str, y: str, a: str, b: str, theta: str,
-    confidence: str, lost: str, seconds: str, event: str, *variances: str,
+    confidence: str, lost: str, seconds: str, event: str, xx: str, xy: str, yy: str,
 ) -> Row:  # fmt: skip
     ellipse = Ellipse(*map(number, (x, y, a, b, theta)))
-    xx, xy, yy = map(number, variances) if variances else UNKNOWN
     sure, time = number(confidence), duration(seconds)
     if min(ellipse.a, ellipse.b) < 1 / LARGEST:
         raise ValueError(f"the ellipse of frame {frame} has no area")
     if not (math.isnan(sure) or 0 <= round(sure, 9) <= 1):
         raise ValueError(f"the confidence of frame {frame} is {sure:g}")
     return Row(
-        int(frame), ellipse, sure, lost == "1", time, EVENTS.index(event), (xx, xy, yy),
+        int(frame), ellipse, sure, lost == "1", time, EVENTS.index(event),
+        (number(xx), number(xy), number(yy)),
     )  # fmt: skip
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Problem
-from motes_lab.report import cross_validation
 from motes_lab.report import sections as report_sections
 from motes_lab.report.speed_ratio import Comparisons, speed_ratios
 from motes_lab.report.tables import Cell, Table
@@ -31,10 +30,6 @@ def summary(
             tables.append(make(evaluation, protocol))
         if (pace := speed_ratios(evaluation, protocol, options.peer)).rows:
             tables.append(pace)
-        if options.folds:
-            tables.append(
-                cross_validation.choices(evaluation, protocol, options.candidates, options.folds)
-            )
         if protocol == "robust":
             tables.append(report_sections.per_view(evaluation))
         sections[report_sections.title(evaluation, protocol)] = tables

@@ -24,14 +24,10 @@ class Comparisons(NamedTuple):
         Published results, or None.
     peer
         The tracker whose time is the reference of speed ratios, if it took part.
-    candidates, folds
-        The configurations of a model selection, and the number of its folds; 0 for no selection.
     """
 
     reference: Reference | None = None
     peer: str = PEER
-    candidates: tuple[str, ...] = ()
-    folds: int = 0
 
 
 def speed_ratios(evaluation: Evaluation, protocol: str, peer: str) -> Table:

@@ -17,7 +17,6 @@ from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
 from motes_lab.report import failures, plots
 from motes_lab.report import sections as report_sections
-from motes_lab.report.cross_validation import choices
 from motes_lab.report.markdown import summary
 from motes_lab.report.speed_ratio import Comparisons, speed_ratios
 from motes_lab.report.tables import count_noun, number
@@ -67,7 +66,6 @@ def write_report(
         diagrams=partial(_diagrams, evaluation),
         failures=partial(_failures, evaluation),
         least_frames=failures.MIN_FAILURE_FRAMES,
-        choices=choices,
         speed_ratios=speed_ratios,
     )
     write_text(out / "report.html", text)

@@ -1,7 +1,8 @@
 """The motion of a camera from one picture to the next, from corners that are followed.
 
 Corners are followed by the pyramid of Lucas and Kanade, and RANSAC finds the motion that most of
-them share: they lie on the background.
+them share: they lie on the background. They are spread over the picture, so that the background
+has most of them also where a broadcaster's logo has the strongest ones.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes.core.errors import MissingDependencyError
 from motes.core.types import Floats
@@ -18,8 +20,14 @@ Model: TypeAlias = Literal["homography", "similarity"]
 
 WIDTH = 640
 """Pictures are reduced to this width at most."""
-CORNERS = 400
-"""Number of corners that are followed."""
+CELLS = 16
+"""Cells of corners in a picture's longer side ("bucketing"; Kitt et al., 2010)."""
+CORNERS = 3
+"""Largest number of corners of a cell, so some 400 in all."""
+APART = 4
+"""Pixels to the next corner that is stronger, at least."""
+WEAKEST = 5e-4
+"""Least strength of a corner: of those that noise of 4 gray values makes, 97 of 100 are weaker."""
 FEWEST = 12
 """Least number of corners that agree; a homography has 8 unknowns, so 4 corners always do."""
 OFF: dict[Model, float] = {"homography": 2.0, "similarity": 1.0}
@@ -29,11 +37,11 @@ Of a flat ground half a pixel would be more exact; where there is depth, two lea
 """
 
 
-def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
+def _motion(before: Mask, after: Mask, model: Model) -> Floats | None:
     """Return the motion (3, 3) from a gray picture to the next; None if it is not clear."""
     cv2 = opencv()
-    corners = cv2.goodFeaturesToTrack(before, CORNERS, 0.01, 8)
-    if corners is None or len(corners) < FEWEST:
+    corners = _corners(before)
+    if len(corners) < FEWEST:
         return None
     moved, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None)
     seen = found.ravel() == 1
@@ -49,6 +57,20 @@ def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
         return None
     out: Floats = matrix if model == "homography" else np.vstack([matrix, (0, 0, 1)])
     return out
+
+
+def _corners(gray: Mask) -> NDArray[np.float32]:
+    """Return the strongest corners (N, 2) of each cell of a gray picture (H, W)."""
+    cv2 = opencv()
+    strength = cv2.cornerMinEigenVal(gray, 3)
+    around = cv2.dilate(strength, np.ones((2 * APART + 1, 2 * APART + 1), np.uint8))
+    y, x = np.nonzero((strength == around) & (strength > WEAKEST))
+    side = max(gray.shape) / CELLS
+    cell = (y // side) * CELLS + x // side
+    order = np.lexsort((-strength[y, x], cell))
+    rank = np.arange(len(order)) - np.searchsorted(cell[order], cell[order])
+    best = order[rank < CORNERS]
+    return np.stack([x[best], y[best]], axis=1).astype(np.float32)
 
 
 def reduced(pixels: Mask) -> tuple[Mask, float]:
@@ -94,11 +116,14 @@ class GlobalMotion:
 
         It is None in the first picture, and where it is not clear.
         """
-        cv2 = opencv()
         small, scale = reduced(np.ascontiguousarray(pixels))
-        gray: Mask = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+        motion = self.update_reduced(small)
+        return None if motion is None else unreduced(motion, scale)
+
+    def update_reduced(self, small: Mask) -> Floats | None:
+        """Return the same of pictures that are `reduced`, in their pixels."""
+        gray: Mask = opencv().cvtColor(small, opencv().COLOR_RGB2GRAY)
         before, self._gray = self._gray, gray
         if before is None or before.shape != gray.shape:
             return None
-        motion = camera_motion(before, gray, self._model)
-        return None if motion is None else unreduced(motion, scale)
+        return _motion(before, gray, self._model)

@@ -8,6 +8,7 @@ lawn. A patch of several objects is divided where it looks like the given one.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -21,8 +22,7 @@ from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.hog import Hog
 from motes.cues.sampling import Lattice
-from motes.mot.detection.global_motion import unreduced
-from motes.mot.detection.panned_background import PannedBackground
+from motes.mot.detection.panned_background import KNOWN, PannedBackground
 from motes.sot.filtering.appearance_rule import AppearanceRule
 
 STEPS = 4
@@ -109,6 +109,7 @@ class LookalikeDetector:
         self._model: ColorModel | None = None
         self._least = 0.0
         self._last: list[Box] = []
+        self._past: deque[tuple[Frame, Floats]] = deque(maxlen=KNOWN)
 
     @property
     def own_background(self) -> bool:
@@ -123,9 +124,7 @@ class LookalikeDetector:
     @property
     def motion(self) -> Floats | None:
         """The homography of the camera's motion to the latest frame, if it is known."""
-        if self._background is None or self._background.motion is None:
-            return None
-        return unreduced(self._background.motion, self._scale)
+        return None if self._background is None else self._background.motion
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""
@@ -138,6 +137,11 @@ class LookalikeDetector:
             )
             self._least = self._rule.threshold(background)
         places = self._candidates(frame)  # as many as the box's size allows, which was checked
+        motion = self.motion
+        if motion is None:
+            self._past.clear()
+        else:
+            self._past.extend([(past, motion @ moved) for past, moved in self._past])
         rho = 1 - self._color.distances(self._model, frame, places) ** 2
         order = np.argsort(-rho)
         found: list[Detection] = []
@@ -150,10 +154,25 @@ class LookalikeDetector:
                 place = self._sized(frame, self._shifted(frame, Ellipse(*places[i].tolist())))
                 distance = self._apart(frame, place)
                 taken = any(_meet(np.array(place), each.box) for each in found)
-                if distance < self._distance and not taken:
+                if distance < self._distance and not taken and not self._stood(frame, place):
                     found.append(Detection(place.box))
         self._last = [each.box for each in found]
+        self._past.append((frame, np.eye(3)))
         return found
+
+    def _stood(self, frame: Frame, place: Ellipse) -> bool:
+        """Return whether the ground at a place where nobody was known looked alike before.
+
+        Then it is a part of the background that was moved along badly, as stands behind a pitch.
+        """
+        if len(self._past) < KNOWN or self._known(np.array([place]))[0]:
+            return False
+        assert self._model is not None
+        before, moved = self._past[0]
+        x, y, w = np.linalg.solve(moved, (place.x, place.y, 1))
+        there = np.array([place._replace(x=x / w, y=y / w)])
+        rho = 1 - self._color.distances(self._model, before, there)[0] ** 2
+        return bool(rho > self._least)
 
     def _apart(self, frame: Frame, place: Ellipse) -> float:
         """Return the mean of the distances in color and in gradients of a place from the target."""
@@ -180,7 +199,6 @@ class LookalikeDetector:
         if self._background is not None:
             moving = self._background.foreground(np.ascontiguousarray(frame.pixels))
             apart = _shares(moving, grid, frame) >= MOVING
-            self._scale = moving.shape[1] / frame.width
             return grid[apart | self._known(grid)]
         assert self._finder is not None
         boxes = [each.box for each in self._finder(frame)]

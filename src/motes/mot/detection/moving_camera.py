@@ -13,7 +13,7 @@ from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.blobs import blobs
-from motes.mot.detection.global_motion import GlobalMotion, unreduced
+from motes.mot.detection.global_motion import GlobalMotion
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.panned_background import PannedBackground
 
@@ -87,9 +87,8 @@ class PannedDetector:
         pixels = np.ascontiguousarray(frame.pixels)
         mask = self._background.foreground(pixels, frame.time).astype(np.uint8)
         scale = mask.shape[1] / frame.width
-        motion = self._background.motion
-        self.motion = None if motion is None else unreduced(motion, scale)
-        if motion is None or mask.mean() > config.most:
+        self.motion = self._background.motion
+        if self.motion is None or mask.mean() > config.most:
             return []
         boxes = blobs(
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,

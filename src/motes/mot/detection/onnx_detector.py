@@ -96,7 +96,7 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
         Raises
         ------
         MissingDependencyError
-            If neither ONNX Runtime nor OpenCV is installed.
+            If ONNX Runtime is not installed.
         SourceError
             If the file cannot be read, is no ONNX file, or does not run.
         ConfigError
@@ -131,7 +131,7 @@ class OnnxDetector:
     Raises
     ------
     MissingDependencyError
-        If neither ONNX Runtime nor OpenCV is installed.
+        If ONNX Runtime is not installed.
     SourceError
         If the file cannot be read, is no ONNX file, or does not run.
     ConfigError

@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import MissingDependencyError
 from motes.core.types import Floats
-from motes.mot.detection.global_motion import Model, camera_motion, reduced
+from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, unreduced
 from motes.mot.detection.illumination import Background, without_tremble
 from motes.mot.detection.morphology import Mask, opencv
 from motes.mot.detection.planes import planes_of
@@ -38,7 +37,7 @@ class PannedBackground:
     Attributes
     ----------
     motion
-        The motion (3, 3) from the reduced frame before to the latest one, or None.
+        The motion (3, 3) from the frame before to the latest one, or None.
 
     Raises
     ------
@@ -55,14 +54,8 @@ class PannedBackground:
         model: Model = "homography",
         trial: float | None = None,
     ) -> None:
-        self._cv2 = opencv()
-        if self._cv2 is None:
-            raise MissingDependencyError(
-                "The motion of a camera needs OpenCV; install it with: pip install 'motes[opencv]'."
-            )
-        self._deviations, self._noise, self._model = deviations, noise, model
-        self._trial = trial
-        self._gray: Mask | None = None
+        self._camera = GlobalMotion(model)
+        self._deviations, self._noise, self._trial = deviations, noise, trial
 
     def foreground(self, pixels: Mask, time: float = 0.0) -> NDArray[np.bool_]:
         """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
@@ -70,15 +63,11 @@ class PannedBackground:
         In the first frame, and if the camera's motion is not clear, all may be foreground. Where
         the background came into view a few frames ago, nothing is.
         """
-        cv2 = self._cv2
-        small, _ = reduced(pixels)
+        cv2 = opencv()
+        small, scale = reduced(pixels)
         height, width = small.shape[:2]
-        gray: Mask = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
-        motion = None
-        if self._gray is not None and self._gray.shape == gray.shape:
-            motion = camera_motion(self._gray, gray, self._model)
-        self._gray = gray
-        self.motion = motion
+        motion = self._camera.update_reduced(small)
+        self.motion = None if motion is None else unreduced(motion, scale)
         if motion is None:
             self._mean = small.astype(np.float32)
             self._variance = np.full((height, width), self._noise**2, np.float32)

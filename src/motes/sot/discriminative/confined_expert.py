@@ -7,14 +7,12 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
-from motes.sot.discriminative.evidence import LARGEST_VOICE
+from motes.sot.discriminative.evidence import LARGEST_VOICE, NEUTRAL
 from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.rival import APART
 
-TRUSTED_RESPONSE = 0.3
+TRUSTED_RESPONSE = NEUTRAL / 2
 """From this response on, relative to the first frames, the filter's place counts."""
-NEUTRAL_RESPONSE = 0.6
-"""A response that speaks neither for a place nor against it."""
 
 
 class Confined(ConfinedFilter, Expert, frozen=True):
@@ -51,4 +49,4 @@ class Confined(ConfinedFilter, Expert, frozen=True):
     def log_odds(self, sight: ConfinedView, place: Ellipse) -> float:
         """Return by how much the response speaks for a place."""
         response, _ = sight.near(place)
-        return self.weight * (min(response, LARGEST_VOICE) - NEUTRAL_RESPONSE)
+        return self.weight * (min(response, LARGEST_VOICE) - NEUTRAL)

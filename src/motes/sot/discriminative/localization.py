@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,11 +22,12 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
-from motes.cues.search_window import CELL_SIZE
+from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
 from motes.sot.discriminative.prediction import Transition
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.discriminative.redetection import SYSTEMATIC
+from motes.sot.filtering.resampling import Weights
 from motes.sot.filtering.sample_size import KldSampling
 
 
@@ -92,7 +93,10 @@ class WindowEstimate:
 
 @dataclass(frozen=True, slots=True)
 class Localizer:
-    """Finds the target's place in a window; the fields are those of `Discriminative`."""
+    """Finds the target's place in a window; the fields are those of `Discriminative`.
+
+    `budget` is the number of particles after the first of three rounds.
+    """
 
     particles: int
     budget: KldSampling
@@ -100,9 +104,7 @@ class Localizer:
     posterior: Posterior
     experts: Experts
     evidence: Evidence
-    color_gain: float
     sigma: float
-    resampling: Resampling
 
     def localize(
         self,
@@ -115,10 +117,9 @@ class Localizer:
     ) -> WindowEstimate:
         """Return the weighted mean of particles in the window around `place`.
 
-        Half of the particles are spread over the window, the others around the maximum of the
-        response. Then they are weighted, resampled and moved by less and less noise. Where experts
-        see the target near by, it is at the mean of their places and this one. `sights` are what
-        they see in this frame. Without a `transition`, the target may be anywhere in the window.
+        Where experts see the target near by, it is at the mean of their places and this one.
+        `sights` are what they see in this frame. Without a `transition`, the target may be anywhere
+        in the window.
         """
         sights = self.experts.look_again(known.experts, frame, place, sights)
         samples = known.correlation.grid
@@ -138,24 +139,7 @@ class Localizer:
                 log_weights += transition.log_density(samples.points(place, points))
             return Weights.from_log(log_weights)
 
-        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = (
-            np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
-            * CELL_SIZE
-            / UPSAMPLING
-        )
-        narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
-        noise = rng.standard_normal((3, self.particles, 2))
-        points = noise[0]
-        points[::2] *= half
-        points[1::2] = points[1::2] * narrow + peak
-        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            weighed = weights(points)
-            chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
-            count = min(self.budget.number(chosen / math.sqrt(half.prod())), self.particles)
-            chosen = points[self.resampling.ancestors(rng, weighed, count)]
-            points = chosen + noise[layer, :count] * spread
-        centers = samples.points(place, points)
+        centers = samples.points(place, self._drawn(rng, samples, plane, weights))
         centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
         weighed = weights(samples.offsets(place, centers))
         x, y = (weighed.values @ centers).tolist()
@@ -171,7 +155,35 @@ class Localizer:
         judged = stands_out, similarity, evidence
         return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
 
+    def _drawn(
+        self,
+        rng: np.random.Generator,
+        samples: SampleGrid,
+        plane: Singles,
+        weights: Callable[[Floats], Weights],
+    ) -> Floats:
+        """Return particles (n, 2), in samples off the window's center.
+
+        Half of them are spread over the window, the others around the maximum of the response
+        `plane`. Then they are weighted, resampled and moved by less and less noise.
+        """
+        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
+        half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
+        narrow = self.correlation.sharpness * side
+        noise = rng.standard_normal((3, self.particles, 2))
+        points: Floats = noise[0]
+        points[::2] *= half
+        points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
+        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
+            weighed = weights(points)
+            chosen = points[SYSTEMATIC.ancestors(rng, weighed, len(points))]
+            count = self.budget.number(chosen / math.sqrt(half.prod()))
+            chosen = points[SYSTEMATIC.ancestors(rng, weighed, count)]
+            points = chosen + noise[layer, :count] * spread
+        return points
+
     def color_weight(self, contrast: float) -> float:
         """Return the weight of color, from 0 to 1; it grows with the color contrast."""
-        counts = self.color_gain * max(contrast, 0.0)
+        counts = max(contrast, 0.0)
         return counts / (1 + counts)

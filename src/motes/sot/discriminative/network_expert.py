@@ -17,12 +17,10 @@ from motes.core.config import Config, NonNegative
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.types import Floats
+from motes.sot.discriminative.evidence import NEUTRAL
 from motes.sot.discriminative.expert import AGREES, Expert
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, NetworkView
-
-NEUTRAL_SCORE = 0.6
-"""A score that speaks neither for a place nor against it."""
 
 
 class NetworkTarget(msgspec.Struct, frozen=True, eq=False):
@@ -97,7 +95,7 @@ class NetworkExpert(Expert, Config, frozen=True):
     def log_odds(self, sight: NetworkSight, place: Ellipse) -> float:
         """Return by how much the network's score speaks for a place."""
         [score] = sight.view.score_at(np.array([place]))
-        return self.weight * (float(score) - NEUTRAL_SCORE)
+        return self.weight * (float(score) - NEUTRAL)
 
     def updated(
         self,

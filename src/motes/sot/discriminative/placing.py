@@ -56,7 +56,6 @@ class Placer:
 
     localizer: Localizer
     redetection: Redetection
-    particles: int
     turn: float
 
     def place(
@@ -156,7 +155,7 @@ class Placer:
         """Return the target's place, or another one that the search finds and that is clear."""
         searchers, last = state.search_particles, state.ellipse
         if not len(searchers):
-            searchers = np.tile(np.array(last), (self.particles, 1))
+            searchers = np.tile(np.array(last), (self.localizer.particles, 1))
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )

@@ -10,7 +10,6 @@ International Conference on Cybernetics and Society 1975).
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import msgspec
@@ -21,6 +20,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
+from motes.cues.fourier_ridge import taper, vertex
 from motes.sot.discriminative.small_picture import difference, overlap, small_size
 
 ERROR_RATE = 0.1
@@ -164,7 +164,7 @@ def spectrum_of(picture: Singles) -> Spectra:
     """Return the transform (h, w // 2 + 1) of a small picture (h, w), tapered."""
     from scipy import fft  # takes a third of a second to import
 
-    out: Spectra = fft.rfft2((picture - picture.mean()) * _taper(*picture.shape))
+    out: Spectra = fft.rfft2((picture - picture.mean()) * taper(*picture.shape))
     return out
 
 
@@ -189,14 +189,5 @@ def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
 def _peak(line: Singles, index: int) -> float:
     """Return the place of the maximum of a cyclic line, as a signed shift, between its values."""
     size = len(line)
-    low, high, top = line[index - 1], line[(index + 1) % size], line[index]
-    curve = float(low - 2 * top + high)
-    between = 0.5 * float(low - high) / curve if curve < 0 else 0.0
+    between = vertex(line[index - 1], line[index], line[(index + 1) % size])
     return (index if index <= size // 2 else index - size) + between
-
-
-@cache
-def _taper(rows: int, columns: int) -> Singles:
-    """Return Hann's window (rows, columns)."""
-    down, across = (np.hanning(size + 2)[1:-1] for size in (rows, columns))
-    return np.outer(down, across).astype(np.float32)

@@ -23,6 +23,8 @@ from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.hog import Hog, HogModel
 from motes.sot.filtering.resampling import Systematic, Weights
 
+SYSTEMATIC = Systematic()
+"""How particles are selected, also those of place and size."""
 MIN_HALF_AXIS = 2.0
 """Smallest half-axis that the search tries, in pixels."""
 PLACES = 5
@@ -119,7 +121,7 @@ class Redetection(Config, frozen=True):
         distances = self.color.distances(model.color, frame, moved)
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
-        chosen = moved[Systematic().ancestors(rng, weights, len(moved))]
+        chosen = moved[SYSTEMATIC.ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]
         drawn[-1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[-1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])

@@ -20,21 +20,21 @@ from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.expert import AGREES
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.placing import NO_PARTICLES
+from motes.sot.discriminative.rival import APART
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Weights
 
-DRIFT_SIGMA = 0.15
+DRIFT_SIGMA = APART / 2
 """Standard deviation of a center, as a share of the mean side, that the particles do not show: the
-learned filter may have drifted from the center of the target."""
+learned filter may have drifted from the center of the target, but hardly to another place."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reporter:
     """Makes the reports; the fields are those of `Discriminative`."""
 
-    particles: int
     localizer: Localizer
 
     def placed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeInfo:
@@ -84,7 +84,7 @@ class Reporter:
         """
         count = len(ellipses)
         if not count:
-            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+            ellipses = np.tile(np.array(state.ellipse), (self.localizer.particles, 1))
         weights = weights or Weights.uniform(len(ellipses))
         grown = math.exp(state.size.value)
         size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])

@@ -12,8 +12,8 @@ from motes.core.types import Floats
 from motes.cues.color_posterior import borders
 from motes.cues.scale_filter import ScaleFilter, ScaleModel
 from motes.sot.discriminative.localization import WindowEstimate
-from motes.sot.discriminative.redetection import limits
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.discriminative.redetection import SYSTEMATIC, limits
+from motes.sot.filtering.resampling import Weights
 
 BORDER_SHARPNESS = 50.0
 """The border term is exp(-BORDER_SHARPNESS · squared difference to the border's running mean)."""
@@ -26,7 +26,6 @@ class SizeEstimator:
     scale: ScaleFilter
     border_gain: float
     sigma: float
-    resampling: Resampling
 
     def estimate(
         self,
@@ -51,7 +50,7 @@ class SizeEstimator:
         errors = borders(look.integral, boxes) - border
         pool += self.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
-        chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
+        chosen = factors[SYSTEMATIC.ancestors(rng, weights, len(look.centers))]
         grown = min(max(sizes.between(pool), low), high)
         pose = look.pose._replace(a=grown * look.pose.a, b=grown * look.pose.b)
         return pose, chosen

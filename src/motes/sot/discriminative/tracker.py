@@ -50,14 +50,14 @@ from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
-from motes.sot.filtering.resampling import Resampling, Systematic
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.network.network import Network
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
-CENTERED = CELL_SIZE
-"""A target up to this many samples from the center of the window needs no second window."""
+BIN = 0.25
+"""Side of a bin of the particles' places, from which their number follows, in half sides of the
+target."""
 
 
 class Discriminative(
@@ -72,21 +72,16 @@ class Discriminative(
     Attributes
     ----------
     particles
-        Number of particles that are spread over a window. As many search for a missed target.
-    budget
-        Number of particles after the first of three rounds: fewer where fewer places are likely.
+        Number of particles that are spread over a window. Where fewer places are likely, fewer are
+        left after the first of three rounds, a quarter at least. As many search for a missed
+        target.
     correlation
-        The near window's correlation filter.
+        The near window's correlation filter. The scale filter learns at its rate.
     posterior
         The near window's color posterior.
-    color_gain
-        Weight of color in the near window, relative to the color contrast of the target. With 0,
-        gradients alone count for the place.
     sigma
         The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
         value, the estimate is a mean over a larger area.
-    resampling
-        How particles are selected.
     scale
         Cue for the size: the scale filter.
     redetection
@@ -111,12 +106,9 @@ class Discriminative(
     open_field: ClassVar[str | None] = "extra_experts"
 
     particles: Particles = 400
-    budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
     correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
-    color_gain: NonNegative = 1.0
     sigma: Positive = 0.02
-    resampling: Resampling = Systematic()
     scale: ScaleFilter = ScaleFilter()
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
@@ -150,30 +142,28 @@ class Discriminative(
         """The localization in a window, with the values of this configuration."""
         return Localizer(
             particles=self.particles,
-            budget=self.budget,
+            budget=KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN),
             correlation=self.correlation,
             posterior=self.posterior,
             experts=self.experts,
             evidence=self.evidence,
-            color_gain=self.color_gain,
             sigma=self.sigma,
-            resampling=self.resampling,
         )
 
     @cached_property
     def placer(self) -> Placer:
         """The finder of the place, with the values of this configuration."""
-        return Placer(self.localizer, self.redetection, self.particles, self.turn)
+        return Placer(self.localizer, self.redetection, self.turn)
 
     @cached_property
     def sizes(self) -> SizeEstimator:
         """The estimator of the size, with the values of this configuration."""
-        return SizeEstimator(self.scale, self.border_gain, self.sigma, self.resampling)
+        return SizeEstimator(self.scale, self.border_gain, self.sigma)
 
     @cached_property
     def reporter(self) -> Reporter:
         """The maker of reports, with the values of this configuration."""
-        return Reporter(self.particles, self.localizer)
+        return Reporter(self.localizer)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -312,7 +302,7 @@ class Discriminative(
         correlation, posterior, pose = self.correlation, self.posterior, state.ellipse
         window, spectra, integral, box = look.window, look.spectra, look.integral, look.box
         resized = pose[2:4] != look.window_pose[2:4]
-        if resized or math.hypot(*box[:2].tolist()) > CENTERED:
+        if resized or math.hypot(*box[:2].tolist()) > CELL_SIZE:  # more than a cell off its center
             samples = state.correlation.grid
             window = samples.sample_window(frame, pose)
             spectra = correlation.spectra(samples, window)
@@ -322,7 +312,7 @@ class Discriminative(
         scale = state.scale
         if not state.scale_due:  # it was in this frame
             sizes = self.scale.spectra(scale, frame, pose)
-            scale = self.scale.updated(scale, sizes, self.scale.learning_rate)
+            scale = self.scale.updated(scale, sizes, correlation.learning_rate)
         kept = 1 - RUNNING_MEAN_RATE
         border = borders(integral, box[None])[0]
         return replace(

@@ -15,6 +15,7 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
+from motes.cues.fourier_ridge import vertex
 from motes.sot.discriminative.trend import Trend
 
 POINTS = 64
@@ -114,6 +115,5 @@ def _peak(values: Floats, center: float) -> tuple[float, float]:
     places = round(center / _STEP) + np.arange(-reach, reach + 1)
     place = int(places[values[places % POINTS].argmax()])
     low, best, high = (float(values[(place + i) % POINTS]) for i in (-1, 0, 1))
-    curvature = low - 2 * best + high
-    shift = (low - high) / (2 * curvature) if curvature < 0 else 0.0
-    return best, (place + min(max(shift, -0.5), 0.5)) * _STEP
+    shift = min(max(vertex(low, best, high), -0.5), 0.5)  # it may be beside the maximum
+    return best, (place + shift) * _STEP

@@ -63,9 +63,8 @@ class AppearanceRule(Config, frozen=True):
         Largest standard deviation of the particles' places, in mean half-axes of the estimate. With
         a smaller value a target counts as lost sooner. 0 allows any, as the paper's rule does.
     max_threshold
-        Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
-        background is similar to the target, and the threshold would otherwise be above 1, which no
-        target reaches.
+        Largest value of the threshold, a rho from 0 to 1. Where a gray or dim background resembles
+        the target, it would otherwise be above 1, which no target reaches.
     in_frame
         If true, a particle whose center lies outside the frame does not fulfill the rule: equations
         11 and 12 are of regions whose centers lie in the frame.
@@ -184,25 +183,34 @@ class AppearanceRule(Config, frozen=True):
 
 
 class Calibration(Config, frozen=True):
-    """The confidence: probability that the estimate covers the target, from its distance.
+    """The confidence: probability that the estimate covers the target, by what the rule judges.
 
-    confidence = 1 / (1 + exp((d - middle) / width)): a logistic fit, over frames of 24 real
-    sequences, of "the estimate's box overlaps the true one by more than half". In the sources
-    of motes, benchmarks/calibration.py has its error on sequences that are left out of the fit.
+    odds = exp((middle - d) / width) / (4 s)^spread, with the estimate's distance d and the standard
+    deviation s of the particles' places, in mean half-axes: a logistic fit, over frames of 24 real
+    sequences and 13 films, of "the estimate's box overlaps the true one by more than half". In the
+    sources of motes, benchmarks/calibration.py has its error on those left out of the fit.
 
     Attributes
     ----------
     middle
         Distance at which the confidence is one half. A larger value gives higher confidences.
     width
-        Width of the fall of the confidence around `middle`, as a distance. A larger value makes the
-        fall less steep.
+        Width of the fall around `middle`, as a distance. With a larger value it is less steep.
+    spread
+        Power of the spread. With a larger value the confidence falls more where particles spread.
+        With 0 it is multiplied by the weight of those that fulfill equation 13 instead.
     """
 
     middle: Share = 0.33
     width: Positive = 0.09
+    spread: NonNegative = 0.0
 
-    def probability(self, distance: float) -> float:
-        """Return the probability for an estimate at this distance to the target model."""
+    def probability(self, distance: float, spread: float = 0.25) -> float:
+        """Return the probability for an estimate at this distance to the target model.
+
+        `spread` is that of the particles; below 0.02 it says no more. The default is usual.
+        """
+        steps = (distance - self.middle) / self.width
+        steps += self.spread * math.log(4 * max(spread, 0.02))
         # The hyperbolic tangent cannot overflow.
-        return 0.5 - 0.5 * math.tanh((distance - self.middle) / (2 * self.width))
+        return 0.5 - 0.5 * math.tanh(steps / 2)

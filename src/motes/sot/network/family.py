@@ -43,12 +43,8 @@ class NetworkFamily:
         template: Singles,
         frame: Frame,
         place: Ellipse,
-        reach: float,
     ) -> NetworkView:
-        """Return what the network sees around a place.
-
-        The side of the region that it reads is `reach` times the usual one.
-        """
+        """Return what the network sees around a place."""
 
 
 FAMILIES = Registry[type[NetworkFamily]](

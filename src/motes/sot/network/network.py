@@ -69,7 +69,7 @@ class Network(Config, frozen=True):
         SourceError
             If a file is missing, damaged or too large, or does not run.
         MissingDependencyError
-            If neither ONNX Runtime nor OpenCV is installed.
+            If ONNX Runtime is not installed.
         """
         return _opened(self).name
 
@@ -81,9 +81,7 @@ class Network(Config, frozen=True):
         opened = _opened(self)
         return NetworkModel(opened.family.learn(opened.sessions, frame, as_ellipse(ellipse)))
 
-    def look(
-        self, model: NetworkModel, frame: Frame, place: Ellipse, reach: float = 1.0
-    ) -> NetworkView:
+    def look(self, model: NetworkModel, frame: Frame, place: Ellipse) -> NetworkView:
         """Return the boxes that the network sees around a place, and their scores.
 
         Parameters
@@ -92,20 +90,14 @@ class Network(Config, frozen=True):
             The target, as `learn` returned it.
         frame, place
             Where the target is expected in a frame, and its expected size.
-        reach
-            The side of the region, in sides of the usual one. In a larger one the target is smaller
-            before the network, which then measures it less exactly.
 
         Raises
         ------
         ConfigError
-            If the place has no area or is not finite, or the reach is not positive. And the errors
-            of `open`.
+            If the place has no area or is not finite. And the errors of `open`.
         """
-        if not 0 < reach < np.inf:
-            raise ConfigError(f"The reach of a network is positive; got {reach}.")
         opened = _opened(self)
-        return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place), reach)
+        return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place))
 
 
 def files_of(given: str | Sequence[str]) -> tuple[str, ...]:
@@ -143,7 +135,7 @@ def _opened(network: Network) -> _Opened:
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
     named = " and ".join(Path(path).name for path in network.files)
     try:
-        view = family.look(sessions, family.learn(sessions, frame, middle), frame, middle, 1.0)
+        view = family.look(sessions, family.learn(sessions, frame, middle), frame, middle)
     except (SourceError, LookupError, ValueError) as error:
         reason = str(error) if isinstance(error, SourceError) else "its outputs have other shapes."
         raise SourceError(

@@ -57,10 +57,9 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
         template: Singles,
         frame: Frame,
         place: Ellipse,
-        reach: float,
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
-        side = side_of(place) * SEARCH / TEMPLATE * reach
+        side = side_of(place) * SEARCH / TEMPLATE
         region = Region.around(place.x, place.y, side)
         return look_in(sessions, template, frame, region, place.box[2:])
 

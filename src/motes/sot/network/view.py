@@ -47,13 +47,10 @@ class Candidate(NamedTuple):
         The center of the chosen box, and a size between the target's and that of the box.
     score
         The score of the chosen box, 0 to 1, without window and penalty.
-    row
-        Its row in the view's boxes.
     """
 
     box: Box
     score: float
-    row: int
 
 
 class NetworkView(msgspec.Struct, frozen=True, eq=False):
@@ -79,37 +76,35 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
     size: tuple[float, float]
     choice: Choice
 
-    def best(self, choice: Choice | None = None) -> Candidate:
+    def best(self) -> Candidate:
         """Return the box that the network's own tracker chooses.
 
         After Li et al., High performance visual tracking with Siamese region proposal network,
         CVPR 2018, section 4.4: a window lowers the scores of far boxes, a penalty
         exp(-(r s - 1) k) those of other proportions and sizes.
         """
-        choice = self.choice if choice is None else choice
-        kept = self._kept(choice)
-        weight = choice.window
-        if choice.multiplied:
+        kept, weight = self._kept(), self.choice.window
+        if self.choice.multiplied:
             ranks = kept * self.scores * ((1 - weight) + weight * self.window)
         else:
             ranks = kept * self.scores * (1 - weight) + weight * self.window
         row = int(ranks.argmax())
         x, y, *size = self.boxes[row].tolist()
         score = float(self.scores[row])
-        rate = float(kept[row]) * score * choice.rate
+        rate = float(kept[row]) * score * self.choice.rate
         width, height = (
             own * (1 - rate) + new * rate for own, new in zip(self.size, size, strict=True)
         )
         box = Box(x + (size[0] - width) / 2, y + (size[1] - height) / 2, width, height)
-        return Candidate(box, score, row)
+        return Candidate(box, score)
 
-    def _kept(self, choice: Choice) -> Floats:
+    def _kept(self) -> Floats:
         """Return what the penalty leaves of each score (K,): 1 for the target's own size."""
         width, height = np.maximum(self.boxes[:, 2:].T, TINY)
         own_width, own_height = self.size
         scale = _larger(_extent(width, height) / _extent(own_width, own_height))
         proportion = _larger(own_width / own_height * height / width)
-        kept: Floats = np.exp(-(scale * proportion - 1) * choice.penalty)
+        kept: Floats = np.exp(-(scale * proportion - 1) * self.choice.penalty)
         return kept
 
     def score_at(self, ellipses: Floats) -> Floats:

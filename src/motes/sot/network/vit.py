@@ -61,10 +61,9 @@ class Vit(NetworkFamily, Config, frozen=True, tag="vit"):
         template: Singles,
         frame: Frame,
         place: Ellipse,
-        reach: float,
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
-        region = _region(place, SEARCH_SIDES * reach)
+        region = _region(place, SEARCH_SIDES)
         search = _pixels(frame, region, SEARCH)
         outputs = sessions[0].run({"template": template, "search": search})
         scores = outputs[SCORES].reshape(-1).astype(np.float64)

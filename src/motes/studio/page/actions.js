@@ -1,6 +1,7 @@
 // What a person does, by pointer, keys or buttons: each action is one command, its error is shown.
 
 import { announce, read } from "./announce.js";
+import { ask } from "./api.js";
 import { nextColor } from "./colors.js";
 import { isAbsent, itemOf, keyframeOf, nearestRegion, selectedItem } from "./derived.js";
 import { isBox, rounded } from "./geometry.js";
@@ -15,7 +16,6 @@ export class Actions {
   constructor(app) {
     this.app = app;
     this.store = app.store;
-    this.store.on(["doubts"], (state) => this.#goToDoubt(state));
   }
 
   get state() {
@@ -110,7 +110,7 @@ export class Actions {
     return this.#correct(({ object, ...item }, frame) =>
       isAbsent(item, frame)
         ? this.send("remove_keyframe", { object, frame })
-        : this.send("set_keyframe", { object, frame, region: null }));
+        : this.send("set_absent", { object, first: frame, last: frame }));
   }
 
   absentBetween(first, last) {
@@ -166,21 +166,28 @@ export class Actions {
     return this.#inTurn(() => this.state.session.redo && this.send("redo"));
   }
 
-  /** Ask for the doubtful frames as they are now, and go to the next one. */
-  async nextDoubt() {
+  /** Ask for the doubtful frames of the chosen object as they are now; return null where that fails. */
+  async findDoubts() {
     const item = this.#mine();
-    if (!item) return;
+    if (!item) return null;
     const { object } = item;
-    this.store.set({ seeking: { object, before: this.state.doubts.get(object) } });
-    const reply = await this.send("doubts", { object, count: DOUBTS });
-    if (!reply) this.store.set({ seeking: null });
+    const { session } = this.state;
+    try {
+      const items = await ask(`/api/sessions/${session.id}/doubts?object=${object}&count=${DOUBTS}`);
+      if (this.state.session?.id !== session.id) return null;
+      this.store.set({ doubts: new Map(this.state.doubts).set(object, items) });
+      return items;
+    } catch (error) {
+      announce(error.message, "error");
+      return null;
+    }
   }
 
-  #goToDoubt({ seeking, doubts, doubtful }) {
-    const items = doubts.get(seeking?.object);
-    if (!items || items === seeking.before) return;
-    this.store.set({ seeking: null });
-    const at = items.findIndex(({ frame }) => frame === doubtful);
+  /** Go to the next doubtful frame. */
+  async nextDoubt() {
+    const items = await this.findDoubts();
+    if (!items) return;
+    const at = items.findIndex(({ frame }) => frame === this.state.doubtful);
     const next = items[(at + 1) % items.length];
     if (next) this.goToDoubt(next);
     else announce("No frame is in doubt.");

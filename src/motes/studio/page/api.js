@@ -1,11 +1,12 @@
 // What comes over HTTP: films, presets, sessions, files.
 
 /** Return the JSON of an address; throw the server's own words if it refuses. */
-export async function ask(address, { method = "GET", body = undefined } = {}) {
+export async function ask(address, { method = "GET", body = undefined, signal = undefined } = {}) {
   const headers = body === undefined ? {} : { "content-type": "application/json" };
   const answer = await fetch(address, {
     method,
     headers,
+    signal,
     body: body === undefined ? undefined : JSON.stringify(body),
   });
   if (!answer.ok) throw new Error(await reason(answer));

@@ -41,7 +41,7 @@ export class Connection {
     this.#socket = new WebSocket(`${scheme}://${location.host}/api/sessions/${this.session}/ws`);
     this.#socket.addEventListener("open", () => {
       this.#tries = 0;
-      this.store.set({ connected: true, asked: null }); // an answer may have been lost
+      this.store.set({ connected: true, asked: null }); // the server may be another one
     });
     this.#socket.addEventListener("message", ({ data }) => this.#take(JSON.parse(data)));
     this.#socket.addEventListener("close", () => this.#lost());
@@ -70,7 +70,7 @@ export class Connection {
     for (const { reject } of this.#waiting.values()) reject(new Error("The connection broke off."));
     this.#waiting.clear();
     if (this.#closed) return;
-    this.store.set({ connected: false, seeking: null });
+    this.store.set({ connected: false });
     const pause = PAUSES[Math.min(this.#tries, PAUSES.length - 1)];
     this.#tries += 1;
     setTimeout(() => this.#closed || this.#open(), pause);

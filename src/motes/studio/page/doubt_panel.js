@@ -6,10 +6,7 @@ import { selectedItem, clock } from "./derived.js";
 export function mountDoubtPanel({ store, actions }) {
   const list = element("ol", { class: "doubts" });
   const empty = element("p", { class: "muted" });
-  const ask = button("Find doubtful frames", () => {
-    const item = selectedItem(store.state);
-    if (item) actions.send("doubts", { object: item.object, count: 20 });
-  }, { class: "plain" });
+  const ask = button("Find doubtful frames", () => actions.findDoubts(), { class: "plain" });
   const panel = element("div", { class: "tabpanel" },
     element("section", { class: "panel" }, element("h2", {}, "Doubtful frames"),
       element("p", { class: "muted" }, "Correct the first one: it makes the most frames right."), list, empty, ask));

@@ -18,12 +18,17 @@ export async function showExports(app) {
   const which = element("select", {}, element("option", { value: "" }, "All objects"),
     tracked.map(({ object, name }) => element("option", { value: object }, name)));
   which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
-  const format = element("select", {}, formatOptions(formats));
+  const format = element("select", {}, formatOptions({ ...formats, corrections: "for motes refine, beside the rows" }));
+  const rows = element("select", {}, formatOptions(formats));
   const object = () => (which.value ? `object=${which.value}` : "");
   const form = () => `format=${encodeURIComponent(format.value)}`;
   const take = (label, address, properties) =>
     button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
-  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => bring(app, target.files[0]) });
+  const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats));
+  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => {
+    bring(app, target.files[0], read.value);
+    target.value = ""; // the same file may be chosen again, with a format
+  } });
   show("Export and import", [
     tracked.length ? element("section", { class: "stack" }, element("h3", {}, "Take home"),
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
@@ -33,11 +38,13 @@ export async function showExports(app) {
         take("Figures", () => `${base}/figures?object=${which.value || tracked[0].object}`)))
       : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
     scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),
+      field("Format of the rows", rows),
       element("div", { class: "row" },
-        take("Rows of all objects", () => `${base}/export?scene&format=csv`),
+        take("Rows of all objects", () => `${base}/export?scene&format=${encodeURIComponent(rows.value)}`),
         take("Events", () => `${base}/export?scene&format=events`))) : null,
     element("section", { class: "stack" }, element("h3", {}, "Bring in"),
-      element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads."), file),
+      element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads; a folder as ZIP."),
+      field("Format of the file", read), file),
   ]);
 }
 
@@ -71,10 +78,11 @@ async function download(pressed, address) {
   }
 }
 
-async function bring({ store }, file) {
+async function bring({ store }, file, format) {
   if (!file) return;
   try {
-    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?name=${encodeURIComponent(file.name)}`, file, () => {});
+    const words = new URLSearchParams({ name: file.name, format });
+    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?${words}`, file, () => {});
     const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
     announce(`${file.name} was imported${rest.length ? `, without ${named}` : ""}.`, rest.length ? "error" : "note");
   } catch (error) {
@@ -84,11 +92,14 @@ async function bring({ store }, file) {
 
 /** Show the command line and the files that make the same rows. */
 export async function showCommand({ store }) {
-  const { session, selected } = store.state;
-  const run = await asked(`/api/sessions/${session.id}/command${selected === null ? "" : `?object=${selected}`}`);
-  if (!run) return;
-  show("The same run on the command line",
-    [block("Command", run.command), ...Object.entries(run.files).map(([name, text]) => block(name, text))]);
+  const { session, selected, scene } = store.state;
+  const base = `/api/sessions/${session.id}/command`;
+  const addresses = selected === null ? [] : [`${base}?object=${selected}`];
+  if (scene.length || selected === null) addresses.push(base); // that of all that moves
+  const runs = await Promise.all(addresses.map(asked));
+  if (runs.includes(null)) return;
+  show("The same run on the command line", runs.flatMap(({ command, files }) =>
+    [block("Command", command), ...Object.entries(files).map(([name, text]) => block(name, text))]));
 }
 
 function block(title, text) {

@@ -1,5 +1,7 @@
 // Which layers are shown, and the plots of what the tracker saw in this frame.
 
+import { announce } from "./announce.js";
+import { ask } from "./api.js";
 import { color, element, field, fill, fillAnew, sized } from "./dom.js";
 import { selectedItem, runningJobs } from "./derived.js";
 import { LANES } from "./series.js";
@@ -69,7 +71,7 @@ function paintSurfaces(select, state) {
 
 /** Ask the server for what the shown layers need, once a frame stands still. */
 function look(app) {
-  const { store, actions } = app;
+  const { store } = app;
   const { state } = store;
   const item = selectedItem(state);
   if (state.shown.has("foreground") && !state.playing) foregroundOf(app);
@@ -77,13 +79,28 @@ function look(app) {
   const wanted = ASKED.filter((layer) => state.shown.has(layer));
   if ([...state.shown].some((layer) => layer.startsWith("cue:"))) wanted.push("likelihoods");
   if (state.tab === "layers") wanted.push("histograms", "orientation");
-  const { asked, session } = state;
-  const about = [item.object, state.pictured, session.revision].join();
+  if (wanted.length) fetchLayers(store, item.object, wanted);
+}
+
+/** Fetch layers of the frame that is seen, unless they were asked for last; an earlier request is given up. */
+async function fetchLayers(store, object, wanted) {
+  const { asked, session, pictured: frame } = store.state;
+  const about = [session.id, object, frame, session.revision].join();
   const key = [about, ...wanted].join();
-  if (!wanted.length || key === asked?.key) return;
+  if (key === asked?.key) return;
   if (about !== asked?.about) store.set({ looked: null }); // the rows may be others now
-  store.set({ asked: { about, key } });
-  actions.send("look", { object: item.object, frame: state.pictured, layers: wanted });
+  asked?.control.abort();
+  const mine = { about, key, control: new AbortController() };
+  store.set({ asked: mine });
+  try {
+    const address = `/api/sessions/${session.id}/layers/${frame}?object=${object}&layers=${wanted.join()}`;
+    const layers = await ask(address, { signal: mine.control.signal });
+    if (store.state.asked === mine) store.set({ looked: layers });
+  } catch (error) {
+    if (store.state.asked !== mine) return; // it was given up
+    store.set({ asked: null });
+    announce(error.message, "error");
+  }
 }
 
 function paintPlots(root, { looked, pictured, selected }) {

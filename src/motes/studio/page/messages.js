@@ -50,51 +50,23 @@ export const MESSAGES = {
     if (job.status === "failed") announce(job.error ?? "The run has failed.", "error");
   },
 
-  doubts(store, { object, items }) {
-    store.set({ doubts: new Map(store.state.doubts).set(object, items) });
-  },
-
-  layers(store, layers) {
-    const { looked } = store.state;
-    const same = looked?.object === layers.object && looked.frame === layers.frame;
-    store.set({ looked: same ? together(looked, layers) : layers });
-  },
-
-  scene_rows(store, { frames, reset }) {
+  scene(store, { frames, events, objects, totals, reset }) {
     const scene = reset ? [] : store.state.scene;
     let last = null;
-    for (const [frame, time, objects] of frames) {
-      scene[frame] = { frame, time, objects: objects.map((values) => named(SCENE_OBJECT, values)) };
+    for (const [frame, time, seen] of frames) {
+      scene[frame] = { frame, time, objects: seen.map((values) => named(SCENE_OBJECT, values)) };
       last = frame;
     }
-    store.set({ scene });
+    store.set({ scene, counts: last === null ? null : { objects, totals } });
+    if (reset || events.length) store.set({ events: reset ? events : [...store.state.events, ...events] });
     store.touch("scene");
     if (last !== null) store.set({ newest: { object: null, frame: last } });
   },
 
-  scene_events(store, { events, reset }) {
-    store.set({ events: reset ? events : [...store.state.events, ...events] });
-  },
-
-  counts(store, { objects, totals }) {
-    store.set({ counts: { objects, totals } });
-  },
-
   failure(store, { error }) {
-    store.set({ seeking: null });
     announce(error, "error");
   },
 };
-
-/** Return the layers of two answers about the same frame, which may come in any order. */
-const together = (old, now) => ({
-  ...now,
-  rho: now.rho ?? old.rho,
-  likelihoods: { ...old.likelihoods, ...now.likelihoods },
-  histograms: { ...old.histograms, ...now.histograms },
-  orientation: { ...old.orientation, ...now.orientation },
-  ...(now.particles.length ? {} : { particles: old.particles, weights: old.weights }),
-});
 
 /** Keep the known film if it is the same: views of the film need not be drawn again. */
 const sameFilm = (old, film) => (JSON.stringify(old) === JSON.stringify(film) ? old : film);

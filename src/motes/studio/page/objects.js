@@ -139,7 +139,7 @@ function corrections(app, item) {
       action("Draw again", "R", "box", () => actions.redraw()),
       action("Split here", "S", "split", () => actions.split()),
       action("Next doubtful", "N", "doubt", () => actions.nextDoubt())),
-    element("div", { class: "row even" },
+    element("div", { class: "stack" },
       button("Absent from … to …", () => dialogs.absent(), { class: "plain" }), others.length ? join : null),
     element("p", { class: "effort muted" }, effort(store.state.session, item)));
 }

@@ -16,8 +16,6 @@ export const COMMANDS = {
   stop: ["job"],
   undo: [],
   redo: [],
-  doubts: ["object", "count"],
-  look: ["object", "frame", "layers"],
   watch: ["detector", "preset", "config", "seed"],
   set_places: ["places"],
   compare: ["object", "preset", "config", "seed", "network"],

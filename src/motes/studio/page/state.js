@@ -55,7 +55,6 @@ export const freshSession = () => ({
   redrawing: false,
   draft: null,
   corners: [],
-  seeking: null, // the object whose doubtful frames were asked for, and those before
   doubtful: null,
   asked: null, // the layers that were asked for last
 });

@@ -13,8 +13,8 @@ import numpy as np
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.synthetic.cutout import Pose
-from motes.synthetic.dials import Dials
+from motes_lab.dials.cutout import Pose
+from motes_lab.dials.dials import Dials
 
 SIDE = 48.0
 """The side of the target, the square root of its box's area, in pixels."""

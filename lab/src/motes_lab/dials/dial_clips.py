@@ -13,9 +13,9 @@ from PIL import Image
 from motes.core.errors import FormatError
 from motes.core.frame import Frame
 from motes.core.types import Floats
-from motes.synthetic.dial_film import FRAMES, SIZE, DialFilm, scene_of
-from motes.synthetic.dials import DIALS, Dials
-from motes.synthetic.scenes import Garden, Material
+from motes_lab.dials.dial_film import FRAMES, SIZE, DialFilm, scene_of
+from motes_lab.dials.dials import DIALS, Dials
+from motes_lab.dials.scenes import Garden, Material
 
 EASY = "easy"
 """The name of the clips with all dials at 0."""

@@ -5,17 +5,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from motes.core.types import Bytes, Floats
-from motes.synthetic.cutout import Cutout
+from motes_lab.dials.cutout import Cutout
 
 
 def recolored(cutout: Cutout, matrix: ArrayLike, shift: ArrayLike = 0) -> Cutout:
     """Return a cutout whose colors c (3,) have become matrix c + shift."""
-    pixels = cutout.pixels @ np.asarray(matrix).T + shift
-    return Cutout(np.rint(pixels.clip(0, 255)).astype(np.uint8), cutout.matte)
+    return Cutout(as_bytes(cutout.pixels @ np.asarray(matrix).T + shift), cutout.matte)
+
+
+def as_bytes(values: NDArray[np.floating]) -> Bytes:
+    """Return gray levels as whole numbers from 0 to 255."""
+    whole: Bytes = np.rint(values.clip(0, 255)).astype(np.uint8)
+    return whole
 
 
 def hue_rotation(angle: float) -> Floats:

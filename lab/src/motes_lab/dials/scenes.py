@@ -15,10 +15,10 @@ import numpy as np
 from PIL import Image
 
 from motes.core.types import Bytes, Floats
-from motes.synthetic.appearance import hue_rotation, recolored
 from motes.synthetic.beetle import REACH, Target, texture_of
-from motes.synthetic.cutout import Cutout
 from motes.synthetic.scenery import backdrop, noise
+from motes_lab.dials.appearance import hue_rotation, recolored
+from motes_lab.dials.cutout import Cutout
 
 CUTOUT_SIDE = 128
 """Width and height of the pictures of rendered objects and occluders, in pixels."""

@@ -12,19 +12,20 @@ from PIL import Image, ImageFilter
 
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
-from motes.core.types import Bytes, Singles
-from motes.synthetic.appearance import (
+from motes.core.types import Singles
+from motes.synthetic.scenery import SHIFTS
+from motes_lab.dials.appearance import (
+    as_bytes,
     flattened,
     hue_rotation,
     matched,
     recolored,
     rolled,
 )
-from motes.synthetic.choreography import MARGIN, Choreography
-from motes.synthetic.cutout import Cutout, Pose
-from motes.synthetic.dials import Dials
-from motes.synthetic.scenery import SHIFTS
-from motes.synthetic.scenes import Material, SceneMaterials
+from motes_lab.dials.choreography import MARGIN, Choreography
+from motes_lab.dials.cutout import Cutout, Pose
+from motes_lab.dials.dials import Dials
+from motes_lab.dials.scenes import Material, SceneMaterials
 
 SIZE = (400, 300)
 """Width and height of a film."""
@@ -108,12 +109,12 @@ class DialFilm:
         pixels *= self._light(index)
         if radius := self._play.defocus(index):
             # Pillow blurs bytes; what is over-exposed here stays so.
-            sharp = Image.fromarray(_bytes(pixels))
+            sharp = Image.fromarray(as_bytes(pixels))
             pixels = np.array(sharp.filter(ImageFilter.GaussianBlur(radius)), np.float32)
         pixels += self._noise(index)
         gray = (pixels @ LUMA)[:, :, None]
         pixels += self._dials.gray * (gray - pixels)
-        return Frame(index, index * FRAME_INTERVAL, _bytes(pixels)), self._shown(index)
+        return Frame(index, index * FRAME_INTERVAL, as_bytes(pixels)), self._shown(index)
 
     @cached_property
     def _cast(self) -> _Cast:
@@ -225,8 +226,3 @@ def scene_of(material: Material, seed: int, size: tuple[int, int] = SIZE) -> Sce
 def _factors(cutout: Cutout, pose: Pose) -> Pose:
     """Return a pose in factors of a cutout's size, from one in sides of its box."""
     return pose._replace(width=pose.width / cutout.side, height=pose.height / cutout.side)
-
-
-def _bytes(values: Singles) -> Bytes:
-    whole: Bytes = np.rint(values.clip(0, 255)).astype(np.uint8)
-    return whole

@@ -1,0 +1,199 @@
+"""`motes track` frame by frame: one object, or several, from the first frame on."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from functools import partial
+
+from motes.cli.annotated_video import drawn, painted_scene
+from motes.cli.frame_loop import Tally, run
+from motes.cli.known_run import rows_outputs
+from motes.cli.moment import Moment, Moments
+from motes.cli.options import say_rate
+from motes.cli.track_options import TrackRequest
+from motes.cli.track_outputs import pictures_outputs
+from motes.cli.track_units import check_size, measured, motion_names
+from motes.cli.watch_outputs import check_several, format_of
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.track import Status, Track
+from motes.mot.analytics.real_units import PIXELS
+from motes.mot.analytics.regions import Regions
+from motes.mot.tracked_object import SceneTrack
+from motes.rows.schema import FORMS, GROUND
+from motes.sot.batch import Trackers
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.tracker import Tracker
+
+Begin = Callable[[Tracker, Frame], Track | None]
+"""Tries to start a tracker on a frame; returns its track, or None if it has not started."""
+EVENTS = 6
+"""Most losses and recoveries that are listed."""
+
+
+def track_one(asked: TrackRequest, tracker: Tracker, begin: Begin) -> int:
+    """Track one object; return the exit code.
+
+    Raises
+    ------
+    ConfigError
+        If an option makes no sense with the source or the output.
+    """
+    output, outputs, units = asked.output, asked.outputs, asked.units
+    resume = outputs.resume
+    form = None if output is None else format_of(output, outputs.format)
+    if resume and form not in FORMS.values():
+        raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+    with asked.frames.open(asked.source) as film:
+        if resume and film.live:
+            raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
+        check_size(units, film)
+        say_rate(film)
+        opened = pictures_outputs(asked, film, config=tracker.config)
+        moments: Moments = partial(follow, tracker, begin)
+        if motion_names(outputs.figures) or units is not None:
+            moments = measured(units or PIXELS, moments)
+        if output is not None:
+            further = () if units is None else GROUND
+            opened += rows_outputs(
+                output, outputs, film, asked.frames, tracker.config, asked.seed, asked.preset,
+                units=units, further=further, resume=resume,
+            )  # fmt: skip
+        chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
+        quiet = output == "-" and sys.stdout.isatty()
+        return run(film, opened, moments, TargetTally(budget=chooses), quiet=quiet)
+
+
+def follow(
+    tracker: Tracker, begin: Begin, frames: Iterable[Frame]
+) -> Generator[Moment, None, None]:
+    """Yield a moment for each frame."""
+    begun = False
+    for frame in frames:
+        clock = time.perf_counter()
+        if begun:
+            tracker.update(frame)
+        else:
+            begun = begin(tracker, frame) is not None
+        yield Moment(frame, tracker.info if begun else None, time.perf_counter() - clock)
+
+
+def track_several(asked: TrackRequest, regions: Sequence[Sequence[float]]) -> int:
+    """Track the objects in regions of the first frame; their identities count from 1."""
+    output, outputs, frames = asked.output, asked.outputs, asked.frames
+    if output is not None:
+        check_several(output, outputs.format)
+    trackers, tally = Trackers(asked.config, asked.seed), ObjectsTally(len(regions))
+
+    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
+        for frame in pictures:
+            clock = time.perf_counter()
+            tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
+            seconds = time.perf_counter() - clock
+            each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
+            yield Moment(frame, None, seconds, tracks=each, single=False)
+
+    with frames.open(asked.source) as film:
+        say_rate(film)
+        opened = drawn(outputs, film, frames.stride, lambda: painted_scene(Regions()))
+        if output is not None:
+            opened += rows_outputs(
+                output, outputs, film, frames, asked.config, asked.seed, asked.preset
+            )
+        return run(film, opened, moments, tally)
+
+
+class TargetTally(Tally):
+    """Statistics of a run with one object.
+
+    Parameters
+    ----------
+    budget
+        Whether the tracker chooses its number of particles.
+    """
+
+    def __init__(self, *, budget: bool = False) -> None:
+        super().__init__()
+        self._budget = budget
+        self._tracked = self._updates = 0
+        self._seconds = 0.0
+        self._particles = 0
+        self._range = (sys.maxsize, 0)
+        self._before: Moment | None = None
+        self._events: list[str] = []
+
+    @property
+    def missing(self) -> str | None:
+        """What to say if the target was never tracked."""
+        if self._tracked:
+            return None
+        return "The target was never found; look for another one, or elsewhere."
+
+    def add(self, moment: Moment) -> str:
+        """Count a frame; return the state of the target."""
+        super().add(moment)
+        self._tracked += moment.status is Status.TRACKING
+        if self._before is not None:
+            if self._before.info is not None:  # the first frame includes the start
+                self._updates += 1
+                self._seconds += moment.seconds
+                count = len(
+                    self._before.info.weights if moment.info is None else moment.info.weights
+                )
+                self._particles += count
+                self._range = min(self._range[0], count), max(self._range[1], count)
+            if moment.status is Status.LOST:
+                self._events.append(f"lost at frame {moment.frame.index}")
+            if moment.status is Status.TRACKING and self._before.status is not Status.TRACKING:
+                self._events.append(f"found at frame {moment.frame.index}")
+        self._before = moment
+        return f"{moment.status} {moment.track.confidence:.2f}" if moment.track else moment.status
+
+    def __str__(self) -> str:
+        parts = [super().__str__(), f"tracked in {100 * self._tracked / self.frames:.1f} %"]
+        if self._updates:
+            parts.append(f"tracker {1000 * self._seconds / self._updates:.2f} ms a frame")
+        if self._updates and self._budget:
+            (least, most), mean = self._range, self._particles / self._updates
+            varied = f"{least} to {most} particles, {mean:.0f} on average"
+            parts.append(varied if least < most else f"{most} particles")
+        parts += self._events[:EVENTS]
+        if len(self._events) > EVENTS:
+            parts.append(f"{len(self._events) - EVENTS} more changes")
+        return ", ".join(parts)
+
+
+class ObjectsTally(Tally):
+    """Statistics of a run with several objects.
+
+    Parameters
+    ----------
+    objects
+        The number of objects.
+    """
+
+    def __init__(self, objects: int) -> None:
+        super().__init__()
+        self._tracked = [0] * objects
+        self._seconds = 0.0
+
+    def add(self, moment: Moment) -> str:
+        """Count a frame; return how many objects are tracked."""
+        if self.frames:  # the first frame includes the start
+            self._seconds += moment.seconds
+        seen = [each.track.status is Status.TRACKING for each in moment.tracks]
+        super().add(moment)
+        self._tracked = [count + here for count, here in zip(self._tracked, seen, strict=True)]
+        return f"{sum(seen)} of {len(seen)} tracked"
+
+    def __str__(self) -> str:
+        parts = [super().__str__()]
+        parts += [
+            f"object {i} tracked in {100 * count / self.frames:.1f} %"
+            for i, count in enumerate(self._tracked, start=1)
+        ]
+        if self.frames > 1:
+            parts.append(f"trackers {1000 * self._seconds / (self.frames - 1):.2f} ms a frame")
+        return ", ".join(parts)

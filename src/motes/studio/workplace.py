@@ -1,0 +1,158 @@
+"""Where tasks are done: a worker's film, and its line to the server.
+
+A task is a function at the top level of a module: it gets the workplace and returns bytes. The
+server sends it as a `partial` with its other arguments, pickled. Answers are never pickled: a film
+may have taken its worker over.
+"""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+import msgspec
+
+from motes.core.frame import FRAME_INTERVAL
+from motes.studio.containers import check_container, check_limits
+from motes.studio.messages import OpenFilm, Overlay
+from motes.studio.safety import Limits
+from motes.video.film import DamagedError, Film
+from motes.video.seeker import Seeker
+
+WAIT = 0.05
+"""Seconds between looks of a paused worker."""
+RUN, PAUSE, STOP = 0, 1, 2
+"""What the server wants of a worker, in memory that they share."""
+
+
+class Opened(msgspec.Struct, frozen=True):
+    """A film that is open, and the times of its frames; the data of `open_film`."""
+
+    facts: OpenFilm
+    times: list[float]
+
+
+class Part(msgspec.Struct, frozen=True, tag=True):
+    """Some of the result: rows of pass number `run`, or a part of a scene; and an overlay."""
+
+    data: bytes
+    run: int = 0
+    overlay: Overlay | None = None
+
+
+class Alive(msgspec.Struct, frozen=True, tag=True):
+    """The worker goes on."""
+
+
+class Done(msgspec.Struct, frozen=True, tag=True):
+    """The task is done; or stopped, if `stopped`."""
+
+    data: bytes = b""
+    stopped: bool = False
+
+
+class Failed(msgspec.Struct, frozen=True, tag=True):
+    """The task has failed, with one line for a person.
+
+    If `damaged`, the film is, and has to be read as a whole by a new worker.
+    """
+
+    error: str
+    damaged: bool = False
+
+
+Answer = Part | Alive | Done | Failed
+
+
+class StoppedError(Exception):
+    """The server wants the task to end."""
+
+
+class Workplace:
+    """A worker's film, and its line to the server.
+
+    Parameters
+    ----------
+    pipe
+        Of tasks and answers.
+    wish
+        `RUN`, `PAUSE` or `STOP`, in shared memory.
+
+    Attributes
+    ----------
+    film
+        The film, once `open_film` has been done.
+    """
+
+    def __init__(self, pipe: Connection, wish: Any) -> None:
+        self._pipe, self._wish = pipe, wish
+        self._sent = 0.0
+        self.film: Film
+
+    @functools.cached_property
+    def seeker(self) -> Seeker:
+        """Reads single frames."""
+        return Seeker(self.film)
+
+    def send(self, answer: Answer) -> None:
+        """Send an answer."""
+        self._pipe.send_bytes(msgspec.msgpack.encode(answer))
+        self._sent = time.monotonic()
+
+    def receive(self) -> Task:
+        """Wait for the next task."""
+        task: Task = self._pipe.recv()
+        return task
+
+    def check(self) -> None:
+        """Give a sign of life each second, wait while paused, raise `StoppedError` if wanted."""
+        self._sign()
+        while self._wish.value == PAUSE:
+            time.sleep(WAIT)
+            self._sign()
+        if self._wish.value == STOP:
+            raise StoppedError
+
+    def _sign(self) -> None:
+        if time.monotonic() - self._sent > 1:
+            self.send(Alive())
+
+
+Task = Callable[[Workplace], bytes]
+
+
+def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> bytes:
+    """Open a film, quickly, or as a whole where it is damaged; return an `Opened`.
+
+    Parameters
+    ----------
+    place
+        Where it is needed.
+    path
+        The film.
+    limits
+        Of its size.
+    whole
+        Whether it is known to be damaged.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    ConfigError
+        If it is larger than the limits.
+    """
+    check_container(path, limits)
+    try:
+        film = Film(path, quick=not whole, check=place.check)
+    except DamagedError:
+        film = Film(path, check=place.check)
+    check_limits(film.name, film.width, film.height, len(film.times), limits)
+    place.film = film
+    fps = film.fps or 1 / FRAME_INTERVAL
+    problems = None if film.quick else film.report.problems
+    facts = OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)
+    return msgspec.msgpack.encode(Opened(facts, film.times))
