@@ -137,7 +137,7 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Multinomial(threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7, contrast=0.5, spread=0.5),
-    calibration=Calibration(middle=0.3, width=0.11, spread=2.75),
+    calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
 
@@ -266,15 +266,15 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         replace(  # figure 2, above
             ZHAO_PEI,
             adaptation=ExponentialForgetting(),
-            calibration=Calibration(middle=0.37, width=0.1, spread=3.0),
+            calibration=Calibration(middle=0.25, width=0.07),
         ),
     ),
     "zhao_pei:72": (
         "HOG of 72 bins, in 3x3 cells (section 2.1).",
-        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(0.92, 0.56, 2.5)),
+        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)),
     ),
-    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.58, 0.26, 2.5)),
-    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.36, 0.07, 2.75)),
+    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.11, 0.2)),
+    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.0, 0.05)),
 }
 """The presets by name, with one line on each."""
 PRESETS = {name: config for name, (_, config) in KNOWN.items()}
