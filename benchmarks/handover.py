@@ -20,7 +20,7 @@ import numpy as np
 from motes.core.types import Floats
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes_lab.report import markdown
-from motes_lab.report.tables import Cell, Table, number
+from motes_lab.report.tables import Cell, Row, Table, number
 from simulated_cameras import Building, Simulation
 
 COUNTS = 10, 32, 100, 316, 1000, 3162
@@ -77,7 +77,7 @@ def main() -> None:
         print(markdown.table(Table("Reports by connections", head, lines)))
         return
     times(building_of(9), options.seconds, 3.0)  # imports what it needs
-    rows, rng = [], np.random.default_rng(0)
+    rows, lines, rng = [], list[Row](), np.random.default_rng(0)
     for cameras in options.cameras:
         building = building_of(cameras)
         runs = [times(building, options.seconds, options.people) for _ in range(options.repeats)]
