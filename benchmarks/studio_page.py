@@ -136,35 +136,42 @@ def effort(dataset: Path, names: list[str], data: Path) -> None:
                 ((sequence,), _) = load_dataset(dataset / name)
                 shown = Shown(browser, program.address, viewport={"width": 1600, "height": 1000})
                 truth = np.asarray(sequence.boxes, np.float64)
-                count = corrections(shown, f"{name}/img", truth)
+                count, right = corrections(shown, f"{name}/img", truth)
                 rates.append(100 * count / len(truth))
                 cells = Cell(f"{len(truth)}"), Cell(f"{count}"), number(rates[-1], 1)
-                rows.append((Cell(name), *cells))
+                rows.append((Cell(name), *cells, number(right, 3)))
                 shown.close()
     finally:
         program.close()
     note = f"Mean {statistics.mean(rates):.1f}, median {statistics.median(rates):.1f}."
-    head = "sequence", "frames", "corrections", "for each 100 frames"
+    head = "sequence", "frames", "corrections", "for each 100 frames", "frames right"
     print(markdown.table(Table("Corrections on the page", head, rows, note=note)))
 
 
-def corrections(shown: Shown, film: str, truth: Floats) -> int:
-    """Correct a film on the page until enough frames are right; return how often."""
-    shown.open(film)
+def corrections(shown: Shown, film: str, truth: Floats) -> tuple[int, float]:
+    """Correct a film on the page until enough frames are right, or none is in doubt.
+
+    Returns
+    -------
+    tuple
+        How often it was corrected, and the share of frames that are right.
+    """
+    shown.open(film, "default")
     shown.draw(*corners(truth[0]))
     shown.track()
     for count in range(MOST):
-        if share(shown, truth) >= ENOUGH:
-            return count
+        right = share(shown, truth)
         shown.page.evaluate(f"{START} app.actions.nextDoubt())")
         shown.until("s.pictured === s.frame")
         frame = int(shown.state("s.frame"))
-        known = int(shown.state("s.session.objects[0].keyframes.length"))
+        known = shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)")
+        if right >= ENOUGH or frame in known:
+            return count, right
         shown.page.keyboard.press("r")
         shown.drag(*corners(truth[frame]))
-        shown.until(f"s.session.objects[0].keyframes.length > {known} && !s.draft")
+        shown.until(f"s.session.objects[0].keyframes.length > {len(known)} && !s.draft")
         shown.settle()
-    return MOST
+    return MOST, share(shown, truth)
 
 
 def corners(box: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
