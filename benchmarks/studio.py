@@ -135,16 +135,19 @@ class Page:
             if last(message):
                 return message
 
-    def wait(self, job: int) -> None:
-        """Wait for the end of a job, whose rows have come before."""
-        ended = self.until(
-            lambda m: (
-                m["type"] == "progress"
-                and m["job"] == job
-                and m["status"] in ("done", "failed", "stopped")
+    def wait(self, *jobs: int) -> None:
+        """Wait for the ends of jobs, in any order; their rows have come before."""
+        left = {*jobs}
+        while left:
+            ended = self.until(
+                lambda m: (
+                    m["type"] == "progress"
+                    and m["job"] in left
+                    and m["status"] in ("done", "failed", "stopped")
+                )
             )
-        )
-        assert ended["status"] == "done", ended
+            assert ended["status"] == "done", ended
+            left.remove(ended["job"])
 
     def draw(self, frame: int, size: tuple[int, int], seed: int = 0) -> int:
         """Draw the ellipse of a frame, and return the number of the object."""
@@ -169,8 +172,7 @@ class Page:
         active = [
             j["job"] for j in state["session"]["jobs"] if j["status"] in ("running", "waiting")
         ]
-        for job in active:
-            self.wait(job)
+        self.wait(*active)
         return time.perf_counter() - clock
 
 
