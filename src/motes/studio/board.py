@@ -71,7 +71,7 @@ class ShownRows:
 
 
 class Board:
-    """What pages see of a session whose film has so many frames.
+    """The parts of a session that pages see, each with the number of its last change.
 
     Attributes
     ----------

@@ -73,7 +73,7 @@ def recording(
 
 
 def _unpacked(path: Path, data: bytes, most: int) -> Path:
-    """Unpack a ZIP into a folder, and return it, or what it holds if that is one thing."""
+    """Unpack a ZIP into a folder; return that folder, or the only file or folder in it."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             files = archive.infolist()

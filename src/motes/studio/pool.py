@@ -67,7 +67,7 @@ class WorkerPool:
             self._take_back(worker, frames)
 
     async def run(self, task: Task, frames: int = 0) -> bytes:
-        """Let a worker do a task of so many frames, and return its data."""
+        """Run a task in a worker, and return its data; `frames` is the length of the task."""
         async with self.worker(frames) as worker:
             return (await worker.run(task)).data
 
