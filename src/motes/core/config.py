@@ -162,12 +162,13 @@ def to_toml(config: Config) -> str:
     return msgspec.toml.encode(_without_none(to_dict(config))).decode()
 
 
-def _without_none(values: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: _without_none(value) if isinstance(value, dict) else value
-        for key, value in values.items()
-        if value is not None
-    }
+def _without_none(value: Any) -> Any:
+    """Return plain values without the keys whose value is None, at any depth."""
+    if isinstance(value, dict):
+        return {key: _without_none(each) for key, each in value.items() if each is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(each) for each in value]
+    return value
 
 
 def from_flag(key: str, text: str) -> dict[str, Any]:
