@@ -27,7 +27,6 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.in_process import DetectorProcess
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
@@ -70,9 +69,8 @@ def test_other_classes_and_low_scores_are_left_out() -> None:
         for n, (score, label) in enumerate([(0.9, "car"), (0.3, "car"), (0.9, "bus"), (0.9, None)])
     ]
     rule = DetectionSelection(classes=("car",), least=0.5)
-    found, log = suppress_duplicates(given, frame, rule)
+    found, _ = suppress_duplicates(given, frame, rule)
     assert found == given[:1]
-    assert [each.outcome for each in log] == [DetectionOutcome.UNWANTED] * 3
     assert len(suppress_duplicates(given, frame, DetectionSelection())[0]) == 4
 
 

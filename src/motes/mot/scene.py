@@ -22,7 +22,6 @@ from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.core.types import Floats
 from motes.mot.detection.adapters import as_detections
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.scene_tracks import SceneTracks
@@ -70,14 +69,14 @@ class SceneInfo(NamedTuple):
     ----------
     tracks
         All tracks, oldest first.
-    detection_log
-        What became of each detection.
+    surplus
+        How many detections were beyond the limit, and were not used.
     admitted
         The keys of the expected objects that began, by their identities.
     """
 
     tracks: list[SceneTrack]
-    detection_log: list[LoggedDetection]
+    surplus: int
     admitted: Mapping[int, int]
 
 
@@ -102,28 +101,25 @@ def step(
     if motion is not None:
         carried, initiation = follow_camera(state.objects, state.initiation, motion)
         state = SceneState(carried, initiation, state.terminated)
-    found, useless = suppress_duplicates(detections or (), frame, config.detections)
+    found, surplus = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
         objects = [each.without_look(dt) for each in objects]
-    objects, free, matched = associate(objects, found, frame, dt, config)
+    objects, free = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
-    objects, free, recovered = reidentify(objects, free, frame, dt, config)
-    free, parts = drop_fragments(objects, free, config.containment)
+    objects, free = reidentify(objects, free, frame, dt, config)
+    free = drop_fragments(objects, free, config.containment)
     initiation = state.initiation.with_scores(found)
     arrived = admit(seed, initiation, expected, objects, free, frame, config)
     objects, free, initiation = objects + arrived.begun, arrived.free, arrived.initiation
-    tentative: list[LoggedDetection] = []
     if looked:
-        begun, initiation, tentative = initiate(seed, initiation, free, frame, config)
+        begun, initiation = initiate(seed, initiation, free, frame, config)
         objects += begun
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = resolve_identity_switches(staying, frame)
-    log = [*useless, *matched, *recovered, *parts, *arrived.log, *tentative]
-    info = SceneInfo(tracks, log, arrived.keys)
-    return SceneState(staying, initiation, terminated), info
+    return SceneState(staying, initiation, terminated), SceneInfo(tracks, surplus, arrived.keys)
 
 
 class _Found(NamedTuple):
@@ -153,8 +149,6 @@ class Scene:
     ----------
     detector
         The detector.
-    detection_log
-        What became of every detection of the last frame.
     created, terminated
         How many objects there have been, and how many of them have ended.
     admitted
@@ -165,7 +159,6 @@ class Scene:
         there were too many detections.
     """
 
-    detection_log: list[LoggedDetection]
     admitted: Mapping[int, int]
     warnings: Mapping[str, str]
 
@@ -181,7 +174,7 @@ class Scene:
         self._last: Frame | None = None
         self._detected = self._stepped = 0
         self._moved: dict[int, list[Box]] = {}
-        self.detection_log, self.admitted, self.warnings = [], {}, {}
+        self.admitted, self.warnings = {}, {}
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
 
@@ -263,16 +256,15 @@ class Scene:
             self._moved[self._stepped] = moved
         self._stepped += 1
         self._expected = ()
-        tracks, self.detection_log, self.admitted = info
-        self._warn(frame)
+        self.admitted = info.admitted
+        self._warn(frame, info.surplus)
         self.warnings = {**found.warnings, **self._own_warnings}
-        return SceneTracks(tracks)
+        return SceneTracks(info.tracks)
 
-    def _warn(self, frame: Frame) -> None:
+    def _warn(self, frame: Frame, surplus: int) -> None:
         """Note a warning if there are too many detections, once."""
-        outcomes = [each.outcome for each in self.detection_log]
-        surplus, limit = outcomes.count(DetectionOutcome.SURPLUS), self.config.detections.limit
         if surplus:
+            limit = self.config.detections.limit
             text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
             self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
 

@@ -7,7 +7,6 @@ import pytest
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box, Ellipse, iou
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.expected import CUE, Expected, normal_samples
 from motes.mot.scene import SceneState, step
 from motes.mot.stages.admit import admit
@@ -44,7 +43,6 @@ def test_an_expected_object_begins_with_its_first_detection(certain: bool) -> No
     assert after.keys == {begun.identity: 7}
     assert [each.box for each in after.free] == [other]
     assert after.initiation.created == begun.identity == 1
-    assert [each.outcome for each in after.log] == [DetectionOutcome.EXPECTED]
 
 
 def test_its_filter_begins_with_the_given_samples_and_model() -> None:

@@ -13,7 +13,6 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.assignment import assign
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig
 from motes.mot.track_initiation import TrackInitiation
@@ -33,15 +32,12 @@ class Admission(NamedTuple):
         The detections that are left.
     initiation
         The tentative tracks, with the new objects counted.
-    log
-        The outcomes of the detections that were used.
     """
 
     begun: list[TrackedObject]
     keys: dict[int, int]
     free: list[Detection]
     initiation: TrackInitiation
-    log: list[LoggedDetection]
 
 
 def admit(
@@ -60,15 +56,14 @@ def admit(
     there already. A certain one without a detection begins where its samples fulfill the appearance
     rule.
     """
-    begun, keys, log = list[TrackedObject](), dict[int, int](), list[LoggedDetection]()
+    begun, keys, used = list[TrackedObject](), dict[int, int](), set[int]()
     if not expected:
-        return Admission(begun, keys, list(free), initiation, log)
+        return Admission(begun, keys, list(free), initiation)
     visible = [each for each in objects if not each.occluded]
     boxes = [*(each.track.box for each in visible), *(each.box for each in free)]
     held = _held([each.samples for each in expected], boxes, frame)
     fraction = config.tracker.presence.fraction
     places = dict(assign(np.where(held > fraction, 1 - held, np.inf)))
-    used = set[int]()
     for i, each in enumerate(expected):
         identity = initiation.created + len(begun) + 1
         rng = np.random.Generator(np.random.PCG64((seed, identity)))
@@ -81,14 +76,13 @@ def admit(
         if found is None:
             continue
         if detection is not None:
-            log.append(LoggedDetection(detection, DetectionOutcome.EXPECTED, identity))
             used.add(n)
             found = found.vote(detection.label)
         begun.append(found)
         keys[identity] = each.key
     left = [each for n, each in enumerate(free) if n not in used]
     after = replace(initiation, created=initiation.created + len(begun))
-    return Admission(begun, keys, left, after, log)
+    return Admission(begun, keys, left, after)
 
 
 def _held(samples: Sequence[Floats], boxes: Sequence[Box], frame: Frame) -> Floats:
