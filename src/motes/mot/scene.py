@@ -24,7 +24,6 @@ from motes.core.types import Floats
 from motes.mot.detection.adapters import as_detections
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
-from motes.mot.scene_tracks import SceneTracks
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
 from motes.mot.stages.drop_fragments import drop_fragments
@@ -192,7 +191,7 @@ class Scene:
         """Expect objects in the next frame; they begin as soon as they are seen there."""
         self._expected = expected
 
-    def update(self, frame: Frame | NDArray[np.uint8]) -> SceneTracks:
+    def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -206,7 +205,7 @@ class Scene:
 
     def watch(
         self, frames: Iterable[Frame], *, ahead: bool = True
-    ) -> Generator[tuple[Frame, SceneTracks], None, None]:
+    ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
         """Yield each frame and its objects, as `update` returns them.
 
         Parameters
@@ -242,7 +241,7 @@ class Scene:
         motion = getattr(self.detector, "motion", None) if turn else None
         return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
 
-    def _step(self, frame: Frame, found: _Found) -> SceneTracks:
+    def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
@@ -259,7 +258,7 @@ class Scene:
         self.admitted = info.admitted
         self._warn(frame, info.surplus)
         self.warnings = {**found.warnings, **self._own_warnings}
-        return SceneTracks(info.tracks)
+        return info.tracks
 
     def _warn(self, frame: Frame, surplus: int) -> None:
         """Note a warning if there are too many detections, once."""
