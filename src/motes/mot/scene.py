@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector, ObservingDetector
@@ -52,12 +53,13 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
         The objects that have not ended, oldest first.
     initiation
         What may become an object.
-    terminated
-        How many objects have ended.
+    created, terminated
+        How many objects there have been, and how many of them have ended.
     """
 
     objects: Sequence[TrackedObject] = ()
     initiation: TrackInitiation = TrackInitiation()
+    created: int = 0
     terminated: int = 0
 
 
@@ -99,7 +101,7 @@ def step(
     looked = detections is not None
     if motion is not None:
         carried, initiation = follow_camera(state.objects, state.initiation, motion)
-        state = SceneState(carried, initiation, state.terminated)
+        state = replace(state, objects=carried, initiation=initiation)
     found, surplus = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
@@ -110,15 +112,16 @@ def step(
     objects, free = reidentify(objects, free, frame, dt, config)
     free = drop_fragments(objects, free, config.containment)
     initiation = state.initiation.with_scores(found)
-    arrived = admit(seed, initiation, expected, objects, free, frame, config)
-    objects, free, initiation = objects + arrived.begun, arrived.free, arrived.initiation
+    arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
+    objects, created = objects + arrived, state.created + len(arrived)
     if looked:
-        begun, initiation = initiate(seed, initiation, free, frame, config)
-        objects += begun
+        begun, initiation = initiate(seed, created, initiation, free, frame, config)
+        objects, created = objects + begun, created + len(begun)
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = resolve_identity_switches(staying, frame)
-    return SceneState(staying, initiation, terminated), SceneInfo(tracks, surplus, arrived.keys)
+    after = SceneState(staying, initiation, created, terminated)
+    return after, SceneInfo(tracks, surplus, keys)
 
 
 class _Found(NamedTuple):
@@ -180,7 +183,7 @@ class Scene:
     @property
     def created(self) -> int:
         """How many objects there have been."""
-        return self._state.initiation.created
+        return self._state.created
 
     @property
     def terminated(self) -> int:

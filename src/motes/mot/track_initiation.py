@@ -37,13 +37,10 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         that may still be confirmed.
     scores
         The latest scores of detections, oldest first.
-    created
-        How many of them have become objects so far.
     """
 
     candidates: tuple[Tentative, ...] = ()
     scores: tuple[float, ...] = ()
-    created: int = 0
 
     def with_scores(self, detections: Sequence[Detection]) -> TrackInitiation:
         """Return these with the scores of all detections of a frame added."""
@@ -89,5 +86,4 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             if i not in confirmed and len(each) > 1 and time - each[-1][0] <= config.max_gap
         ]
         tentative = [so_far for _, so_far in hits if len(so_far) < config.min_hits]
-        created = self.created + len(begun)
-        return replace(self, candidates=(*waiting, *tentative), created=created), begun
+        return replace(self, candidates=(*waiting, *tentative)), begun

@@ -138,9 +138,7 @@ def _reporter_of(
     return CameraReporter(camera, scene, seed)
 
 
-def _live(
-    film: Live, line: PipeLine, camera: Camera
-) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
+def _live(film: Live, line: PipeLine, camera: Camera) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the frames of a live camera, and what may be expected from each on."""
     for news in film:
         if isinstance(news, str):

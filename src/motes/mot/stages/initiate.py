@@ -15,6 +15,7 @@ from motes.mot.tracked_object import TrackedObject
 
 def initiate(
     seed: int,
+    created: int,
     initiation: TrackInitiation,
     free: Sequence[Detection],
     frame: Frame,
@@ -22,13 +23,14 @@ def initiate(
 ) -> tuple[list[TrackedObject], TrackInitiation]:
     """Return the objects that begin in a frame, and the tentative tracks after it.
 
-    An object's random numbers depend only on the seed and its identity.
+    Identities go on from the number of objects that have been created. An object's random numbers
+    depend only on the seed and its identity.
     """
     after, confirmed = initiation.update(
         frame.time, free, config.association.overlap, config.initiation
     )
     begun = list[TrackedObject]()
-    for identity, (each, hits) in enumerate(confirmed, start=initiation.created + 1):
+    for identity, (each, hits) in enumerate(confirmed, start=created + 1):
         rng = np.random.Generator(np.random.PCG64((seed, identity)))
         new = TrackedObject.begin(identity, config.tracker, rng, frame, hits)
         begun.append(new.vote(each.label))
