@@ -41,10 +41,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.mot.analytics.events import Event as Event, EventCounter as EventCounter
     from motes.mot.analytics.ground_plane import Ground as Ground
     from motes.mot.analytics.regions import Line as Line, Regions as Regions, Zone as Zone
-    from motes.mot.detection.adapters import (
-        as_detections as as_detections,
-        from_supervision as from_supervision,
-    )
+    from motes.mot.detection.adapters import as_detections as as_detections
     from motes.mot.detection.background import (
         BackgroundConfig as BackgroundConfig,
         BackgroundDetector as BackgroundDetector,
@@ -65,7 +62,6 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     )
     from motes.mot.scene import Scene as Scene
     from motes.mot.scene_config import SceneConfig as SceneConfig, scene_config as scene_config
-    from motes.mot.scene_tracks import SceneTracks as SceneTracks
     from motes.mot.tracked_object import SceneTrack as SceneTrack
     from motes.output.overlay import draw as draw
     from motes.rows.reader import read_track as read_track
@@ -110,14 +106,13 @@ _NAMES = {
     "mot.analytics.events": "Event EventCounter",
     "mot.analytics.ground_plane": "Ground",
     "mot.analytics.regions": "Line Regions Zone",
-    "mot.detection.adapters": "as_detections from_supervision",
+    "mot.detection.adapters": "as_detections",
     "mot.detection.background": "BackgroundConfig BackgroundDetector",
     "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",
     "mot.detection.onnx_detector": "OnnxConfig OnnxDetector",
     "mot.detection.pretrained": "FaceDetector FacesConfig PeopleConfig PeopleDetector",
     "mot.scene": "Scene",
     "mot.scene_config": "SceneConfig scene_config",
-    "mot.scene_tracks": "SceneTracks",
     "mot.tracked_object": "SceneTrack",
     "output.overlay": "draw",
     "rows.reader": "read_track",

@@ -286,7 +286,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     assert "--classes: The detector has no class 'cat'; it has walker, sky." in error
     code, _, error = go(f"{line} --classes sky --overwrite")
     assert code == 4
-    code, _, error = go(f"{line} --own-process --detections.every 2 --overwrite")
+    code, _, error = go(f"{line} --detections.every 2 --overwrite")
     assert code == 0, error
     assert "appears walker 1" in error
     Path("red.toml").unlink()

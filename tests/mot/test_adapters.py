@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import motes
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.import_callable import import_callable
-from motes.mot.detection.adapters import as_detections, from_supervision
+from motes.mot.detection.adapters import as_detections
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 
@@ -85,28 +84,14 @@ def test_anything_else_is_one_clear_error(value: Any) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_supervision_there_and_back() -> None:
+def test_detections_of_supervision_are_read() -> None:
     supervision = pytest.importorskip("supervision")
     given = supervision.Detections(
         xyxy=np.array([[1.0, 2.0, 31.0, 42.0]]),
         confidence=np.array([0.75]),
         class_id=np.array([1]),
     )
-    assert from_supervision(given, ("person", "car")) == [ONE]
-    scene = Scene(lambda _: given, seed=0)
-    for index in range(3):
-        pixels = np.zeros((60, 80, 3), np.uint8)
-        pixels[2:42, 1:31] = 200
-        tracks = scene.update(Frame(index, index / 25, pixels))
-    back = tracks.to_supervision()
-    np.testing.assert_allclose(back.xyxy, given.xyxy)
-    assert back.tracker_id.tolist() == [1]
-    assert back.data["class_name"].tolist() == ["1"]
-    assert 0 < back.confidence[0] <= 1
-    assert len(scene.update(Frame(3, 0.12, pixels)).to_supervision()) == 1
-    assert len(motes.SceneTracks().to_supervision()) == 0
-    with pytest.raises(ConfigError, match="have xyxy"):
-        from_supervision([ONE])
+    assert as_detections(given, ("person", "car")) == [ONE]
 
 
 MODULE = """

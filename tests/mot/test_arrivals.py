@@ -10,7 +10,7 @@ from test_reidentification import BLUE, RED, RIG, SHIFT, Watching, looks, sighti
 from motes.core.track import Status
 from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.known_object import KnownObject
+from motes.mot.cameras.known_objects import KnownObject
 from motes.mot.cameras.reidentification import CrossCameraAssociation, unmistakable
 from motes.mot.cameras.rig_config import Rig
 

@@ -16,7 +16,6 @@ from motes.cli.options import OutputOptions
 from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import rows_output
 from motes.core.detection import Detection
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
@@ -25,9 +24,6 @@ from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
-from motes.mot.detection.custom import CustomConfig
-from motes.mot.detection.in_process import DetectorProcess
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
@@ -70,9 +66,8 @@ def test_other_classes_and_low_scores_are_left_out() -> None:
         for n, (score, label) in enumerate([(0.9, "car"), (0.3, "car"), (0.9, "bus"), (0.9, None)])
     ]
     rule = DetectionSelection(classes=("car",), least=0.5)
-    found, log = suppress_duplicates(given, frame, rule)
+    found, _ = suppress_duplicates(given, frame, rule)
     assert found == given[:1]
-    assert [each.outcome for each in log] == [DetectionOutcome.UNWANTED] * 3
     assert len(suppress_duplicates(given, frame, DetectionSelection())[0]) == 4
 
 
@@ -174,36 +169,3 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
         assert '<track id="2" label="car"' in text
         assert "<name>thing</name>" in text
         assert "<name>car</name>" in text
-
-
-MODULE = """
-import os
-
-class Finder:
-    classes = {0: "car"}
-
-    def __call__(self, frame):
-        if frame.index == 2:
-            raise KeyError("two")
-        if frame.index == 3:
-            os._exit(7)
-        return [(*frame.pixels[0, 0].tolist(), 10, 0.5, "car")]
-"""
-
-
-@pytest.mark.slow
-def test_a_detector_in_a_process_of_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "my_process_finder.py").write_text(MODULE)
-    monkeypatch.chdir(tmp_path)
-    frames = [Frame(n, n / 25, np.full((8, 9, 3), 5 + n, np.uint8)[:, ::-1]) for n in range(5)]
-    with DetectorProcess(CustomConfig("my_process_finder:Finder")) as detector:
-        assert detector(frames[0]) == [Detection(Box(5, 5, 5, 10), 0.5, "car")]
-        assert detector(frames[1])[0].box == Box(6, 6, 6, 10)
-        with pytest.raises(ConfigError, match="failed in frame 2: KeyError"):
-            detector(frames[2])
-        with pytest.raises(ConfigError, match="process ended with exit code 7"):
-            detector(frames[3])
-    with pytest.raises(ConfigError, match=r"my_process_finder:None.*AttributeError"):
-        DetectorProcess(CustomConfig("my_process_finder:None"))

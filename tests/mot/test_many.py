@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
@@ -63,7 +62,6 @@ def work(count: int) -> Work:
     """Follow so many objects, all detected, half of them hidden, and found again; count."""
     there: list[Detection] = []
     scene, calls = Scene(lambda _: there, config(initiation=CERTAIN)), 0
-    outcomes = set[DetectionOutcome]()
 
     def called(_frame: object, event: str, _argument: object) -> None:
         nonlocal calls
@@ -84,15 +82,9 @@ def work(count: int) -> Work:
             scene.update(frame)
         finally:
             sys.setprofile(before)
-        outcomes |= {each.outcome for each in scene.detection_log}
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert outcomes >= {
-        DetectionOutcome.MATCHED,
-        DetectionOutcome.FOUND,
-        DetectionOutcome.DOUBLE,
-        DetectionOutcome.CANDIDATE,
-    }
+    assert count < scene.created < 1.5 * count  # the hidden half was found, and little noise came
     return Work(calls, peak)
 
 
@@ -111,13 +103,6 @@ def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> 
     scene = Scene(lambda _: there, eight)
     for index in range(4):
         scene.update(Frame(index, index / 25, GRAY))
-        surplus = [
-            each.detection
-            for each in scene.detection_log
-            if each.outcome is DetectionOutcome.SURPLUS
-        ]
-        assert surplus == there[3::-1]
-        assert len(scene.detection_log) == 12
     assert scene.created == 8
     assert scene.warnings == {
         "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
@@ -128,6 +113,5 @@ def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
     """The surest come first, so that the last ones alone would let too many pass."""
     births, count = TrackInitiation(), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
-    _, hits = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
-    doubtful = [each is None for each in hits]
-    assert doubtful == [i >= 0.9 * count for i in range(count)]
+    after, _ = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
+    assert len(after.candidates) == 0.9 * count

@@ -152,7 +152,6 @@ def test_a_flood_is_limited_and_said_once(method: Method) -> None:
     scene, most = Scene(BackgroundDetector(config)), 0
     for _, tracks in scene.watch(film(picture, 35)):
         most = max(most, len(tracks))
-        assert len(scene.detection_log) <= config.limit
     assert config.limit <= most <= scene.created <= 160
     assert list(scene.warnings) == ["flood"]
 

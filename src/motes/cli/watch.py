@@ -132,7 +132,7 @@ def watch(
         queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
         sending = SentEvents(addresses, queue, source, where, announce=announce)
     with contextlib.ExitStack() as running:
-        detector = _detector(running, source, objects, frames, config)
+        detector = _detector(source, objects, frames, config)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
         where.check(film.width, film.height)
@@ -182,26 +182,17 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
 
 
 def _detector(
-    running: contextlib.ExitStack,
-    source: str,
-    objects: ObjectOptions,
-    frames: FrameOptions,
-    config: WatchConfig,
+    source: str, objects: ObjectOptions, frames: FrameOptions, config: WatchConfig
 ) -> Detector:
-    """Return the detector, prepared; a process of its own ends with `running`."""
+    """Return the detector, prepared."""
     from motes.core.detection import PreparedDetector
-    from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
     from motes.video.sources import is_recorded
 
     if objects.like is not None and objects.detector is not None:
-        if objects.own_process:
-            raise ConfigError("--own-process takes --detector or --like, not both together.")
         assert isinstance(config.detector, LookalikeConfig)
         detector: Detector = lookalike_detector(config.detector, objects.detector)
-    elif objects.own_process:
-        detector = running.enter_context(DetectorProcess(config.detector))
     else:
         detector = config.detector.detector()
     check_classes(detector, config.detector, config.detections.classes)

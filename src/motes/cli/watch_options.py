@@ -44,9 +44,6 @@ class ObjectOptions:
             "predictions, and of the background. The default is still."
         ),
     ] = None
-    own_process: Annotated[
-        bool, FLAG, Parameter(help="Run the detector in a process of its own.")
-    ] = False
 
     def selection(self) -> dict[str, Any]:
         """Return the keys of the configuration that --classes, --least and --camera set."""

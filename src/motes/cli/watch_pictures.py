@@ -15,8 +15,8 @@ from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
-from motes.mot.analytics.events import foot_of
 from motes.mot.analytics.regions import Regions
+from motes.mot.boxes import foot_of
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.writer import check_writable
@@ -109,7 +109,7 @@ class Heatmap(_Pictures):
             self._seconds = np.zeros(frame.pixels.shape[:2])
             self._last = frame.time - FRAME_INTERVAL
         for each in moment.tracks:
-            x, y = (round(value) for value in foot_of(each))
+            x, y = (round(value) for value in foot_of(each.box))
             seen = each.track.status is Status.TRACKING
             if seen and 0 <= x < frame.width and 0 <= y < frame.height:
                 self._seconds[y, x] += frame.time - self._last
@@ -135,7 +135,7 @@ class Paths(_Pictures):
         for each in moment.tracks:
             if each.track.status is Status.TRACKING:
                 feet = self._feet.setdefault(each.identity, [])
-                place = foot_of(each)
+                place = foot_of(each.box)
                 if not feet or max(abs(place[0] - feet[-1][0]), abs(place[1] - feet[-1][1])) >= 1:
                     feet.append(place)
 

@@ -7,7 +7,6 @@ far longer than what is done with a report. Frames stay on the node.
 
 from __future__ import annotations
 
-import os
 import secrets
 import socket
 import time
@@ -17,7 +16,6 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from motes.mot.cameras.camera_loop import watch_camera
-from motes.mot.cameras.camera_process import PipeLine
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
@@ -71,12 +69,10 @@ class CameraActor:
         program, key
             Where the program listens, and the word that lets this actor in.
         """
-        os.dup2(2, 1)
         origin = time.monotonic() - (time.time() - epoch)
         connection = socket.create_connection(program, PATIENCE)
         connection.sendall(key)
-        with suppress(BrokenPipeError):
-            watch_camera(camera, seed, origin, target, PipeLine(pipe_of(connection)))
+        watch_camera(pipe_of(connection), camera, seed, origin, target)
 
 
 class ClusterCamera(RigCamera):

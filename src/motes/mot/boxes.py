@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
 
@@ -23,6 +24,17 @@ def search_areas(centers: Floats, radii: Floats) -> Floats:
     half = radii + MARGIN
     sides = 2 * half[:, None]
     return np.hstack([centers - half[:, None], sides, sides])
+
+
+def foot_of(box: Box) -> tuple[float, float]:
+    """Return the middle of a box's lower edge, where an object stands on the ground."""
+    return box.x + (box.width - 1) / 2, box.y + box.height - 1
+
+
+def room(box: Box, frame: Frame) -> float:
+    """Return the distance of a box from the border of a frame; below 0 if it reaches beyond."""
+    right, low = box.x + box.width, box.y + box.height
+    return min(box.x, box.y, frame.width - right, frame.height - low)
 
 
 def intersection_over_first(first: Floats, second: Floats) -> Floats:

@@ -13,7 +13,6 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
-from motes.sot.filtering.scatter import scatter
 
 CUE = Color()
 """The cue whose histograms cameras exchange."""
@@ -66,8 +65,3 @@ def normal_samples(
     samples: Floats = np.array(mean) + rng.standard_normal((count, 5)) @ spread.T
     samples[:, 2:4] = np.maximum(samples[:, 2:4], 1.0)
     return samples
-
-
-def samples_at(rng: np.random.Generator, boxes: Floats, size: Ellipse, count: int) -> Floats:
-    """Return samples (count, 5) of one size, uniform over boxes (R, 4), such as those of a door."""
-    return scatter(rng, boxes, size, count)

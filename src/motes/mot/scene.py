@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector, ObservingDetector
@@ -22,10 +23,8 @@ from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.core.types import Floats
 from motes.mot.detection.adapters import as_detections
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
-from motes.mot.scene_tracks import SceneTracks
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
 from motes.mot.stages.drop_fragments import drop_fragments
@@ -54,12 +53,13 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
         The objects that have not ended, oldest first.
     initiation
         What may become an object.
-    terminated
-        How many objects have ended.
+    created, terminated
+        How many objects there have been, and how many of them have ended.
     """
 
     objects: Sequence[TrackedObject] = ()
     initiation: TrackInitiation = TrackInitiation()
+    created: int = 0
     terminated: int = 0
 
 
@@ -70,14 +70,14 @@ class SceneInfo(NamedTuple):
     ----------
     tracks
         All tracks, oldest first.
-    detection_log
-        What became of each detection.
+    surplus
+        How many detections were beyond the limit, and were not used.
     admitted
         The keys of the expected objects that began, by their identities.
     """
 
     tracks: list[SceneTrack]
-    detection_log: list[LoggedDetection]
+    surplus: int
     admitted: Mapping[int, int]
 
 
@@ -101,29 +101,27 @@ def step(
     looked = detections is not None
     if motion is not None:
         carried, initiation = follow_camera(state.objects, state.initiation, motion)
-        state = SceneState(carried, initiation, state.terminated)
-    found, useless = suppress_duplicates(detections or (), frame, config.detections)
+        state = replace(state, objects=carried, initiation=initiation)
+    found, surplus = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
         objects = [each.without_look(dt) for each in objects]
-    objects, free, matched = associate(objects, found, frame, dt, config)
+    objects, free = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
-    objects, free, recovered = reidentify(objects, free, frame, dt, config)
-    free, parts = drop_fragments(objects, free, config.containment)
+    objects, free = reidentify(objects, free, frame, dt, config)
+    free = drop_fragments(objects, free, config.containment)
     initiation = state.initiation.with_scores(found)
-    arrived = admit(seed, initiation, expected, objects, free, frame, config)
-    objects, free, initiation = objects + arrived.begun, arrived.free, arrived.initiation
-    tentative: list[LoggedDetection] = []
+    arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
+    objects, created = objects + arrived, state.created + len(arrived)
     if looked:
-        begun, initiation, tentative = initiate(seed, initiation, free, frame, config)
-        objects += begun
+        begun, initiation = initiate(seed, created, initiation, free, frame, config)
+        objects, created = objects + begun, created + len(begun)
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = resolve_identity_switches(staying, frame)
-    log = [*useless, *matched, *recovered, *parts, *arrived.log, *tentative]
-    info = SceneInfo(tracks, log, arrived.keys)
-    return SceneState(staying, initiation, terminated), info
+    after = SceneState(staying, initiation, created, terminated)
+    return after, SceneInfo(tracks, surplus, keys)
 
 
 class _Found(NamedTuple):
@@ -153,8 +151,6 @@ class Scene:
     ----------
     detector
         The detector.
-    detection_log
-        What became of every detection of the last frame.
     created, terminated
         How many objects there have been, and how many of them have ended.
     admitted
@@ -165,7 +161,6 @@ class Scene:
         there were too many detections.
     """
 
-    detection_log: list[LoggedDetection]
     admitted: Mapping[int, int]
     warnings: Mapping[str, str]
 
@@ -181,14 +176,14 @@ class Scene:
         self._last: Frame | None = None
         self._detected = self._stepped = 0
         self._moved: dict[int, list[Box]] = {}
-        self.detection_log, self.admitted, self.warnings = [], {}, {}
+        self.admitted, self.warnings = {}, {}
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
 
     @property
     def created(self) -> int:
         """How many objects there have been."""
-        return self._state.initiation.created
+        return self._state.created
 
     @property
     def terminated(self) -> int:
@@ -199,7 +194,7 @@ class Scene:
         """Expect objects in the next frame; they begin as soon as they are seen there."""
         self._expected = expected
 
-    def update(self, frame: Frame | NDArray[np.uint8]) -> SceneTracks:
+    def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -213,7 +208,7 @@ class Scene:
 
     def watch(
         self, frames: Iterable[Frame], *, ahead: bool = True
-    ) -> Generator[tuple[Frame, SceneTracks], None, None]:
+    ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
         """Yield each frame and its objects, as `update` returns them.
 
         Parameters
@@ -249,7 +244,7 @@ class Scene:
         motion = getattr(self.detector, "motion", None) if turn else None
         return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
 
-    def _step(self, frame: Frame, found: _Found) -> SceneTracks:
+    def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
@@ -263,16 +258,15 @@ class Scene:
             self._moved[self._stepped] = moved
         self._stepped += 1
         self._expected = ()
-        tracks, self.detection_log, self.admitted = info
-        self._warn(frame)
+        self.admitted = info.admitted
+        self._warn(frame, info.surplus)
         self.warnings = {**found.warnings, **self._own_warnings}
-        return SceneTracks(tracks)
+        return info.tracks
 
-    def _warn(self, frame: Frame) -> None:
+    def _warn(self, frame: Frame, surplus: int) -> None:
         """Note a warning if there are too many detections, once."""
-        outcomes = [each.outcome for each in self.detection_log]
-        surplus, limit = outcomes.count(DetectionOutcome.SURPLUS), self.config.detections.limit
         if surplus:
+            limit = self.config.detections.limit
             text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
             self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
 

@@ -37,13 +37,10 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         that may still be confirmed.
     scores
         The latest scores of detections, oldest first.
-    created
-        How many of them have become objects so far.
     """
 
     candidates: tuple[Tentative, ...] = ()
     scores: tuple[float, ...] = ()
-    created: int = 0
 
     def with_scores(self, detections: Sequence[Detection]) -> TrackInitiation:
         """Return these with the scores of all detections of a frame added."""
@@ -52,8 +49,10 @@ class TrackInitiation(msgspec.Struct, frozen=True):
 
     def update(
         self, time: float, free: Sequence[Detection], overlap: float, config: Initiation
-    ) -> tuple[TrackInitiation, list[Tentative | None]]:
-        """Return the tentative tracks after a frame, and for each free detection the hits up to it.
+    ) -> tuple[TrackInitiation, list[tuple[Detection, Tentative]]]:
+        """Return the tentative tracks after a frame, and the detections that become objects.
+
+        Each comes with the hits up to it.
 
         Parameters
         ----------
@@ -65,7 +64,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             Least intersection over union of a detection with the one before.
         config
             Detections with `min_hits` hits become objects, and are no candidates any more. A
-            detection with one of the lowest scores that confirms nothing has None for hits.
+            detection with one of the lowest scores that confirms nothing is no candidate.
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)
@@ -75,16 +74,16 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         history = {j: before[i] for i, j in same}
         least = np.quantile(self.scores, config.min_score_quantile) if free else 0.0
         hits = [
-            (*history.get(j, ()), (time, each.box)) if each.score >= least or j in history else None
+            (each, (*history.get(j, ()), (time, each.box)))
             for j, each in enumerate(free)
+            if each.score >= least or j in history
         ]
-        sure = [each for each in hits if each is not None]
+        begun = [(each, so_far) for each, so_far in hits if len(so_far) >= config.min_hits]
         confirmed = {i for i, _ in same}
         waiting = [
             each
             for i, each in enumerate(before)
             if i not in confirmed and len(each) > 1 and time - each[-1][0] <= config.max_gap
         ]
-        tentative = [each for each in sure if len(each) < config.min_hits]
-        created = self.created + len(sure) - len(tentative)
-        return replace(self, candidates=(*waiting, *tentative), created=created), hits
+        tentative = [so_far for _, so_far in hits if len(so_far) < config.min_hits]
+        return replace(self, candidates=(*waiting, *tentative)), begun

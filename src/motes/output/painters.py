@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from motes.core.frame import Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import SPEED_OVER, Event, foot_of
+from motes.mot.analytics.events import SPEED_OVER, Event
 from motes.mot.analytics.regions import Regions
+from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import Draw, describe, draw
 from motes.output.scene_overlay import Point, draw_scene
@@ -76,7 +77,7 @@ class ScenePainter:
         }
         for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append((frame.time, foot_of(each)))
+            trail.append((frame.time, foot_of(each.box)))
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
                 self._totals[f"{event.place} {event.direction or event.event}"] += 1

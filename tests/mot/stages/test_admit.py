@@ -7,11 +7,9 @@ import pytest
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box, Ellipse, iou
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.expected import CUE, Expected, normal_samples
 from motes.mot.scene import SceneState, step
 from motes.mot.stages.admit import admit
-from motes.mot.track_initiation import TrackInitiation
 from scene_objects import BLUE, DT, RED, config, picture, visible
 
 BOX = Box(60, 40, 20, 30)
@@ -28,54 +26,48 @@ def expected(at: Ellipse = PLACE, *, certain: bool = True, spread: float = 2.0) 
 
 def admitted(*free: Box, objects: tuple[Box, ...] = (), frame=FRAME, **how):  # type: ignore[no-untyped-def]
     there = [visible(n + 1, frame, box) for n, box in enumerate(objects)]
-    initiation = TrackInitiation(created=len(there))
     found = [Detection(box) for box in free]
-    return admit(0, initiation, [expected(**how)], there, found, frame, config())
+    return admit(0, len(there), [expected(**how)], there, found, frame, config())
 
 
 @pytest.mark.parametrize("certain", [True, False])
 def test_an_expected_object_begins_with_its_first_detection(certain: bool) -> None:
     other = Box(150, 40, 20, 30)
-    after = admitted(other, BOX, certain=certain)
-    (begun,) = after.begun
+    (begun,), keys, free = admitted(other, BOX, certain=certain)
     assert begun.detected
     assert begun.track.box == pytest.approx(BOX)
     assert begun.scene_track.velocity == (50.0, 0.0)
-    assert after.keys == {begun.identity: 7}
-    assert [each.box for each in after.free] == [other]
-    assert after.initiation.created == begun.identity == 1
-    assert [each.outcome for each in after.log] == [DetectionOutcome.EXPECTED]
+    assert keys == {begun.identity: 7}
+    assert [each.box for each in free] == [other]
+    assert begun.identity == 1
 
 
 def test_its_filter_begins_with_the_given_samples_and_model() -> None:
-    (begun,) = admitted().begun
+    (begun,), *_ = admitted()
     np.testing.assert_array_equal(begun.state.models["color"].histogram, expected().model.histogram)
     centers = config().tracker.motion.ellipses(begun.state.states)[:, :2]
     np.testing.assert_allclose(centers, expected().samples[:, :2])
 
 
 def test_a_certain_one_needs_no_detection() -> None:
-    (begun,) = admitted().begun
+    (begun,), *_ = admitted()
     assert not begun.detected
     assert iou(np.array(begun.track.box), np.array([BOX]))[0] > 0.7
-    assert admitted(certain=False).begun == []
+    assert admitted(certain=False) == ([], {}, [])
 
 
 def test_nothing_begins_where_nothing_looks_like_it() -> None:
-    assert admitted(frame=picture(3, (BOX, BLUE))).begun == []
+    assert admitted(frame=picture(3, (BOX, BLUE))) == ([], {}, [])
 
 
 def test_nothing_begins_where_an_object_is_already() -> None:
-    after = admitted(objects=(BOX,))
-    assert after.begun == []
-    assert after.keys == {}
+    assert admitted(objects=(BOX,)) == ([], {}, [])
 
 
 def test_a_detection_elsewhere_is_left_alone() -> None:
     frame = picture(3, (BOX, BLUE))
-    after = admitted(Box(120, 40, 20, 30), frame=frame)
-    assert after.begun == []
-    assert len(after.free) == 1
+    begun, _, free = admitted(Box(120, 40, 20, 30), frame=frame)
+    assert (begun, len(free)) == ([], 1)
 
 
 def test_a_scene_begins_it_two_frames_before_a_birth() -> None:
@@ -92,5 +84,5 @@ def test_a_part_at_the_border_is_enough() -> None:
     """The camera sees the first 6 of 20 columns; most samples have their centers outside."""
     shown = Box(0, 40, 6, 30)
     frame = picture(3, (shown, RED))
-    (begun,) = admitted(shown, frame=frame, at=PLACE._replace(x=-4.0)).begun
+    (begun,), *_ = admitted(shown, frame=frame, at=PLACE._replace(x=-4.0))
     assert begun.detected

@@ -6,7 +6,6 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene_config import Initiation
 from motes.mot.stages.initiate import initiate
 from motes.mot.track_initiation import TrackInitiation
@@ -19,22 +18,21 @@ TWICE = replace(config(), initiation=Initiation(min_hits=2))
 def test_a_candidate_that_is_confirmed_becomes_an_object() -> None:
     moved = PLACE._replace(x=44)
     found = [Detection(PLACE)]
-    state = TrackInitiation(created=6).with_scores(found)
-    begun, state, log = initiate(0, state, found, picture(0, (PLACE, RED)), TWICE)
-    assert (begun, [each.outcome for each in log]) == ([], [DetectionOutcome.CANDIDATE])
-    begun, state, log = initiate(0, state, [Detection(moved)], picture(1, (moved, RED)), TWICE)
+    state = TrackInitiation().with_scores(found)
+    begun, state = initiate(0, 6, state, found, picture(0, (PLACE, RED)), TWICE)
+    assert (begun, len(state.candidates)) == ([], 1)
+    begun, state = initiate(0, 6, state, [Detection(moved)], picture(1, (moved, RED)), TWICE)
     (one,) = begun
     assert (one.identity, one.detected, one.first_time, one.last_time) == (7, True, 0.0, DT)
     assert one.velocity.tolist() == [4 / DT, 0]
-    assert [(each.outcome, each.identity) for each in log] == [(DetectionOutcome.BORN, 7)]
-    assert (state.created, state.candidates) == (7, ())
+    assert state.candidates == ()
 
 
 def test_a_frame_without_confirmation_ends_a_candidate() -> None:
     found = [Detection(PLACE)]
     state = TrackInitiation().with_scores(found)
     for index, there in enumerate((found, [], found)):
-        begun, state, _ = initiate(0, state, there, picture(index), TWICE)
+        begun, state = initiate(0, 0, state, there, picture(index), TWICE)
         assert not begun
     assert len(state.candidates) == 1
 
@@ -46,8 +44,8 @@ def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
     for missing, begins in ((3, True), (4, False)):
         state = TrackInitiation().with_scores(found)
         for index, there in enumerate([found, found, *[[]] * missing]):
-            _, state, _ = initiate(0, state, there, picture(index), short)
-        begun, state, _ = initiate(0, state, found, picture(2 + missing), short)
+            _, state = initiate(0, 0, state, there, picture(index), short)
+        begun, state = initiate(0, 0, state, found, picture(2 + missing), short)
         assert bool(begun) is begins
         assert len(state.candidates) == (not begins)
 
@@ -55,18 +53,17 @@ def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
 def test_candidates_are_confirmed_at_any_distance_between_looks() -> None:
     never = replace(config(), initiation=Initiation(min_hits=2, max_gap=0.0))
     found = [Detection(PLACE)]
-    _, state, _ = initiate(0, TrackInitiation().with_scores(found), found, picture(0), never)
-    assert initiate(0, state, found, picture(50), never)[0]
+    _, state = initiate(0, 0, TrackInitiation().with_scores(found), found, picture(0), never)
+    assert initiate(0, 0, state, found, picture(50), never)[0]
 
 
 def test_the_lowest_scores_begin_nothing() -> None:
     quarter = replace(TWICE, initiation=Initiation(min_hits=2, min_score_quantile=0.25))
     found = [Detection(Box(10 + 30 * i, 30, 20, 40), float(i)) for i in range(5)]
     state = TrackInitiation().with_scores(found)
-    _, state, log = initiate(0, state, found, picture(0), quarter)
-    doubtful = [each.detection for each in log if each.outcome is DetectionOutcome.DOUBTFUL]
-    assert doubtful == found[:1]  # a quarter lies below the second
-    assert len(state.candidates) == 4
+    _, state = initiate(0, 0, state, found, picture(0), quarter)
+    first = [hits[0][1] for hits in state.candidates]
+    assert first == [each.box for each in found[1:]]  # a quarter lies below the second
 
 
 def test_a_low_score_confirms_an_object_that_a_surer_one_has_begun() -> None:
@@ -74,9 +71,9 @@ def test_a_low_score_confirms_an_object_that_a_surer_one_has_begun() -> None:
     sure, doubtful = Detection(PLACE, 5.0), Detection(PLACE, 0.0)
     for first, begins in ((sure, True), (doubtful, False)):
         state = TrackInitiation().with_scores([*others, first])
-        _, state, _ = initiate(0, state, [first], picture(0), TWICE)
+        _, state = initiate(0, 0, state, [first], picture(0), TWICE)
         state = state.with_scores([*others, doubtful])
-        begun, *_ = initiate(0, state, [doubtful], picture(1), TWICE)
+        begun, _ = initiate(0, 0, state, [doubtful], picture(1), TWICE)
         assert bool(begun) is begins
 
 
@@ -86,8 +83,8 @@ def test_random_numbers_depend_on_seed_and_identity_alone() -> None:
 
     def drawn(seed: int, created: int, some: list[Box]) -> list[float]:
         found = [Detection(box) for box in some]
-        state = TrackInitiation(created=created).with_scores(found)
-        begun, *_ = initiate(seed, state, found, picture(0), once)
+        state = TrackInitiation().with_scores(found)
+        begun, _ = initiate(seed, created, state, found, picture(0), once)
         return [each.rng.random() for each in begun]
 
     first, second = drawn(3, 0, boxes)

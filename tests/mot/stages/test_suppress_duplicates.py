@@ -6,7 +6,6 @@ import math
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
-from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene_config import DetectionSelection
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from scene_objects import picture
@@ -17,9 +16,8 @@ EMPTY = picture(0)
 def test_the_detection_with_the_higher_score_stays() -> None:
     low, high = Detection(Box(20, 20, 20, 40), 0.5), Detection(Box(21, 21, 20, 40), 0.9)
     other = Detection(Box(100, 20, 20, 40), 0.1)
-    kept, log = suppress_duplicates([low, high, other], EMPTY, DetectionSelection())
-    assert kept == [high, other]
-    assert [(each.detection, each.outcome) for each in log] == [(low, DetectionOutcome.DOUBLE)]
+    kept, surplus = suppress_duplicates([low, high, other], EMPTY, DetectionSelection())
+    assert (kept, surplus) == ([high, other], 0)
 
 
 def test_of_equal_scores_the_larger_stays() -> None:
@@ -40,8 +38,5 @@ def test_what_can_be_no_object_does_not_count_for_the_limit() -> None:
     outside, unknown = Detection(Box(300, 20, 20, 40), 9), Detection(Box(20, 20, 9, 9), math.nan)
     good = [Detection(Box(10 + 30 * i, 20, 20, 40), 1 - i / 9) for i in range(4)]
     config = DetectionSelection(limit=3)
-    kept, log = suppress_duplicates([*good, outside, unknown], EMPTY, config)
-    assert kept == good[:3]
-    outcomes = {each.detection: each.outcome for each in log}
-    assert outcomes[outside] == outcomes[unknown] == DetectionOutcome.USELESS
-    assert outcomes[good[3]] == DetectionOutcome.SURPLUS
+    found = [*good, outside, unknown]
+    assert suppress_duplicates(found, EMPTY, config) == (good[:3], 1)

@@ -14,6 +14,7 @@ import numpy as np
 from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.mot.analytics.regions import Line, Point, Regions, crossing, distance
+from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
 
 EDGE = "visits to its edge alone"
@@ -269,7 +270,7 @@ class EventCounter:
 
     def _walk(self, each: SceneTrack, seen: set[int]) -> list[Event]:
         """Return the events of a visible object."""
-        foot, time = foot_of(each), each.track.time
+        foot, time = foot_of(each.box), each.track.time
         walk = self._walks.get(each.identity)
         height, limit = each.track.box.height, JUMP * math.sqrt(np.prod(each.track.box[2:]))
         events = []
@@ -393,9 +394,3 @@ def _past(walk: _Trajectory, foot: Point, now: float) -> Point:
     share = min(1.0, PAST / (now - walk.since))
     x, y = walk.first
     return x - share * (foot[0] - x), y - share * (foot[1] - y)
-
-
-def foot_of(each: SceneTrack) -> Point:
-    """Return the place of an object's foot."""
-    box = each.track.box
-    return box.x + (box.width - 1) / 2, box.y + box.height - 1

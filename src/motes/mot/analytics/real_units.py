@@ -24,6 +24,7 @@ from motes.core.types import Floats
 from motes.mot.analytics.events import SPEED_OVER
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
+from motes.mot.boxes import foot_of
 
 STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
@@ -82,10 +83,7 @@ class RealUnits(Config, frozen=True):
 
     def metres(self, ellipse: Ellipse) -> Point | None:
         """Return the place of a target; None on the horizon or above, or where no lens sees it."""
-        point = (ellipse.x, ellipse.y)
-        if self.ground.scale is None:
-            x, y, width, height = ellipse.box
-            point = (x + (width - 1) / 2, y + height - 1)
+        point = foot_of(ellipse.box) if self.ground.scale is None else (ellipse.x, ellipse.y)
         place = self.lens.undistorted(point) if self.lens else point
         return None if place is None else self.ground.metres(place)
 

@@ -7,10 +7,12 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import ColorModel
-from motes.mot.cameras.camera_report import Arrival
+from motes.mot.boxes import intersection_over_first
+from motes.mot.cameras.camera_report import Arrival, unpacked
 from motes.mot.cameras.common_ground import CommonGround
-from motes.mot.cameras.known_object import KnownObject
-from motes.mot.expected import Expected, normal_samples, samples_at
+from motes.mot.cameras.known_objects import KnownObject
+from motes.mot.expected import Expected, normal_samples
+from motes.sot.filtering.scatter import scatter
 
 VISIBLE = 0.25
 """An object is expected when this share of it should be in the picture."""
@@ -43,8 +45,9 @@ def in_overlap(
         return None
     wider, higher = ground.sizes(known.foot(now), slope, known.camera)
     a, b = wider * box.width / 2, higher * box.height / 2
-    center = foot[0], foot[1] + 0.5 - b
-    if _visible((*center, a, b), size) < VISIBLE or not 1 <= a <= size[0] or not 1 <= b <= size[1]:
+    ellipse = Ellipse(foot[0], foot[1] + 0.5 - b, a, b)
+    visible = intersection_over_first(np.array(ellipse.box), np.array((0, 0, *size)))
+    if visible < VISIBLE or not 1 <= a <= size[0] or not 1 <= b <= size[1]:
         return None
     change = np.zeros((5, 5))
     change[:2, :2], change[2, 2], change[3, 3] = slope, wider, higher
@@ -54,9 +57,8 @@ def in_overlap(
         mapped = np.zeros((5, 5))
     mapped[[0, 1], [0, 1]] += (ground.overlap.reach * a) ** 2
     dx, dy = (slope @ np.array(known.tracked.velocity)).tolist()
-    ellipse = Ellipse(*center, a, b)
     covariance = tuple(mapped.ravel().tolist())
-    return Arrival(known.identity, _bytes(known), ellipse, (dx, dy), covariance, now, until)
+    return Arrival(known.identity, known.histogram, ellipse, (dx, dy), covariance, now, until)
 
 
 def at_place(known: KnownObject, place: str, scale: float, now: float, until: float) -> Arrival:
@@ -75,7 +77,7 @@ def at_place(known: KnownObject, place: str, scale: float, now: float, until: fl
     """
     box = known.tracked.box
     ellipse = Ellipse(0.0, 0.0, scale * box.width / 2, scale * box.height / 2)
-    return Arrival(known.identity, _bytes(known), ellipse, (0.0, 0.0), (), now, until, place)
+    return Arrival(known.identity, known.histogram, ellipse, (0.0, 0.0), (), now, until, place)
 
 
 def expected_of(
@@ -96,14 +98,14 @@ def expected_of(
     count
         Number of samples.
     """
-    histogram = np.frombuffer(arrival.histogram, np.float32).astype(np.float64)
+    histogram = unpacked(arrival.histogram)
     (x, y, *_), (dx, dy), dt = arrival.ellipse, arrival.velocity, now - arrival.time
     if arrival.place is None:
         mean = arrival.ellipse._replace(x=x + dx * dt, y=y + dy * dt)
         covariance = np.reshape(arrival.covariance, (5, 5))
         samples = normal_samples(rng, mean, covariance, count)
     else:
-        samples = samples_at(rng, places, arrival.ellipse, count)
+        samples = scatter(rng, places, arrival.ellipse, count)
     return Expected(
         arrival.identity,
         samples,
@@ -111,15 +113,3 @@ def expected_of(
         ColorModel(histogram, histogram),
         certain=arrival.place is None,
     )
-
-
-def _bytes(known: KnownObject) -> bytes:
-    return known.look.astype(np.float32).tobytes()
-
-
-def _visible(ellipse: tuple[float, float, float, float], size: tuple[int, int]) -> float:
-    """Return the share of the box around an upright ellipse x, y, a, b that is in a picture."""
-    (x, y, a, b), (width, height) = ellipse, size
-    wide = min(x + a, width - 0.5) - max(x - a, -0.5)
-    high = min(y + b, height - 0.5) - max(y - b, -0.5)
-    return max(wide, 0.0) * max(high, 0.0) / (4 * a * b)

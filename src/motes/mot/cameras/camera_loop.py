@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+import os
+import queue
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection
+
+import msgspec
 
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
@@ -29,36 +35,57 @@ PRESET = "nummiaro:adaptive"
 """The preset of the filters that follow all objects."""
 
 
-class ReportLine(Protocol):
-    """The line from a camera to the place where reports meet."""
+class PipeLine:
+    """The line from a camera's process to the main process; it ends this one with that one."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self._inbox: queue.SimpleQueue[Go] = queue.SimpleQueue()
+        threading.Thread(target=_receive, args=(pipe, self._inbox), daemon=True).start()
 
     def send(self, message: Message) -> None:
-        """Send a message; raise a BrokenPipeError when there is no receiver any more."""
+        """Send a message; wait while the pipe is full.
+
+        Raises
+        ------
+        BrokenPipeError
+            If there is no receiver any more.
+        """
+        self._pipe.send_bytes(msgspec.msgpack.encode(message))
 
     def go(self) -> Go:
         """Wait for the `Go` of the frame that was announced last."""
+        return self._inbox.get()
 
     def arrivals(self) -> Sequence[Arrival]:
         """Return the arrivals that a live camera has been sent since the last call."""
+        found: list[Arrival] = []
+        while not self._inbox.empty():
+            found += self._inbox.get().arrivals
+        return found
 
 
-def reporter_of(
-    camera: Camera, seed: int, target: KnownTarget | None = None
-) -> CameraReporter | KnownTargetReporter:
-    """Return what makes a camera's reports: of a known target, or of all objects."""
-    if target is not None:
-        return KnownTargetReporter(camera, target, seed)
-    scene = Scene(named_detector(camera.detector), camera.preset or PRESET, seed)
-    return CameraReporter(camera, scene, seed)
+def _receive(pipe: Connection, inbox: queue.SimpleQueue[Go]) -> None:
+    """Receive what the main process sends; end this process when that one ends, for any reason.
+
+    The main process never waits for a camera that is at work: messages are taken at once.
+    """
+    while True:
+        try:
+            inbox.put(msgspec.msgpack.decode(pipe.recv_bytes(), type=Go))
+        except (EOFError, OSError):
+            os._exit(1)
 
 
 def watch_camera(
-    camera: Camera, seed: int, origin: float, target: KnownTarget | None, line: ReportLine
+    pipe: Connection, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> None:
-    """Watch a camera until it ends, and send a report of each frame.
+    """Watch a camera until it ends, or nobody receives its reports any more; in its own process.
 
     Parameters
     ----------
+    pipe
+        To the place where reports meet.
     camera
         The camera.
     seed
@@ -67,51 +94,75 @@ def watch_camera(
         The reading of `time.monotonic` at time 0 of live frames.
     target
         The known target for which it waits, in place of all objects.
-    line
-        To the place where reports meet.
-
-    Raises
-    ------
-    BrokenPipeError
-        If there is no receiver of messages any more.
     """
+    os.dup2(2, 1)  # standard output is for rows
+    with suppress(BrokenPipeError):
+        line = PipeLine(pipe)
+        line.send(_watched(line, camera, seed, origin, target))
+
+
+def _watched(
+    line: PipeLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
+) -> CameraEnded:
+    """Send a report of each frame of a camera; return how it ended."""
     frames, dropped, failure = 0, 0, None
-
-    def report(frame: Frame, arrivals: Sequence[Arrival]) -> None:
-        reporter.expect(arrivals)
-        line.send(reporter.report(frame))
-
     try:
-        reporter = reporter_of(camera, seed, target)
+        reporter = _reporter_of(camera, seed, target)
         with open_watched(camera.source, origin, camera.fps) as film:
             line.send(CameraReady(camera.name, isinstance(film, Live)))
-            if isinstance(film, Source) and film.report.assumption is not None:
-                line.send(CameraMessage(camera.name, film.report.assumption))
             if isinstance(film, Live):
-                for news in film:
-                    if isinstance(news, str):
-                        line.send(CameraMessage(camera.name, news))
-                        continue
-                    report(news, line.arrivals())
-                    frames, dropped = frames + 1, film.dropped
+                pairs = _live(film, line, camera)
             else:
-                # The next frame is announced before the work on one begins, so that it is always
-                # known how far the other cameras may go.
-                last: tuple[Frame, Go] | None = None
-                for each in film:
-                    frame = Frame(each.index, each.time + camera.offset, each.pixels)
-                    line.send(NextFrame(frame.time))
-                    if last is not None:
-                        report(last[0], last[1].arrivals)
-                        frames += 1
-                    last = frame, line.go()
-                if last is not None:
-                    report(last[0], last[1].arrivals)
-                    frames += 1
+                pairs = _recorded(film, line, camera)
+            for frame, arrivals in pairs:
+                reporter.expect(arrivals)
+                line.send(reporter.report(frame))
+                frames += 1
+                dropped = film.dropped if isinstance(film, Live) else 0
     except MotesError as error:
         failure = str(error)
     except BrokenPipeError:
         raise
     except Exception as error:  # a failure of one camera ends no other
         failure = f"{type(error).__name__}: {error}"
-    line.send(CameraEnded(camera.name, frames, dropped, failure))
+    return CameraEnded(camera.name, frames, dropped, failure)
+
+
+def _reporter_of(
+    camera: Camera, seed: int, target: KnownTarget | None
+) -> CameraReporter | KnownTargetReporter:
+    """Return what makes a camera's reports: of a known target, or of all objects."""
+    if target is not None:
+        return KnownTargetReporter(camera, target, seed)
+    scene = Scene(named_detector(camera.detector), camera.preset or PRESET, seed)
+    return CameraReporter(camera, scene, seed)
+
+
+def _live(film: Live, line: PipeLine, camera: Camera) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
+    """Yield the frames of a live camera, and what may be expected from each on."""
+    for news in film:
+        if isinstance(news, str):
+            line.send(CameraMessage(camera.name, news))
+        else:
+            yield news, line.arrivals()
+
+
+def _recorded(
+    film: Source, line: PipeLine, camera: Camera
+) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
+    """Yield the same of a recording.
+
+    The next frame is announced before the work on one begins, so that it is always known how far
+    the other cameras may go.
+    """
+    if film.report.assumption is not None:
+        line.send(CameraMessage(camera.name, film.report.assumption))
+    last: tuple[Frame, Sequence[Arrival]] | None = None
+    for each in film:
+        frame = Frame(each.index, each.time + camera.offset, each.pixels)
+        line.send(NextFrame(frame.time))
+        if last is not None:
+            yield last
+        last = frame, line.go().arrivals
+    if last is not None:
+        yield last

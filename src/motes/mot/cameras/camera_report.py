@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
+from motes.core.types import Floats
 
 Covariance = tuple[float, ...]
 """The 25 numbers of a covariance of x, y, a, b, theta, row by row; none if it is not known."""
+
+
+def packed(histogram: Floats) -> bytes:
+    """Return a histogram in single precision."""
+    return histogram.astype(np.float32).tobytes()
+
+
+def unpacked(histogram: bytes) -> Floats:
+    """Return a packed histogram."""
+    return np.frombuffer(histogram, np.float32).astype(np.float64)
 
 
 class ObjectReport(msgspec.Struct, frozen=True):
@@ -23,7 +35,7 @@ class ObjectReport(msgspec.Struct, frozen=True):
     places
         Names of the camera's places where it was last visible.
     histogram
-        Its model: its color histogram, in single precision; only when it appears, while it is
+        Its model: its color histogram, packed; only when it appears, while it is
         detected, and when it is not visible any more.
     velocity
         In x and y, in pixels a second.
@@ -56,11 +68,6 @@ class ObjectReport(msgspec.Struct, frozen=True):
     def seen(self) -> bool:
         """Whether its box is certain: a filter without detections may follow something else."""
         return self.detected and self.status is Status.TRACKING
-
-    @property
-    def foot(self) -> tuple[float, float]:
-        """The middle of its box's lower edge."""
-        return self.box.x + (self.box.width - 1) / 2, self.box.y + self.box.height - 1
 
 
 class CameraReport(msgspec.Struct, frozen=True, tag=True):

@@ -12,9 +12,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.mot.boxes import intersection_over_first
+from motes.mot.boxes import intersection_over_first, room
 from motes.mot.cameras.arrivals import expected_of
-from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE, Expected
 from motes.mot.scene import Scene
@@ -150,15 +150,14 @@ class CameraReporter:
         track, seen, whole = each.track, each.track.status is Status.TRACKING, False
         view = self._views.get(each.identity)
         if view is None or seen:
-            whole = _whole(track.box, frame)
+            whole = room(track.box, frame) >= MARGIN
             places = doors.at(track.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                look = CUE.learn(frame, track.ellipse).histogram
-                view.look = look.astype(np.float32).tobytes()
+                view.look = packed(CUE.learn(frame, track.ellipse).histogram)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING
@@ -189,10 +188,3 @@ class CameraReporter:
             each.label,
             partial,
         )
-
-
-def _whole(box: Box, frame: Frame) -> bool:
-    """Return whether the border cuts off no part of a box."""
-    right, bottom = box.x + box.width, box.y + box.height
-    room = min(box.x, box.y, frame.width - right, frame.height - bottom)
-    return room >= MARGIN

@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.cameras.arrivals import expected_of
-from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes.mot.cameras.camera_reporter import Doors
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE
@@ -104,7 +104,7 @@ class KnownTargetReporter:
         began, *start = self._path[0]
         dt = frame.time - began
         dx, dy = ((x - start[0]) / dt, (y - start[1]) / dt) if dt else (0.0, 0.0)
-        look = CUE.learn(frame, track.ellipse).histogram.astype(np.float32).tobytes()
+        look = packed(CUE.learn(frame, track.ellipse).histogram)
         return ObjectReport(
             1,
             track.status,

@@ -15,10 +15,9 @@ import numpy as np
 from motes.cues.histogram_cue import bhattacharyya
 from motes.mot.assignment import assign
 from motes.mot.cameras.arrivals import at_place, in_overlap
-from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, unpacked
 from motes.mot.cameras.common_ground import CommonGround
-from motes.mot.cameras.known_object import KnownObject, look_of
-from motes.mot.cameras.known_objects import KnownObjects
+from motes.mot.cameras.known_objects import KnownObject, KnownObjects
 from motes.mot.cameras.neighborhoods import neighbors_of, ways_of
 from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
 
@@ -234,7 +233,9 @@ class CrossCameraAssociation:
             limits.append(DISTANCE)
         if not limits:
             return math.inf
-        distance = float(bhattacharyya(look_of(born)[None], known.look)[0])
+        assert born.histogram is not None
+        look = unpacked(born.histogram)[None]
+        distance = float(bhattacharyya(look, unpacked(known.histogram))[0])
         limit = max(limits) * (PARTIAL if born.partial else 1)
         return 1 + distance / limit if distance <= limit else math.inf
 
@@ -290,8 +291,8 @@ def unmistakable(
     """
     if not ones or not others:
         return []
-    looks = np.array([each.look for each in others])
-    distances = np.array([bhattacharyya(looks, each.look) for each in ones])
+    looks = np.array([unpacked(each.histogram) for each in others])
+    distances = np.array([bhattacharyya(looks, unpacked(each.histogram)) for each in ones])
     pairs = []
     for i, j in zip(*np.nonzero(distances <= DISTANCE), strict=True):
         rivals = np.concatenate([np.delete(distances[i], j), np.delete(distances[:, j], i)])

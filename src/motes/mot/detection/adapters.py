@@ -50,26 +50,6 @@ def as_detections(value: Any, names: Names = ()) -> list[Detection]:
         ) from None
 
 
-def from_supervision(detections: Any, names: Names = ()) -> list[Detection]:
-    """Return the `Detections` of supervision as a list of `Detection`s.
-
-    Parameters
-    ----------
-    detections
-        Any object with `xyxy`, and perhaps `confidence`, `class_id` and `data["class_name"]`.
-    names
-        Names of the classes by number, for detections without class names.
-
-    Raises
-    ------
-    ConfigError
-        If it is no such object.
-    """
-    if not hasattr(detections, "xyxy"):
-        raise ConfigError(f"Detections of supervision have xyxy; got {type(detections).__name__}.")
-    return as_detections(detections, names)
-
-
 def to_boxes(sides: Floats) -> list[Box]:
     """Return left, top, right and lower sides (N, 4) as boxes."""
     return [Box(left, top, right - left, low - top) for left, top, right, low in sides.tolist()]

@@ -3,74 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.assignment import assign
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig
-from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
-
-
-class Admission(NamedTuple):
-    """What became of the expected objects.
-
-    Attributes
-    ----------
-    begun
-        The objects that began.
-    keys
-        Their keys by their identities.
-    free
-        The detections that are left.
-    initiation
-        The tentative tracks, with the new objects counted.
-    log
-        The outcomes of the detections that were used.
-    """
-
-    begun: list[TrackedObject]
-    keys: dict[int, int]
-    free: list[Detection]
-    initiation: TrackInitiation
-    log: list[LoggedDetection]
 
 
 def admit(
     seed: int,
-    initiation: TrackInitiation,
+    created: int,
     expected: Sequence[Expected],
     objects: Sequence[TrackedObject],
     free: Sequence[Detection],
     frame: Frame,
     config: SceneConfig,
-) -> Admission:
-    """Return the expected objects that begin in a frame, and the detections that are left.
+) -> tuple[list[TrackedObject], dict[int, int], list[Detection]]:
+    """Return the expected objects that begin in a frame, their keys, and the detections left.
+
+    Identities go on from the number of objects that have been created; keys are by identity.
 
     An expected object begins at the free detection that holds most of its samples, and at least the
     share of the appearance rule, without further confirmation. It begins nowhere if an object is
     there already. A certain one without a detection begins where its samples fulfill the appearance
     rule.
     """
-    begun, keys, log = list[TrackedObject](), dict[int, int](), list[LoggedDetection]()
+    begun, keys, used = list[TrackedObject](), dict[int, int](), set[int]()
     if not expected:
-        return Admission(begun, keys, list(free), initiation, log)
+        return begun, keys, list(free)
     visible = [each for each in objects if not each.occluded]
     boxes = [*(each.track.box for each in visible), *(each.box for each in free)]
     held = _held([each.samples for each in expected], boxes, frame)
     fraction = config.tracker.presence.fraction
     places = dict(assign(np.where(held > fraction, 1 - held, np.inf)))
-    used = set[int]()
     for i, each in enumerate(expected):
-        identity = initiation.created + len(begun) + 1
+        identity = created + len(begun) + 1
         rng = np.random.Generator(np.random.PCG64((seed, identity)))
         n = places.get(i, len(boxes)) - len(visible)
         if n < 0 or (i not in places and not each.certain):
@@ -81,14 +54,11 @@ def admit(
         if found is None:
             continue
         if detection is not None:
-            log.append(LoggedDetection(detection, DetectionOutcome.EXPECTED, identity))
             used.add(n)
             found = found.vote(detection.label)
         begun.append(found)
         keys[identity] = each.key
-    left = [each for n, each in enumerate(free) if n not in used]
-    after = replace(initiation, created=initiation.created + len(begun))
-    return Admission(begun, keys, left, after, log)
+    return begun, keys, [each for n, each in enumerate(free) if n not in used]
 
 
 def _held(samples: Sequence[Floats], boxes: Sequence[Box], frame: Frame) -> Floats:

@@ -13,7 +13,6 @@ from motes.core.types import Floats
 from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances
 from motes.mot.boxes import as_rows
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.overlaps import merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
@@ -25,16 +24,16 @@ def associate(
     frame: Frame,
     dt: float,
     config: SceneConfig,
-) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
-    """Return the objects, the visible ones where they are detected; free detections; outcomes.
+) -> tuple[list[TrackedObject], list[Detection]]:
+    """Return the objects, the visible ones where they are detected; and free detections.
 
     A detection in which several objects lie is divided between them. The others are assigned one to
     one, by overlap and by appearance.
     """
-    after, log = list(objects), list[LoggedDetection]()
+    after = list(objects)
     visible = [n for n, each in enumerate(objects) if not each.occluded]
     if not visible or not detections:
-        return after, list(detections), log
+        return after, list(detections)
     places = as_rows(objects[n].predicted.box for n in visible)
     boxes = as_rows(each.box for each in detections)
 
@@ -44,7 +43,6 @@ def associate(
     blobs = merged_blobs(places, boxes, config.containment, config.association.merged_blob_ratio)
     taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
     for j, inside in blobs.items():
-        log.append(LoggedDetection(detections[j], DetectionOutcome.SEVERAL))
         if not inside:  # another such detection covers more of each of its objects
             continue
         shared = split_merged_blob(places[inside], detections[j].box)
@@ -59,10 +57,8 @@ def associate(
         detect(i, detections[j].box)
         found = after[visible[i]].update_velocity(config.smoothing.velocity, dt)
         after[visible[i]] = found.vote(detections[j].label)
-        identity = objects[visible[i]].identity
-        log.append(LoggedDetection(detections[j], DetectionOutcome.MATCHED, identity))
         taken.add(j)
-    return after, [each for j, each in enumerate(detections) if j not in taken], log
+    return after, [each for j, each in enumerate(detections) if j not in taken]
 
 
 def split_merged_blob(places: Floats, blob: Box) -> Floats:

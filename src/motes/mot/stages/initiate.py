@@ -8,7 +8,6 @@ import numpy as np
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.scene_config import SceneConfig
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
@@ -16,26 +15,23 @@ from motes.mot.tracked_object import TrackedObject
 
 def initiate(
     seed: int,
+    created: int,
     initiation: TrackInitiation,
     free: Sequence[Detection],
     frame: Frame,
     config: SceneConfig,
-) -> tuple[list[TrackedObject], TrackInitiation, list[LoggedDetection]]:
-    """Return the objects that begin in a frame, the tentative tracks after it, and outcomes.
+) -> tuple[list[TrackedObject], TrackInitiation]:
+    """Return the objects that begin in a frame, and the tentative tracks after it.
 
-    An object's random numbers depend only on the seed and its identity.
+    Identities go on from the number of objects that have been created. An object's random numbers
+    depend only on the seed and its identity.
     """
-    after, hits = initiation.update(frame.time, free, config.association.overlap, config.initiation)
-    begun, log = list[TrackedObject](), list[LoggedDetection]()
-    for each, confirmed in zip(free, hits, strict=True):
-        if confirmed is None:
-            log.append(LoggedDetection(each, DetectionOutcome.DOUBTFUL))
-        elif len(confirmed) < config.initiation.min_hits:
-            log.append(LoggedDetection(each, DetectionOutcome.CANDIDATE))
-        else:
-            identity = initiation.created + len(begun) + 1
-            rng = np.random.Generator(np.random.PCG64((seed, identity)))
-            new = TrackedObject.begin(identity, config.tracker, rng, frame, confirmed)
-            begun.append(new.vote(each.label))
-            log.append(LoggedDetection(each, DetectionOutcome.BORN, identity))
-    return begun, after, log
+    after, confirmed = initiation.update(
+        frame.time, free, config.association.overlap, config.initiation
+    )
+    begun = list[TrackedObject]()
+    for identity, (each, hits) in enumerate(confirmed, start=created + 1):
+        rng = np.random.Generator(np.random.PCG64((seed, identity)))
+        new = TrackedObject.begin(identity, config.tracker, rng, frame, hits)
+        begun.append(new.vote(each.label))
+    return begun, after

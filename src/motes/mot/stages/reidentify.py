@@ -12,7 +12,6 @@ from motes.core.frame import Frame
 from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances
 from motes.mot.boxes import as_rows
-from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 
@@ -23,16 +22,16 @@ def reidentify(
     frame: Frame,
     dt: float,
     config: SceneConfig,
-) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
-    """Return the objects, some visible again; the detections that stay free; outcomes.
+) -> tuple[list[TrackedObject], list[Detection]]:
+    """Return the objects, some visible again; and the detections that stay free.
 
     Detections are assigned one to one, by the distance from where an object, or its occluder,
     should be, and by appearance.
     """
-    after, log = list(objects), list[LoggedDetection]()
+    after = list(objects)
     occluded = [n for n, each in enumerate(objects) if each.occluded]
     if not occluded or not free:
-        return after, list(free), log
+        return after, list(free)
     lost = [objects[n] for n in occluded]
     boxes = as_rows(each.box for each in free)
     predicted = {each.identity: each.predicted for each in objects}
@@ -55,6 +54,5 @@ def reidentify(
         found = lost[i].detect(free[j].box, frame.time).vote(free[j].label)
         track = replace(found.track, distance=distance, confidence=confidence)
         after[occluded[i]] = replace(found, track=track)
-        log.append(LoggedDetection(free[j], DetectionOutcome.FOUND, found.identity))
         taken.add(j)
-    return after, [each for j, each in enumerate(free) if j not in taken], log
+    return after, [each for j, each in enumerate(free) if j not in taken]

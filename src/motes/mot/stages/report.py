@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.mot.boxes import as_rows
+from motes.mot.boxes import as_rows, room
 from motes.mot.overlaps import covered_pairs, grouped
 from motes.mot.scene_config import SceneConfig, Termination
 from motes.mot.tracked_object import SceneTrack, TrackedObject
@@ -44,17 +43,7 @@ def _covers(objects: Sequence[TrackedObject], containment: float) -> dict[int, l
 
 def _max_age(each: TrackedObject, frame: Frame, config: Termination, *, covered: bool) -> float:
     """Return for how many seconds without a detection an object is kept."""
-    if not _inside(each.track.box, frame):
+    if room(each.track.box, frame) <= 0:
         return config.max_age_at_border
     known = max(each.last_time - each.first_time, config.min_max_age)
     return min(config.max_age, known) * (COVERED_AGE_FACTOR if covered else 1)
-
-
-def _inside(box: Box, frame: Frame) -> bool:
-    """Return whether a box lies in the frame and does not touch its border."""
-    return (
-        box.x > 0
-        and box.y > 0
-        and box.x + box.width < frame.width
-        and box.y + box.height < frame.height
-    )
