@@ -331,7 +331,7 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         shown.until("s.pictured === 0")
         page.get_by_text("Draw a box or an ellipse around an object").wait_for()
         assert shown.state("[s.film.name, s.film.frames]") == ["sample-player.mp4", 200]
-        assert not page.locator(".tour").count()  # who has not asked for it sees none
+        page.get_by_text("Press B and drag a box around an object").wait_for()
         smoothing = "document.querySelector('.stage canvas').getContext('2d').imageSmoothingQuality"
         assert page.evaluate(smoothing) == "high"
         page.locator("#play").click()
@@ -346,27 +346,6 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         shown.close()
     finally:
         program.close()
-
-
-def test_the_tour_is_done_while_it_is_shown(shown: Shown) -> None:
-    """It says at once that a film is made, and at each step that it was done."""
-    page, tour = shown.page, shown.page.locator(".tour")
-    page.get_by_role("button", name="Take the tour").click()
-    page.get_by_text("The sample film is made").wait_for()
-    tour.get_by_text("1 of 5").wait_for()
-    shown.until("s.pictured === 0")
-    shown.drag((300, 150), (360, 200))
-    tour.get_by_text("✓ Object 1 is drawn").wait_for()
-    tour.get_by_role("button", name="Next").click()
-    tour.get_by_text("2 of 5").wait_for()
-    page.locator("#track").click()
-    tour.get_by_text("✓ It is tracked").wait_for()
-    tour.get_by_role("button", name="Next").focus()
-    for step in range(3, 6):
-        page.keyboard.press("Enter")
-        tour.get_by_text(f"{step} of 5").wait_for()
-    page.keyboard.press("Enter")
-    tour.wait_for(state="detached")
 
 
 def test_a_film_that_was_left_untouched_opens_the_same_session(shown: Shown) -> None:

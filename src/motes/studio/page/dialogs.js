@@ -1,4 +1,4 @@
-// The dialogs: help, the tour, absence, comparison, removal. Files have their own in files.js.
+// The dialogs: help, absence, comparison, removal. Files have their own in files.js.
 
 import { ask } from "./api.js";
 import { announce } from "./announce.js";
@@ -8,7 +8,6 @@ import { selectedItem } from "./derived.js";
 import { trackerFields } from "./trackers.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
-import { startTour } from "./tour.js";
 
 let numbered = 0;
 
@@ -34,7 +33,6 @@ export function makeDialogs(app) {
       element("section", {}, element("h3", {}, title), element("dl", {}, keys.map(([names, what]) => [
         element("dt", {}, names.map((name) => element("kbd", {}, name))), element("dd", {}, what),
       ])))))),
-    tour: () => startTour(app),
     exports: () => showExports(app),
     command: () => showCommand(app),
 

@@ -15,9 +15,7 @@ export function mountHome(root, app) {
     element("div", { class: "intro" },
       element("h1", {}, "See, correct and trust tracks"),
       element("p", { class: "muted" }, "Open a film, draw around an object, watch it being followed, and correct the frames in doubt."),
-      element("div", { class: "row" },
-        button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" }),
-        button("Take the tour", () => app.dialogs.tour(), { text: "Take the tour", class: "plain" }))),
+      button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" })),
     dropZone(app),
     element("div", { class: "lists" },
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
@@ -65,7 +63,7 @@ const SAMPLES = {
 };
 
 /** Open a sample film; the server renders it when it is first asked for. */
-export async function openSample(app, sample = "beetle") {
+async function openSample(app, sample = "beetle") {
   const made = announce("The sample film is made and opened. This takes some seconds …");
   try {
     const { name } = await ask(`/api/samples/${sample}`, { method: "POST" });

@@ -206,9 +206,10 @@ const HINTS = {
   ground: "Click four points of the ground that you know in metres",
 };
 
-function hintOf({ tool, draft, corners, redrawing, session, selected }) {
+function hintOf({ tool, draft, corners, redrawing, session, selected, scene }) {
   if (draft?.byKeys) return "Arrows move, Ctrl and arrows resize, [ ] turn; Enter sets, Escape ends";
   if (tool === "ground" && corners.length) return `Point ${corners.length} of 4: enter its metres in Count`;
   if (redrawing) return `Draw ${itemOf({ session }, selected)?.name ?? "the object"} again in this frame`;
-  return HINTS[tool] ?? "";
+  const first = "Press B and drag a box around an object; then T tracks it";
+  return HINTS[tool] ?? (tool === "select" && !session.objects.length && !scene.length ? first : "");
 }
