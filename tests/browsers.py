@@ -130,7 +130,7 @@ class Shown:
 
     def take(self, preset: str, config: str | None = None) -> None:
         """Let objects that are drawn from now on have a tracker."""
-        given = json.dumps({"preset": preset, "config": config, "seed": 0, "network": []})
+        given = json.dumps({"preset": preset, "config": config, "seed": 0})
         self.page.evaluate(f"{START} app.store.set({{ tracker: {given} }}))")
 
     def choose_tracker(self, where: str, name: str) -> None:

@@ -109,6 +109,7 @@ class Both:
             (self.at / name).write_text(text)
         words = found["command"].split()
         assert words[:3] == ["motes", "track", "film.mkv"]
+        words = [str(self.at / word) if word in found["files"] else word for word in words]
         assert main([*words[1:-1], str(self.at / output)]) == 0
         return (self.at / output).read_bytes()
 
@@ -427,35 +428,12 @@ def test_errors_are_replies(page: Page) -> None:
     assert page.item(number).preset == "mean_shift"
 
 
-def test_a_network_joins_the_tracker(client: httpx.Client, both: Both, tmp_path: Path) -> None:
-    paths = [Path(path) for path in save_pair(tmp_path)]
-    data = [path.read_bytes() for path in paths]
-
-    def sent(*files: bytes) -> httpx.Response:
-        sizes = [str(len(each)) for each in files]
-        words = {"name": [path.name for path in paths[: len(files)]], "size": sizes}
-        return client.post("/api/networks", params=words, content=b"".join(files))
-
-    for files, words in (
-        ((data[0], data[1][:100]), "head.onnx is cut off"),
-        ((data[0],), "no known kind of network"),
-        ((data[0], b""), "head.onnx is empty"),
-    ):
-        refused = sent(*files)
-        assert refused.status_code == 400
-        assert words in refused.json()["error"]
-    assert client.get("/api/networks").json() == []
-    files = sent(*data).json()
-    assert sent(*data).json() == files
-    assert client.get("/api/networks").json() == [files]
+def test_a_network_of_the_configuration_joins_the_tracker(both: Both) -> None:
     page = both.page
-    number = page.drawn(preset="default", network=files)
-    assert page.item(number).network == tuple(files)
+    files = json.dumps(save_pair(both.at))
+    number = page.drawn(preset="default", config=f"network.files = {files}")
     page.tracked(number)
     assert both.repeated(number, "rows.csv") == both.exported(number)
-    error = page.ask("change_object", object=number, preset="nummiaro").error
-    assert error is not None
-    assert "nummiaro takes no network" in error
     alone = page.do("compare", object=number, preset="default").object
     assert alone is not None
     page.tracked(alone)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 
 import msgspec
 from msgspec import UNSET
@@ -30,7 +30,7 @@ class DrawnTarget(messages.Subject, frozen=True):
         The drawn regions, by frame.
     absent
         First and last frames of absences, in order, apart from each other.
-    corrections, compared, network
+    corrections, compared
         As in `messages.Item`.
     """
 
@@ -38,12 +38,11 @@ class DrawnTarget(messages.Subject, frozen=True):
     absent: tuple[tuple[int, int], ...] = ()
     corrections: int = 0
     compared: int | None = None
-    network: tuple[str, ...] = ()
 
     @property
     def tracker(self) -> TrackerConfig:
         """The configuration of the tracker."""
-        return tracker_of(self.preset, self.config, self.network)
+        return tracker_of(self.preset, self.config)
 
     @property
     def frames(self) -> range:
@@ -116,8 +115,8 @@ RowAt = Callable[[int, int], Region | None]
 """The place of an object in a frame, from its rows; None where there is none."""
 
 
-def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> TrackerConfig:
-    """Return the configuration of a preset, changed by the text of a file, with a network's files.
+def tracker_of(name: str, toml: str | None) -> TrackerConfig:
+    """Return the configuration of a preset, changed by the text of a file.
 
     Raises
     ------
@@ -125,14 +124,7 @@ def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> Trac
         For an unknown preset or key, or a value that does not fit.
     """
     base = preset(name)
-    values = {} if toml is None else from_toml(toml, "the configuration")
-    if network:
-        if "network" not in base.__struct_fields__:
-            raise ConfigError(f"Preset {name} takes no network; choose none, or another preset.")
-        if "network" in values:
-            raise ConfigError("The configuration has a network too; choose one of the two.")
-        values = {**values, "network": {"files": [*network]}}
-    return configure(base, values) if values else base
+    return base if toml is None else configure(base, from_toml(toml, "the configuration"))
 
 
 def regions_of(places: Places) -> Regions:
@@ -176,7 +168,7 @@ def changed(
         case commands.AddObject():
             return _added(document, command, film)
         case commands.ChangeObject():
-            names = ("name", "color", "preset", "config", "seed", "network")
+            names = ("name", "color", "preset", "config", "seed")
             given = {name: getattr(command, name) for name in names}
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(_own(document, command.object, compared=True), **given)
@@ -239,7 +231,6 @@ def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> t
     target = DrawnTarget(
         number, command.name or f"object {number}", command.color, command.preset,
         command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
-        network=command.network,
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number
@@ -384,7 +375,7 @@ def _compared(document: Document, command: commands.Compare) -> tuple[Document, 
     name = f"{of.name}: {'file' if command.config is not None else command.preset}"
     target = replace(
         of, object=number, name=name[:100], preset=command.preset, config=command.config,
-        seed=command.seed, network=command.network, compared=of.object, corrections=0,
+        seed=command.seed, compared=of.object, corrections=0,
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number

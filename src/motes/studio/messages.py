@@ -33,11 +33,10 @@ class OpenFilm(msgspec.Struct, frozen=True):
 
 
 class Preset(msgspec.Struct, frozen=True):
-    """A tracker that can be chosen, in one line, and whether a trained network may join it."""
+    """A tracker that can be chosen, in one line."""
 
     name: str
     summary: str
-    network: bool = False
 
 
 class Presets(msgspec.Struct, frozen=True):
@@ -113,8 +112,6 @@ class Item(Subject, frozen=True):
         Names of the tracker's cues, in the order of the weights in its rows.
     tracked
         Whether it has been tracked; corrections are then followed by themselves.
-    network
-        As in `AddObject`.
     """
 
     keyframes: list[Keyframe]
@@ -123,7 +120,6 @@ class Item(Subject, frozen=True):
     compared: int | None
     cues: list[str]
     tracked: bool
-    network: tuple[str, ...] = ()
 
 
 JobStatus = Literal["waiting", "running", "paused", "done", "stopped", "failed"]

@@ -55,16 +55,12 @@ class Limits:
         Bytes of all uploaded films.
     imported
         Bytes of a file of tracks.
-    network
-        Bytes of the files of a trained network.
     pixels
         Pixels of a frame.
     frames
         Frames of a film.
     sessions
         Sessions that are open at once.
-    objects
-        Objects of a session.
     jobs
         Jobs that a session has at once.
     memory
@@ -76,11 +72,9 @@ class Limits:
     upload: int = 8 << 30
     uploads: int = 64 << 30
     imported: int = 64 << 20
-    network: int = 256 << 20
     pixels: int = 7680 * 4320
     frames: int = 1_000_000
     sessions: int = 16
-    objects: int = 50
     jobs: int = 20
     memory: int = 4 << 30
     silence: float = 60.0

@@ -59,8 +59,6 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/uploads", _plain(api.upload), methods=["POST"]),
         Route("/api/samples/{name}", _plain(api.sample), methods=["POST"]),
         Route("/api/presets", _plain(api.presets)),
-        Route("/api/networks", _plain(api.networks)),
-        Route("/api/networks", _plain(api.take_network), methods=["POST"]),
         Route("/api/sessions", _plain(api.sessions)),
         Route("/api/sessions", _plain(api.begin), methods=["POST"]),
         Route("/api/sessions/{id}", _plain(api.session)),
@@ -161,17 +159,6 @@ class _Api:
 
     async def presets(self, _: Request) -> Response:
         return _json(presets())
-
-    async def networks(self, _: Request) -> Response:
-        return _json(self._studio.networks.listed())
-
-    async def take_network(self, request: Request) -> Response:
-        """Take the files of a trained network: names and sizes in the address, bytes in a row."""
-        names, sizes = (request.query_params.getlist(each) for each in ("name", "size"))
-        if not all(each.isdecimal() and len(each) < 16 for each in sizes):
-            raise ConfigError("The size of a file is a whole number; send it again.")
-        found = await self._studio.networks.take(names, [*map(int, sizes)], request.stream())
-        return _json(found, 201)
 
     async def sessions(self, _: Request) -> Response:
         return _json(self._studio.sessions())

@@ -188,7 +188,7 @@ class LiveSession:
             target.object, target.name, target.color, target.preset, target.config, target.seed,
             target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
             [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
-            target.object in self._tracked, target.network,
+            target.object in self._tracked,
         )  # fmt: skip
 
     # What pages ask for.
@@ -230,8 +230,7 @@ class LiveSession:
             assert number is not None
             self._set_tracked({*self._tracked, number})
         tracker = isinstance(command, commands.ChangeObject) and any(
-            each is not UNSET
-            for each in (command.preset, command.config, command.seed, command.network)
+            each is not UNSET for each in (command.preset, command.config, command.seed)
         )
         if tracker and number is not None:
             self._set_tracked(self._tracked - {number})

@@ -11,7 +11,6 @@ import pytest
 
 from browsers import FRAMES, MIDDLE, START, Shown
 from motes.cli import main
-from onnx_trackers import save_pair
 
 pytestmark = pytest.mark.slow
 
@@ -280,30 +279,6 @@ def test_names_stay_within_the_stage(shown: Shown) -> None:
         " [0, 0, 100, 80], 2)))"
     )
     assert places == [[0, 42], [70, 42], [35, 10], [35, 80], [35, 42]]
-
-
-def test_a_network_is_chosen_once(shown: Shown, tmp_path: Path) -> None:
-    pair = save_pair(tmp_path)
-    shown.open(tracker="default")
-    shown.draw()
-    chooser = shown.page.locator("#left").get_by_label("Files of a network")
-    chooser.set_input_files(pair[:1])
-    shown.page.get_by_text("no known kind of network").wait_for()
-    assert shown.state("s.session.objects[0].network") == []
-    chooser.set_input_files(pair)
-    shown.until("s.session.objects[0].network.length === 2")
-    menu = shown.page.locator("#left").get_by_label("Trained network")
-    chosen = menu.locator("option:checked", has_text="backbone.onnx, head.onnx")
-    chosen.wait_for(state="attached")  # the menu may be another element by now
-    shown.page.reload()
-    shown.until("s.networks.length === 1 && s.pictured === 0")
-    shown.draw((20, 20), (60, 60))
-    shown.until("s.session.objects[1].network.length === 2")
-    menu.select_option("None")
-    shown.until("s.session.objects[1].network.length === 0")
-    shown.choose_tracker("#left", "mean_shift")
-    shown.until("s.session.objects[1].preset === 'mean_shift'")
-    menu.wait_for(state="detached")
 
 
 def test_films_and_figures_are_those_of_the_command_line(

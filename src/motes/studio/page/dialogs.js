@@ -52,9 +52,9 @@ export function makeDialogs(app) {
     compare() {
       const item = selectedItem(store.state);
       if (!item) return;
-      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed, network: [] };
+      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
       const place = element("div");
-      const paint = () => fillAnew(place, [chosen, store.state.networks], () => trackerFields(app, chosen, (changes) => {
+      const paint = () => fillAnew(place, chosen, () => trackerFields(app, chosen, (changes) => {
         Object.assign(chosen, changes);
         paint();
       }));

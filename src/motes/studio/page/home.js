@@ -3,7 +3,6 @@
 import { ask, send } from "./api.js";
 import { announce } from "./announce.js";
 import { button, element, fillAnew, icon } from "./dom.js";
-import { recallNetwork } from "./trackers.js";
 
 export function mountHome(root, app) {
   const { store } = app;
@@ -27,11 +26,10 @@ export function mountHome(root, app) {
 /** Read the lists again: the person is on the first page. */
 export async function refreshHome({ store }) {
   try {
-    const [films, sessions, presets, networks] = await Promise.all([
-      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"), ask("/api/networks"),
+    const [films, sessions, presets] = await Promise.all([
+      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"),
     ]);
-    store.set({ films, sessions, presets, networks });
-    recallNetwork(store);
+    store.set({ films, sessions, presets });
   } catch (error) {
     announce(`The server does not answer: ${error.message}`, "error");
   }

@@ -9,7 +9,6 @@ export const initialState = () => ({
   films: null,
   sessions: null,
   presets: null,
-  networks: [],
   // how the page looks
   theme: "system",
   looks: 0,
@@ -18,7 +17,7 @@ export const initialState = () => ({
   shown: new Set(LAYERS),
   lanes: new Set(LANES),
   speed: 1,
-  tracker: { preset: "default", config: null, seed: 0, network: [] },
+  tracker: { preset: "default", config: null, seed: 0 },
   ...freshSession(),
 });
 
