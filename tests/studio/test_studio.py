@@ -12,7 +12,6 @@ from pathlib import Path
 import httpx
 import msgspec
 import pytest
-from PIL import Image
 
 from motes.cli import main
 from motes.formats.registry import FORMATS
@@ -272,13 +271,11 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
         str(at / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
         for word in found["command"].split()
     ]
-    assert main([*words[1:], "--slit", str(at / "slit.png")]) in (0, 4)
+    assert main(words[1:]) in (0, 4)
     assert both.get("export", scene=1, format="csv").content == (at / "rows.csv").read_bytes()
     events = both.get("export", scene=1, format="events").content
     lines = (at / "events.jsonl").read_bytes().splitlines()
     assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
-    with Image.open(io.BytesIO(both.get("slit", line="door").content)) as ours:
-        assert ours == Image.open(at / "slit.png")
 
 
 def cells(data: bytes) -> list[list[str]]:
@@ -368,7 +365,7 @@ def test_what_cannot_be_imported_is_one_line(
     assert tempfile.gettempdir() not in error
 
 
-def test_films_and_figures_are_made(both: Both) -> None:
+def test_films_of_one_and_of_several_objects_are_made(both: Both) -> None:
     page = both.page
     number = page.drawn(preset="nummiaro")
     page.tracked(number)
@@ -378,7 +375,6 @@ def test_films_and_figures_are_made(both: Both) -> None:
     assert both.get("film").content[4:8] == b"ftyp"
     rows = both.get("export", format="csv").content.decode().splitlines()
     assert len(rows) == 1 + 2 * FRAMES
-    assert both.get("figures", object=number).content.startswith(b"PK")
     assert both.get("export", format="yolo").content.startswith(b"PK")
 
 

@@ -64,7 +64,6 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}", _plain(api.session)),
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
-        Route("/api/sessions/{id}/foreground/{index:int}.png", _plain(api.foreground)),
         Route("/api/sessions/{id}/layers/{index:int}", _plain(api.layers)),
         Route("/api/sessions/{id}/doubts", _plain(api.doubts)),
         Route("/api/sessions/{id}/strip", _plain(api.strip)),
@@ -72,8 +71,6 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
         Route("/api/sessions/{id}/command", _plain(api.command)),
         Route("/api/sessions/{id}/film", _plain(api.film)),
-        Route("/api/sessions/{id}/figures", _plain(api.figures)),
-        Route("/api/sessions/{id}/slit", _plain(api.slit)),
         Route("/api/formats", _plain(api.formats)),
         WebSocketRoute("/api/sessions/{id}/ws", api.talk),
     ]
@@ -188,11 +185,6 @@ class _Api:
         data = await session.picture(index, width)
         return Response(data, media_type="image/jpeg", headers=headers)
 
-    async def foreground(self, request: Request) -> Response:
-        session = await self._session(request)
-        data = await files.foreground(session, request.path_params["index"])
-        return Response(data, media_type="image/png")
-
     async def layers(self, request: Request) -> Response:
         session, number = await self._session(request), _needed_object(request)
         wanted = request.query_params.get("layers", "")
@@ -232,14 +224,6 @@ class _Api:
 
     async def film(self, request: Request) -> Response:
         return _download(await files.film(await self._session(request), _object(request)))
-
-    async def figures(self, request: Request) -> Response:
-        number = _needed_object(request)
-        return _download(await files.figures(await self._session(request), number))
-
-    async def slit(self, request: Request) -> Response:
-        line = request.query_params.get("line", "line 1")
-        return _download(await files.slit(await self._session(request), line))
 
     async def formats(self, _: Request) -> Response:
         known = FORMATS.usable().items()

@@ -36,7 +36,6 @@ export const freshSession = () => ({
   scene: [],
   events: [],
   counts: null,
-  foreground: null,
   // what the person looks at
   frame: 0,
   pictured: null, // the frame whose picture is on the stage
