@@ -172,7 +172,7 @@ class Shown:
             "s.session.objects.every(({ object, tracked, first, last }) => !tracked || Array.from("
             "{ length: last - first + 1 }, (_, at) => s.rows.get(object)?.[first + at])"
             ".every((row) => row?.final)) && [...s.jobs.values()].every(({ status }) => "
-            "!['waiting', 'running', 'paused'].includes(status))"
+            "!['waiting', 'running'].includes(status))"
         )
 
     def go(self, frame: int) -> None:

@@ -104,18 +104,6 @@ class TrackCommand(_Command, frozen=True, tag="track"):
     objects: Few = []
 
 
-class Pause(_Command, frozen=True, tag="pause"):
-    """Let a job wait."""
-
-    job: Number
-
-
-class Resume(_Command, frozen=True, tag="resume"):
-    """Let a job that waits go on."""
-
-    job: Number
-
-
 class Stop(_Command, frozen=True, tag="stop"):
     """End a job; the rows so far are kept."""
 
@@ -206,8 +194,6 @@ Command = (
     | Split
     | Join
     | TrackCommand
-    | Pause
-    | Resume
     | Stop
     | Undo
     | Redo

@@ -122,7 +122,7 @@ class Item(Subject, frozen=True):
     tracked: bool
 
 
-JobStatus = Literal["waiting", "running", "paused", "done", "stopped", "failed"]
+JobStatus = Literal["waiting", "running", "done", "stopped", "failed"]
 
 
 class Progress(msgspec.Struct, frozen=True, tag="progress"):

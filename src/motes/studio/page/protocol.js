@@ -11,8 +11,6 @@ export const COMMANDS = {
   split: ["object", "frame"],
   join: ["object", "other"],
   track: ["objects"],
-  pause: ["job"],
-  resume: ["job"],
   stop: ["job"],
   undo: [],
   redo: [],
