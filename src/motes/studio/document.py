@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from motes.core.config import from_dict, from_toml
 from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse, as_ellipse, region_within
+from motes.core.geometry import as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
 from motes.mot.analytics.regions import Regions
 from motes.sot.presets import TrackerConfig, configure, preset
@@ -52,15 +52,13 @@ class DrawnTarget(messages.Subject, frozen=True):
     @property
     def marks(self) -> Keyframes:
         """The keyframes, as the library takes them."""
-        marked: dict[int, Ellipse | None] = {
-            frame: as_ellipse(region) for frame, region in self.keys.items()
-        }
-        marked |= {t: None for first, last in self.absent for t in range(first, last + 1)}
-        return dict(sorted(marked.items()))
+        drawn = {frame: as_ellipse(region) for frame, region in self.keys.items()}
+        return dict(sorted({**drawn, **dict.fromkeys(self.absences)}.items()))
 
-    def is_absent(self, frame: int) -> bool:
-        """Return whether the object is marked as absent in a frame."""
-        return any(first <= frame <= last for first, last in self.absent)
+    @property
+    def absences(self) -> set[int]:
+        """The frames of absences."""
+        return {frame for first, last in self.absent for frame in range(first, last + 1)}
 
 
 class Document(msgspec.Struct, frozen=True):
@@ -249,11 +247,10 @@ def _marked(
     target = _own(document, command.object)
     _check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
-    keys = dict(sorted({**target.keys, command.frame: command.region}.items()))
     target = replace(
         target,
-        keys=keys,
-        absent=_without(target.absent, command.frame, command.frame),
+        keys=dict(sorted({**target.keys, command.frame: command.region}.items())),
+        absent=ranges(target.absences - {command.frame}),
         corrections=target.corrections + 1,
     )
     return _with(document, target), target.object
@@ -261,12 +258,12 @@ def _marked(
 
 def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Document, int]:
     target = _own(document, command.object)
-    if command.frame not in target.keys and not target.is_absent(command.frame):
+    if command.frame not in target.keys.keys() | target.absences:
         raise ConfigError(f"Frame {command.frame} is not marked.")
     keys = {frame: region for frame, region in target.keys.items() if frame != command.frame}
     if not keys:
         raise ConfigError("An object needs a keyframe; remove the object instead.")
-    absent = _without(target.absent, command.frame, command.frame)
+    absent = ranges(target.absences - {command.frame})
     return _with(document, replace(target, keys=keys, absent=absent)), target.object
 
 
@@ -279,66 +276,48 @@ def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, 
     keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
     if not keys:
         raise ConfigError("The object would have no keyframe; draw it in another frame first.")
-    absent = merged([*_without(target.absent, first, last), (first, last)])
+    absent = ranges(target.absences | {*range(first, last + 1)})
     target = replace(target, keys=keys, absent=absent, corrections=target.corrections + 1)
     return _with(document, target), target.object
 
 
-def merged(ranges: Iterable[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Return ranges of frames that are apart, given those that may touch each other, in order."""
+def ranges(frames: Iterable[int]) -> tuple[tuple[int, int], ...]:
+    """Return the first and last frames of runs of frames, in order."""
     found: list[tuple[int, int]] = []
-    for first, last in sorted(ranges):
-        if found and first == found[-1][1] + 1:
-            found[-1] = found[-1][0], last
+    for frame in sorted(frames):
+        if found and frame == found[-1][1] + 1:
+            found[-1] = found[-1][0], frame
         else:
-            found.append((first, last))
+            found.append((frame, frame))
     return tuple(found)
-
-
-def _without(
-    ranges: tuple[tuple[int, int], ...], first: int, last: int
-) -> tuple[tuple[int, int], ...]:
-    """Return ranges without the frames from `first` to `last`."""
-    parts = [
-        part
-        for begin, end in ranges
-        for part in ((begin, min(end, first - 1)), (max(begin, last + 1), end))
-    ]
-    return tuple(part for part in dict.fromkeys(parts) if part[0] <= part[1])
 
 
 def _part(target: DrawnTarget, first: int, last: int) -> DrawnTarget:
     """Return an object with a part of its frames, and the marks in them."""
-    outside = _without(target.absent, 0, first - 1) if first else target.absent
-    return replace(
-        target,
-        first=first,
-        last=last,
-        keys={frame: each for frame, each in target.keys.items() if first <= frame <= last},
-        absent=_without(outside, last + 1, target.last),
-    )
+    keys = {frame: each for frame, each in target.keys.items() if first <= frame <= last}
+    absent = ranges(target.absences & {*range(first, last + 1)})
+    return replace(target, first=first, last=last, keys=keys, absent=absent)
+
+
+def _with_keyframe(target: DrawnTarget, frame: int, row_at: RowAt) -> DrawnTarget:
+    """Return an object with a keyframe: if it has none, its place in a frame."""
+    if target.keys:
+        return target
+    region = row_at(target.object, frame)
+    if region is None:
+        raise ConfigError(
+            f"{target.name} has no place in frame {frame}; draw it there, or track it first."
+        )
+    return replace(target, keys={frame: region})
 
 
 def _split(document: Document, command: commands.Split, row_at: RowAt) -> tuple[Document, int]:
     target, frame = _own(document, command.object), command.frame
     if frame not in target.frames[1:]:
         raise ConfigError(f"{target.name} cannot be split at frame {frame}; choose a later one.")
-    before, after = _part(target, target.first, frame - 1), _part(target, frame, target.last)
+    after = _with_keyframe(_part(target, frame, target.last), frame, row_at)
+    before = _with_keyframe(_part(target, target.first, frame - 1), frame - 1, row_at)
     number = document.following
-    if not after.keys:
-        region = row_at(target.object, frame)
-        if region is None:
-            raise ConfigError(
-                f"{target.name} has no place in frame {frame}; draw it there, or track it first."
-            )
-        after = replace(after, keys={frame: region})
-    if not before.keys:
-        region = row_at(target.object, frame - 1)
-        if region is None:
-            raise ConfigError(
-                f"{target.name} has no place in frame {frame - 1}; draw it there first."
-            )
-        before = replace(before, keys={frame - 1: region})
     before = replace(before, corrections=before.corrections + 1)
     after = replace(after, object=number, name=f"{target.name} (2)", corrections=0)
     return appended(_with(document, before), after), number
@@ -353,17 +332,13 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
         raise ConfigError(
             f"{one.name} and {other.name} differ in frame {min(clash)}; remove a keyframe there."
         )
-    absent = one.absent
-    for first, last in other.absent:
-        absent = tuple(sorted([*_without(absent, first, last), (first, last)]))
-    for frame in (*one.keys, *other.keys):
-        absent = _without(absent, frame, frame)
+    keys = dict(sorted({**one.keys, **other.keys}.items()))
     target = replace(
         one,
         first=min(one.first, other.first),
         last=max(one.last, other.last),
-        keys=dict(sorted({**one.keys, **other.keys}.items())),
-        absent=absent,
+        keys=keys,
+        absent=ranges((one.absences | other.absences) - keys.keys()),
         corrections=one.corrections + other.corrections + 1,
     )
     left = [each for each in document.targets if other.object not in (each.object, each.compared)]
