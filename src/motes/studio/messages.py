@@ -263,7 +263,6 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
     covariance: tuple[float, float, float]
     particles: list[tuple[float, float, float, float, float]]
     weights: list[float]
-    cue_weights: dict[str, float]
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
@@ -306,7 +305,6 @@ class Layers(msgspec.Struct, frozen=True):
 
     object: int
     frame: int
-    ellipse: tuple[float, float, float, float, float]
     rho: Surface | None = None
     likelihoods: dict[str, Surface] = {}
     particles: list[tuple[float, float, float, float, float]] = []
