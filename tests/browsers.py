@@ -130,7 +130,7 @@ class Shown:
 
     def take(self, preset: str, config: str | None = None) -> None:
         """Let objects that are drawn from now on have a tracker."""
-        given = json.dumps({"preset": preset, "config": config, "seed": 0, "network": []})
+        given = json.dumps({"preset": preset, "config": config, "seed": 0})
         self.page.evaluate(f"{START} app.store.set({{ tracker: {given} }}))")
 
     def choose_tracker(self, where: str, name: str) -> None:
@@ -172,7 +172,7 @@ class Shown:
             "s.session.objects.every(({ object, tracked, first, last }) => !tracked || Array.from("
             "{ length: last - first + 1 }, (_, at) => s.rows.get(object)?.[first + at])"
             ".every((row) => row?.final)) && [...s.jobs.values()].every(({ status }) => "
-            "!['waiting', 'running', 'paused'].includes(status))"
+            "!['waiting', 'running'].includes(status))"
         )
 
     def go(self, frame: int) -> None:

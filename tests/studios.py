@@ -33,7 +33,7 @@ FRAMES = 40
 BOX = (30.0, 25.0, 30.0, 40.0)
 SLOW = "particles = 100000"
 """A configuration whose run goes on while a test acts, on any computer: 0.1 s or more a frame."""
-ACTIVE = ("waiting", "running", "paused")
+ACTIVE = ("waiting", "running")
 PATIENCE = 600.0
 """Seconds after which an answer is taken to be missing."""
 

@@ -17,16 +17,17 @@ import pytest
 
 import loops
 from motes.core.errors import MotesError
-from motes.sot.presets import preset
+from motes.studio.document import tracker_of
 from motes.studio.pictures import picture
 from motes.studio.plan import RunPass
-from motes.studio.processes import Wish, Worker, film_worker
+from motes.studio.processes import Worker
 from motes.studio.safety import Limits
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio
+from motes.studio.tables import unpack
 from motes.studio.tracking import run_passes
-from motes.studio.workplace import PAUSE, STOP, Done, Part, Task
-from studios import begin, film, running
+from motes.studio.workplace import Part, Task
+from studios import SLOW, begin, film, running
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +60,7 @@ class Begun:
             finally:
                 self.ended.append(index)
 
-        async def noted_begin(worker: Worker, task: Task, *rest: Any) -> Done:
+        async def noted_begin(worker: Worker, task: Task, *rest: Any) -> bytes:
             if isinstance(task, partial) and task.func is picture:
                 self.workers.append(worker)
                 self.begun.append(task.keywords["index"])
@@ -103,32 +104,36 @@ def test_a_picture_that_is_given_up_is_not_decoded(
     assert found.begun == [0, 5, 8]
 
 
-def test_a_wish_counts_from_before_the_begin(tmp_path: Path) -> None:
+def test_a_task_that_is_cancelled_ends_or_never_begins(tmp_path: Path) -> None:
     path = film(tmp_path / "film.mkv", frames=12)
-    run = RunPass(preset("mean_shift"), 0, 0, (45.0, 45.0, 15.0, 20.0, 0.0), 11)
-    task = partial(run_passes, passes=[run])
+    ellipse = (45.0, 45.0, 15.0, 20.0, 0.0)
+    slow, quick = (
+        partial(run_passes, passes=[RunPass(tracker_of(*each), 0, 0, ellipse, 11)])
+        for each in (("nummiaro", SLOW), ("mean_shift", None))
+    )
 
     async def tried() -> None:
-        worker, paused, stopped = film_worker(path, Limits(), background=True), Wish(), Wish()
-        parts: list[Part] = []
-        first = asyncio.Event()
+        worker, first = Worker(path, Limits()), asyncio.Event()
+        frames: dict[str, int] = {"slow": 0, "waiting": 0, "quick": 0}
 
-        def part(part: Part) -> None:
-            parts.append(part)
-            first.set()
+        def count(name: str) -> Callable[[Part], None]:
+            def part(part: Part) -> None:
+                frames[name] += len(unpack(part.data, 1))
+                first.set()
 
-        paused.set(PAUSE)
-        stopped.set(STOP)
-        work = asyncio.create_task(worker.run(task, part, paused))
+            return part
+
+        begun = asyncio.create_task(worker.run(slow, count("slow")))
         await first.wait()
-        assert worker._wish.value == PAUSE
-        paused.set(STOP)
-        assert (await work).stopped
-        parts.clear()
-        assert (await worker.run(task, part, stopped)).stopped
-        assert not parts
-        assert not (await worker.run(task, part)).stopped
+        waiting = asyncio.create_task(worker.run(slow, count("waiting")))
+        await asyncio.sleep(0)
+        for each in (begun, waiting):
+            each.cancel()
+        await worker.run(quick, count("quick"))
         worker.close()
+        assert begun.cancelled()
+        assert 0 < frames["slow"] < 12
+        assert (frames["waiting"], frames["quick"]) == (0, 12)
 
     loops.run(tried(), PATIENCE)
 

@@ -41,7 +41,7 @@ def test_what_is_no_command_is_refused(text: str) -> None:
 
 
 def overlay(frame: int) -> messages.Overlay:
-    return messages.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [], {})
+    return messages.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [])
 
 
 def row(frame: int) -> Table:

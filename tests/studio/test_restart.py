@@ -2,37 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from motes.studio import messages
-from studios import FRAMES, Page, Program, begin, film, looking, running
+from studios import Page, Program, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
 
 
-def test_a_run_of_many_objects_goes_on_after_a_restart(tmp_path: Path) -> None:
-    folder = tmp_path / "films"
-    folder.mkdir()
-    film(folder / "film.mkv")
-    with running(folder, tmp_path / "data") as client:
-        session = begin(client)
-        with looking(client, session) as page:
-            job = page.do("watch", seed=2).job
-            page.do("pause", job=job)
-    for _ in range(2):  # once it has ended, it does not begin again
-        with running(folder, tmp_path / "data") as client, looking(client, session) as page:
-            page.until(lambda: all(each.status == "done" for each in page.jobs.values()))
-            page.until(
-                lambda: sum(len(rows.frames) for rows in page.of(messages.FoundScene)) == FRAMES
-            )
-            found = [*page.jobs.values()]
-    assert not found
-
-
-def test_a_run_of_many_objects_begins_again_after_a_kill(tmp_path: Path) -> None:
-    """Frames that were found before the kill are not there twice."""
+@pytest.mark.parametrize("end", [Program.kill, Program.close])
+def test_a_run_of_many_objects_begins_again(end: Callable[[Program], None], tmp_path: Path) -> None:
+    """Frames that were found before are not there twice."""
     frames = 80
 
     def found(page: Page) -> list[int]:
@@ -46,7 +29,7 @@ def test_a_run_of_many_objects_begins_again_after_a_kill(tmp_path: Path) -> None
         with looking(client, session) as page:
             page.do("watch", seed=2)
             page.until(lambda: found(page))
-            program.kill()
+            end(program)
     for runs in (1, 0):
         with running(folder, tmp_path / "data") as client, looking(client, session) as page:
             assert len(page.jobs) == runs

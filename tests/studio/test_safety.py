@@ -32,7 +32,7 @@ from motes.studio import connections, messages, protocol
 from motes.studio.containers import check_container
 from motes.studio.films import Films
 from motes.studio.pictures import picture
-from motes.studio.processes import WorkerError, film_worker
+from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
 from motes.video.film import Film
@@ -208,14 +208,13 @@ DEEP = "[" * 100_000
         lambda client, at: client.post(f"{at}/import?name=" + "x" * 300, content=b"x"),
         lambda client, at: client.post(f"{at}/import?name=x.json", content=DEEP.encode()),
         lambda client, at: client.get(f"{at}/frames/{'9' * 20}.jpg"),
-        lambda client, at: client.get(f"{at}/foreground/{'9' * 20}.png"),
         lambda client, at: client.get(f"{at}/layers/{'9' * 20}?object=1&layers=rho"),
         lambda client, at: client.get(f"{at}/doubts?object={'9' * 15}"),
         lambda client, at: client.get(f"{at}/strip?count={'9' * 20}&height={'9' * 20}"),
     ],
     ids=[
         "origin", "host", "nested", "upload", "folder", "nul", "long", "nested file", "digits",
-        "foreground", "layers", "doubts", "strip",
+        "layers", "doubts", "strip",
     ],
 )  # fmt: skip
 def test_no_request_fails_inside(
@@ -363,7 +362,6 @@ def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
         first = page.drawn(preset="nummiaro", config=SLOW)
         second = page.drawn()
         job = page.do("track", objects=[first]).job
-        page.do("pause", job=job)
         assert "1 jobs" in str(page.ask("track", objects=[second]).error)
         page.do("stop", job=job)
     for each in client.get("/api/sessions").json():
@@ -411,7 +409,7 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
-        worker = film_worker(folder / "film.mkv", Limits(), background=False)
+        worker = Worker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
         os.kill(worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)

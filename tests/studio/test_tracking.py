@@ -19,11 +19,10 @@ from motes.studio.jobs import Desk, Jobs
 from motes.studio.messages import OpenFilm
 from motes.studio.plan import RunPass
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import Wish
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
 from motes.studio.tracking import run_passes
-from motes.studio.workplace import Answer, Done, Part, Task, Workplace
+from motes.studio.workplace import Answer, Part, Task, Workplace
 from motes.video.film import Film
 from studios import BOX, film
 
@@ -91,11 +90,11 @@ class Waiting:
         """Give itself."""
         yield self
 
-    async def run(self, task: Task, part: Callable[[Part], None], wish: Wish) -> Done:
+    async def run(self, task: Task, part: Callable[[Part], None]) -> bytes:
         """Note a task, and wait."""
         self.tasks.append(task)
         await asyncio.Event().wait()
-        return Done()
+        return b""
 
 
 @pytest.mark.parametrize(("width", "together"), [(96, 2), (60_000, 1)])

@@ -38,7 +38,7 @@ class StudioJob:
     @property
     def active(self) -> bool:
         """Whether it has not ended."""
-        return self.status in ("waiting", "running", "paused")
+        return self.status in ("waiting", "running")
 
     def progress(self) -> Progress:
         """Return its state."""

@@ -14,8 +14,6 @@ Toml = Annotated[str, Meta(max_length=1 << 16)]
 """The text of a configuration file; it takes the place of a preset."""
 Number = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 """A frame, an object, a job or a seed."""
-NetworkFiles = Annotated[tuple[Annotated[str, Meta(max_length=4096)], ...], Meta(max_length=10)]
-"""The files of a trained network that joins the tracker, where the server has them; or none."""
 Few = Annotated[list[Number], Meta(max_length=100)]
 Layer = Literal["rho", "likelihoods", "particles", "histograms", "orientation"]
 """`rho` is the surface around the target, figure 3 of Nummiaro et al.; `likelihoods` is the same
@@ -41,7 +39,6 @@ class AddObject(_Command, frozen=True, tag="add_object"):
     preset: Name = "default"
     config: Toml | None = None
     seed: Number = 0
-    network: NetworkFiles = ()
 
 
 class ChangeObject(_Command, frozen=True, tag="change_object"):
@@ -53,7 +50,6 @@ class ChangeObject(_Command, frozen=True, tag="change_object"):
     preset: Name | UnsetType = UNSET
     config: Toml | UnsetType | None = UNSET
     seed: Number | UnsetType = UNSET
-    network: NetworkFiles | UnsetType = UNSET
 
 
 class RemoveObject(_Command, frozen=True, tag="remove_object"):
@@ -106,18 +102,6 @@ class TrackCommand(_Command, frozen=True, tag="track"):
     """Track objects between their keyframes; without objects, all. The reply has the job."""
 
     objects: Few = []
-
-
-class Pause(_Command, frozen=True, tag="pause"):
-    """Let a job wait."""
-
-    job: Number
-
-
-class Resume(_Command, frozen=True, tag="resume"):
-    """Let a job that waits go on."""
-
-    job: Number
 
 
 class Stop(_Command, frozen=True, tag="stop"):
@@ -189,7 +173,6 @@ class Compare(_Command, frozen=True, tag="compare"):
     preset: Name = "default"
     config: Toml | None = None
     seed: Number = 0
-    network: NetworkFiles = ()
 
 
 class Acknowledge(_Command, frozen=True, tag="acknowledge"):
@@ -211,8 +194,6 @@ Command = (
     | Split
     | Join
     | TrackCommand
-    | Pause
-    | Resume
     | Stop
     | Undo
     | Redo

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 
 import msgspec
 from msgspec import UNSET
@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from motes.core.config import from_dict, from_toml
 from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse, as_ellipse, region_within
+from motes.core.geometry import as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
 from motes.mot.analytics.regions import Regions
 from motes.sot.presets import TrackerConfig, configure, preset
@@ -30,7 +30,7 @@ class DrawnTarget(messages.Subject, frozen=True):
         The drawn regions, by frame.
     absent
         First and last frames of absences, in order, apart from each other.
-    corrections, compared, network
+    corrections, compared
         As in `messages.Item`.
     """
 
@@ -38,12 +38,11 @@ class DrawnTarget(messages.Subject, frozen=True):
     absent: tuple[tuple[int, int], ...] = ()
     corrections: int = 0
     compared: int | None = None
-    network: tuple[str, ...] = ()
 
     @property
     def tracker(self) -> TrackerConfig:
         """The configuration of the tracker."""
-        return tracker_of(self.preset, self.config, self.network)
+        return tracker_of(self.preset, self.config)
 
     @property
     def frames(self) -> range:
@@ -53,15 +52,13 @@ class DrawnTarget(messages.Subject, frozen=True):
     @property
     def marks(self) -> Keyframes:
         """The keyframes, as the library takes them."""
-        marked: dict[int, Ellipse | None] = {
-            frame: as_ellipse(region) for frame, region in self.keys.items()
-        }
-        marked |= {t: None for first, last in self.absent for t in range(first, last + 1)}
-        return dict(sorted(marked.items()))
+        drawn = {frame: as_ellipse(region) for frame, region in self.keys.items()}
+        return dict(sorted({**drawn, **dict.fromkeys(self.absences)}.items()))
 
-    def is_absent(self, frame: int) -> bool:
-        """Return whether the object is marked as absent in a frame."""
-        return any(first <= frame <= last for first, last in self.absent)
+    @property
+    def absences(self) -> set[int]:
+        """The frames of absences."""
+        return {frame for first, last in self.absent for frame in range(first, last + 1)}
 
 
 class Document(msgspec.Struct, frozen=True):
@@ -116,8 +113,8 @@ RowAt = Callable[[int, int], Region | None]
 """The place of an object in a frame, from its rows; None where there is none."""
 
 
-def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> TrackerConfig:
-    """Return the configuration of a preset, changed by the text of a file, with a network's files.
+def tracker_of(name: str, toml: str | None) -> TrackerConfig:
+    """Return the configuration of a preset, changed by the text of a file.
 
     Raises
     ------
@@ -125,14 +122,7 @@ def tracker_of(name: str, toml: str | None, network: Sequence[str] = ()) -> Trac
         For an unknown preset or key, or a value that does not fit.
     """
     base = preset(name)
-    values = {} if toml is None else from_toml(toml, "the configuration")
-    if network:
-        if "network" not in base.__struct_fields__:
-            raise ConfigError(f"Preset {name} takes no network; choose none, or another preset.")
-        if "network" in values:
-            raise ConfigError("The configuration has a network too; choose one of the two.")
-        values = {**values, "network": {"files": [*network]}}
-    return configure(base, values) if values else base
+    return base if toml is None else configure(base, from_toml(toml, "the configuration"))
 
 
 def regions_of(places: Places) -> Regions:
@@ -176,7 +166,7 @@ def changed(
         case commands.AddObject():
             return _added(document, command, film)
         case commands.ChangeObject():
-            names = ("name", "color", "preset", "config", "seed", "network")
+            names = ("name", "color", "preset", "config", "seed")
             given = {name: getattr(command, name) for name in names}
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(_own(document, command.object, compared=True), **given)
@@ -239,7 +229,6 @@ def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> t
     target = DrawnTarget(
         number, command.name or f"object {number}", command.color, command.preset,
         command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
-        network=command.network,
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number
@@ -258,11 +247,10 @@ def _marked(
     target = _own(document, command.object)
     _check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
-    keys = dict(sorted({**target.keys, command.frame: command.region}.items()))
     target = replace(
         target,
-        keys=keys,
-        absent=_without(target.absent, command.frame, command.frame),
+        keys=dict(sorted({**target.keys, command.frame: command.region}.items())),
+        absent=ranges(target.absences - {command.frame}),
         corrections=target.corrections + 1,
     )
     return _with(document, target), target.object
@@ -270,12 +258,12 @@ def _marked(
 
 def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Document, int]:
     target = _own(document, command.object)
-    if command.frame not in target.keys and not target.is_absent(command.frame):
+    if command.frame not in target.keys.keys() | target.absences:
         raise ConfigError(f"Frame {command.frame} is not marked.")
     keys = {frame: region for frame, region in target.keys.items() if frame != command.frame}
     if not keys:
         raise ConfigError("An object needs a keyframe; remove the object instead.")
-    absent = _without(target.absent, command.frame, command.frame)
+    absent = ranges(target.absences - {command.frame})
     return _with(document, replace(target, keys=keys, absent=absent)), target.object
 
 
@@ -288,66 +276,48 @@ def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, 
     keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
     if not keys:
         raise ConfigError("The object would have no keyframe; draw it in another frame first.")
-    absent = merged([*_without(target.absent, first, last), (first, last)])
+    absent = ranges(target.absences | {*range(first, last + 1)})
     target = replace(target, keys=keys, absent=absent, corrections=target.corrections + 1)
     return _with(document, target), target.object
 
 
-def merged(ranges: Iterable[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Return ranges of frames that are apart, given those that may touch each other, in order."""
+def ranges(frames: Iterable[int]) -> tuple[tuple[int, int], ...]:
+    """Return the first and last frames of runs of frames, in order."""
     found: list[tuple[int, int]] = []
-    for first, last in sorted(ranges):
-        if found and first == found[-1][1] + 1:
-            found[-1] = found[-1][0], last
+    for frame in sorted(frames):
+        if found and frame == found[-1][1] + 1:
+            found[-1] = found[-1][0], frame
         else:
-            found.append((first, last))
+            found.append((frame, frame))
     return tuple(found)
-
-
-def _without(
-    ranges: tuple[tuple[int, int], ...], first: int, last: int
-) -> tuple[tuple[int, int], ...]:
-    """Return ranges without the frames from `first` to `last`."""
-    parts = [
-        part
-        for begin, end in ranges
-        for part in ((begin, min(end, first - 1)), (max(begin, last + 1), end))
-    ]
-    return tuple(part for part in dict.fromkeys(parts) if part[0] <= part[1])
 
 
 def _part(target: DrawnTarget, first: int, last: int) -> DrawnTarget:
     """Return an object with a part of its frames, and the marks in them."""
-    outside = _without(target.absent, 0, first - 1) if first else target.absent
-    return replace(
-        target,
-        first=first,
-        last=last,
-        keys={frame: each for frame, each in target.keys.items() if first <= frame <= last},
-        absent=_without(outside, last + 1, target.last),
-    )
+    keys = {frame: each for frame, each in target.keys.items() if first <= frame <= last}
+    absent = ranges(target.absences & {*range(first, last + 1)})
+    return replace(target, first=first, last=last, keys=keys, absent=absent)
+
+
+def _with_keyframe(target: DrawnTarget, frame: int, row_at: RowAt) -> DrawnTarget:
+    """Return an object with a keyframe: if it has none, its place in a frame."""
+    if target.keys:
+        return target
+    region = row_at(target.object, frame)
+    if region is None:
+        raise ConfigError(
+            f"{target.name} has no place in frame {frame}; draw it there, or track it first."
+        )
+    return replace(target, keys={frame: region})
 
 
 def _split(document: Document, command: commands.Split, row_at: RowAt) -> tuple[Document, int]:
     target, frame = _own(document, command.object), command.frame
     if frame not in target.frames[1:]:
         raise ConfigError(f"{target.name} cannot be split at frame {frame}; choose a later one.")
-    before, after = _part(target, target.first, frame - 1), _part(target, frame, target.last)
+    after = _with_keyframe(_part(target, frame, target.last), frame, row_at)
+    before = _with_keyframe(_part(target, target.first, frame - 1), frame - 1, row_at)
     number = document.following
-    if not after.keys:
-        region = row_at(target.object, frame)
-        if region is None:
-            raise ConfigError(
-                f"{target.name} has no place in frame {frame}; draw it there, or track it first."
-            )
-        after = replace(after, keys={frame: region})
-    if not before.keys:
-        region = row_at(target.object, frame - 1)
-        if region is None:
-            raise ConfigError(
-                f"{target.name} has no place in frame {frame - 1}; draw it there first."
-            )
-        before = replace(before, keys={frame - 1: region})
     before = replace(before, corrections=before.corrections + 1)
     after = replace(after, object=number, name=f"{target.name} (2)", corrections=0)
     return appended(_with(document, before), after), number
@@ -362,17 +332,13 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
         raise ConfigError(
             f"{one.name} and {other.name} differ in frame {min(clash)}; remove a keyframe there."
         )
-    absent = one.absent
-    for first, last in other.absent:
-        absent = tuple(sorted([*_without(absent, first, last), (first, last)]))
-    for frame in (*one.keys, *other.keys):
-        absent = _without(absent, frame, frame)
+    keys = dict(sorted({**one.keys, **other.keys}.items()))
     target = replace(
         one,
         first=min(one.first, other.first),
         last=max(one.last, other.last),
-        keys=dict(sorted({**one.keys, **other.keys}.items())),
-        absent=absent,
+        keys=keys,
+        absent=ranges((one.absences | other.absences) - keys.keys()),
         corrections=one.corrections + other.corrections + 1,
     )
     left = [each for each in document.targets if other.object not in (each.object, each.compared)]
@@ -384,7 +350,7 @@ def _compared(document: Document, command: commands.Compare) -> tuple[Document, 
     name = f"{of.name}: {'file' if command.config is not None else command.preset}"
     target = replace(
         of, object=number, name=name[:100], preset=command.preset, config=command.config,
-        seed=command.seed, network=command.network, compared=of.object, corrections=0,
+        seed=command.seed, compared=of.object, corrections=0,
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number

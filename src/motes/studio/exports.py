@@ -148,8 +148,6 @@ def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
     if target.config is not None:
         words += ["--config", "motes.toml"]
         files["motes.toml"] = target.config
-    if target.network:
-        words += ["--network", ",".join(target.network)]
     words += ["--seed", str(target.seed), "-o", "rows.csv"]
     return Reproduction(shlex.join(words), files)
 

@@ -6,7 +6,7 @@ import asyncio
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
@@ -14,9 +14,9 @@ from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
 from motes.studio import drawing, exports, imports
 from motes.studio.commands import Layer
-from motes.studio.document import DrawnTarget, regions_of
+from motes.studio.document import DrawnTarget
 from motes.studio.messages import DoubtfulFrame, Layers
-from motes.studio.plan import RunPass, pass_to
+from motes.studio.plan import pass_to
 from motes.studio.sessions import LiveSession
 from motes.studio.tables import Table, tracks
 from motes.studio.tracking import find_doubts, look_at
@@ -103,50 +103,6 @@ async def film(session: LiveSession, number: int | None) -> File:
         await session.ask(task, frames=session.facts.frames)
         stem = Path(session.facts.name).stem
         return File(f"{stem}-annotated.mp4", path.read_bytes())
-
-
-async def figures(session: LiveSession, number: int) -> File:
-    """Return the papers' figures of a pass from an object's first keyframe on, as ZIP."""
-    target = session.document.target(number)
-    start = min(target.keys)
-    region = target.marks[start]
-    assert region is not None
-    with tempfile.TemporaryDirectory() as folder:
-        run = RunPass(target.tracker, target.seed, start, tuple(region), target.last)
-        task = partial(drawing.figures, run=run, path=folder)
-        await session.ask(task, frames=target.last - start + 1)
-        return File(f"{Path(session.facts.name).stem}-figures.zip", exports.zipped(Path(folder)))
-
-
-async def slit(session: LiveSession, name: str) -> File:
-    """Return the slit scan of a line, with the crossings that were counted."""
-    asked = session.watching.asked
-    lines = regions_of(session.document.places if asked is None else asked.places).lines
-    if name not in lines:
-        raise ConfigError(f"There is no line {name!r}; draw one first.")
-    line = lines[name]
-    crossings = [
-        (event["frame"], event["x"], event["y"], event["id"], _second(event, line.label))
-        for event in session.watching.events()
-        if event["event"] == "crosses" and event.get("place") == name
-    ]
-    task = partial(drawing.slit, line=line, crossings=crossings)
-    return File("slit.png", await session.ask(task, frames=session.facts.frames))
-
-
-def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
-    return event.get("direction") == label[1]
-
-
-async def foreground(session: LiveSession, index: int) -> bytes:
-    """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
-    session.check_frame(index)
-    asked = session.watching.asked
-    method = "mog2" if asked is None else asked.watch.detector
-    if method == "people" or method == "faces":
-        raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
-    task = partial(drawing.foreground, method=method, index=index)
-    return await session.ask(task, frames=index)
 
 
 async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:

@@ -1,17 +1,18 @@
-"""The films of the studio: those of a folder, and uploads."""
+"""The films of the studio: those of a folder, uploads, and samples."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import secrets
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
-from motes.core.errors import FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.studio.messages import FilmCard
-from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
-from motes.studio.sample import sample
+from motes.studio.safety import VIDEO_ENDINGS, Limits, check_ending, check_film, inside, plain_name
 from motes.video.image_files import IMAGE_ENDINGS
 
 DEPTH = 4
@@ -59,8 +60,20 @@ class Films:
         return found
 
     def sample(self, name: str) -> FilmCard:
-        """Return a film of `motes demo`: beetle, street or player."""
-        return sample(self._uploads, name)
+        """Return a film of `motes demo` among the uploads, rendered when it is first asked for."""
+        from motes import synthetic
+        from motes.video.writer import VideoWriter
+
+        films: dict[str, Callable[[], Iterable[tuple[Frame, Any]]]]
+        films = {"beetle": synthetic.demo, "street": synthetic.Street, "player": synthetic.Pitch}
+        if name not in films:
+            raise ConfigError(f"There is no sample film {name!r}; take one of {', '.join(films)}.")
+        path = self._uploads / f"sample-{name}.mp4"
+        if not path.exists():
+            with VideoWriter(path, 1 / FRAME_INTERVAL, overwrite=True) as writer:
+                for frame, _ in films[name]():
+                    writer.write(frame.pixels, frame.time)
+        return FilmCard(path.name, path.stat().st_size, uploaded=True)
 
     async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> FilmCard:
         """Write a film that arrives in parts, and return it; an interrupted one leaves nothing.
@@ -68,13 +81,14 @@ class Films:
         Raises
         ------
         ConfigError
-            If its name is that of no film.
+            If it has no name.
         FormatError
             If it is too large, or cannot be written.
         SourceError
-            If it is no plain film.
+            If it is no plain film, or is not called like one.
         """
-        plain = film_name(name)
+        plain = plain_name(name)
+        check_ending(plain)
         path = self._uploads / plain
         while path.exists():
             path = path.with_name(f"{Path(plain).stem}-{secrets.token_hex(3)}{path.suffix}")

@@ -18,7 +18,7 @@ from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import VISIBLE
 from motes.rows.journal import ObjectRow
 from motes.studio import messages
-from motes.studio.document import Document, DrawnTarget, merged
+from motes.studio.document import Document, DrawnTarget, ranges
 from motes.studio.document import appended as appended_to
 from motes.studio.safety import plain_name
 from motes.studio.tables import Table, line, table_of
@@ -151,6 +151,6 @@ def _drawn(number: int, recorded: Recording, times: Sequence[float], stem: str) 
     head, frames = recorded.head, range(len(times))
     check_keyframes(marks, head.source, frames, head.width, head.height)
     keys = {frame: tuple(region) for frame, region in marks.items() if region is not None}
-    absent = merged((frame, frame) for frame, region in marks.items() if region is None)
+    absent = ranges(frame for frame, region in marks.items() if region is None)
     color = COLORS[(number - 1) % len(COLORS)]
     return DrawnTarget(number, stem[:100], color, "default", None, 0, 0, frames[-1], keys, absent)

@@ -16,12 +16,11 @@ from motes.studio.document import Document, DrawnTarget
 from motes.studio.messages import JobStatus, OpenFilm
 from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.pool import LONG, WorkerPool
-from motes.studio.processes import Wish
 from motes.studio.results import Results, cues_of
 from motes.studio.store import Store
 from motes.studio.tables import DISTANCE, FRAME, MILLISECONDS, SIZE, Table, unpack
 from motes.studio.tracking import join_stretch, run_passes
-from motes.studio.workplace import PAUSE, RUN, STOP, Part
+from motes.studio.workplace import Part
 from motes.video.shared import fits
 
 
@@ -62,8 +61,12 @@ class _Run:
         self.need = need
         self.users: list[tuple[DrawnTarget, int]] = []
         self.parts: dict[str, list[Table]] = {each.key: [] for each in need.passes}
-        self.wish = Wish()
-        self.task: asyncio.Task[None] | None = None
+        self.task: asyncio.Task[None]
+
+    def stop(self) -> None:
+        """Stop the passes; nobody sees what may still come of them."""
+        self.users = []
+        self.task.cancel()
 
 
 class Jobs:
@@ -84,12 +87,10 @@ class Jobs:
         return [job for job in self._board.jobs.values() if job.active and job.kind == "track"]
 
     def track(self, objects: Iterable[int]) -> StudioJob:
-        """Track objects, or go on; return their job."""
+        """Track objects; return their job."""
         wanted = [*dict.fromkeys(objects)]
         for job in self.active:
             if set(wanted) <= set(job.objects):
-                if job.status == "paused":
-                    job.status = "running"
                 self._reconcile()
                 return job
         for job in self.active:
@@ -97,12 +98,6 @@ class Jobs:
         job = self._board.begin_job("track", wanted)
         self._reconcile()
         return job
-
-    def pause(self, job: StudioJob, *, on: bool) -> None:
-        """Let a job wait, or go on."""
-        if job.active:
-            job.status = "paused" if on else "running"
-            self._reconcile()
 
     def stop(self, job: StudioJob, status: JobStatus = "stopped", error: str | None = None) -> None:
         """End a job; the rows so far stay."""
@@ -140,8 +135,7 @@ class Jobs:
     def close(self) -> None:
         """Stop all."""
         for run in self._runs.values():
-            if run.task is not None:
-                run.task.cancel()
+            run.stop()
 
     # What follows.
 
@@ -150,7 +144,6 @@ class Jobs:
         used: set[str] = set()
         wanted: dict[str, StretchNeed] = {}
         users: dict[str, list[tuple[DrawnTarget, int]]] = {}
-        running: set[str] = set()
         for number, (target, plan) in self._plans.items():
             self._show_finals(target, plan)
             job = self._job_of(number)
@@ -159,16 +152,13 @@ class Jobs:
                 if job is not None and self.results.get(need.key, target) is None:
                     wanted[need.key] = need
                     users.setdefault(need.key, []).append((target, first))
-                    if job.status != "paused":
-                        running.add(need.key)
-        for key, run in self._runs.items():
-            run.users = users.get(key, [])
-            run.wish.set(STOP if key not in wanted else RUN if key in running else PAUSE)
+        for key in self._runs.keys() - wanted.keys():
+            self._runs.pop(key).stop()
         for key, need in wanted.items():
-            if key in running and key not in self._runs:
+            if key not in self._runs:
                 run = self._runs[key] = _Run(need)
-                run.users = users[key]
-                run.task = asyncio.create_task(self._run(run, run.users[0][0]))
+                run.task = asyncio.create_task(self._run(run, users[key][0][0]))
+            self._runs[key].users = users[key]
         self.results.keep(used)
         self._count()
 
@@ -200,20 +190,21 @@ class Jobs:
 
     async def _run(self, run: _Run, target: DrawnTarget) -> None:
         """Make the passes over a stretch that are missing, and join them."""
-        need = run.need
+        need, errors = run.need, list[Exception]()
         try:
             missing = self.results.missing(need, target)
             groups = [missing] if self._share(need) else [[each] for each in missing]
-            await asyncio.gather(*(self._track(run, target, group) for group in groups if group))
-            if not self.results.missing(need, target):  # else it was stopped
-                await self._join(need, target)
-        except MotesError as error:  # also of the store, as on a full disk
-            run.wish.set(STOP)
-            for user, _ in run.users:
-                if job := self._job_of(user.object):
-                    self.stop(job, "failed", str(error))
-        finally:
+            async with asyncio.TaskGroup() as together:
+                for group in filter(None, groups):
+                    together.create_task(self._track(run, target, group))
+            await self._join(need, target)
+        except* MotesError as found:  # also of the store, as on a full disk
+            errors.extend(found.exceptions)
+        if self._runs.get(need.key) is run:
             del self._runs[need.key]
+        for user, _ in run.users if errors else ():
+            if job := self._job_of(user.object):
+                self.stop(job, "failed", str(errors[0]))
         self._reconcile()
 
     def _share(self, need: StretchNeed) -> bool:
@@ -234,7 +225,7 @@ class Jobs:
 
         async with self._pool.worker(sum(each.frames for each in passes)) as worker:
             task = partial(run_passes, passes=[each.task for each in passes])
-            await worker.run(task, take, run.wish)
+            await worker.run(task, take)
 
     def _show_part(self, run: _Run, need: PassNeed, part: Part) -> None:
         table = run.parts[need.key][-1]

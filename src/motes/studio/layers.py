@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.structure_tensor import Orientation
@@ -60,8 +59,7 @@ def layers_of(
         found["orientation"] = {
             "rotated": _numbers(rotated), "fourier": _numbers(spectrum), "model": _numbers(model),
         }  # fmt: skip
-    x, y, a, b, theta = map(float, Ellipse(*info.track.ellipse))
-    return Layers(number, frame.index, (x, y, a, b, theta), **found)  # type: ignore[arg-type]
+    return Layers(number, frame.index, **found)  # type: ignore[arg-type]
 
 
 def _likelihoods(config: TrackerConfig, frame: Frame, info: StepInfo) -> dict[str, Surface]:

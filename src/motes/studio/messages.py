@@ -33,11 +33,10 @@ class OpenFilm(msgspec.Struct, frozen=True):
 
 
 class Preset(msgspec.Struct, frozen=True):
-    """A tracker that can be chosen, in one line, and whether a trained network may join it."""
+    """A tracker that can be chosen, in one line."""
 
     name: str
     summary: str
-    network: bool = False
 
 
 class Presets(msgspec.Struct, frozen=True):
@@ -113,8 +112,6 @@ class Item(Subject, frozen=True):
         Names of the tracker's cues, in the order of the weights in its rows.
     tracked
         Whether it has been tracked; corrections are then followed by themselves.
-    network
-        As in `AddObject`.
     """
 
     keyframes: list[Keyframe]
@@ -123,10 +120,9 @@ class Item(Subject, frozen=True):
     compared: int | None
     cues: list[str]
     tracked: bool
-    network: tuple[str, ...] = ()
 
 
-JobStatus = Literal["waiting", "running", "paused", "done", "stopped", "failed"]
+JobStatus = Literal["waiting", "running", "done", "stopped", "failed"]
 
 
 class Progress(msgspec.Struct, frozen=True, tag="progress"):
@@ -267,7 +263,6 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
     covariance: tuple[float, float, float]
     particles: list[tuple[float, float, float, float, float]]
     weights: list[float]
-    cue_weights: dict[str, float]
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
@@ -310,7 +305,6 @@ class Layers(msgspec.Struct, frozen=True):
 
     object: int
     frame: int
-    ellipse: tuple[float, float, float, float, float]
     rho: Surface | None = None
     likelihoods: dict[str, Surface] = {}
     particles: list[tuple[float, float, float, float, float]] = []

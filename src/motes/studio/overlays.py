@@ -26,7 +26,6 @@ def overlay_of(info: StepInfo) -> Overlay:
         covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
         particles=particles,
         weights=weights,
-        cue_weights={name: float(value) for name, value in info.cue_weights.items()},
     )
 
 

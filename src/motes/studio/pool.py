@@ -69,7 +69,7 @@ class WorkerPool:
     async def run(self, task: Task, frames: int = 0) -> bytes:
         """Run a task in a worker, and return its data; `frames` is the length of the task."""
         async with self.worker(frames) as worker:
-            return (await worker.run(task)).data
+            return await worker.run(task)
 
     def close(self) -> None:
         """End all workers."""

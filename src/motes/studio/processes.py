@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -18,40 +18,11 @@ from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause, started
 from motes.studio.safety import Limits
 from motes.studio.worker import main
-from motes.studio.workplace import RUN, STOP, Answer, Done, Failed, Part, Task, open_film
+from motes.studio.workplace import Answer, Done, Failed, Part, Task, open_film
 
 
 class WorkerError(MotesError):
     """A worker has failed, or has ended."""
-
-
-class Wish:
-    """What the server wants of tasks: `RUN`, `PAUSE` or `STOP`; also before they have begun."""
-
-    def __init__(self) -> None:
-        self._value = RUN
-        self._shared: list[Any] = []
-
-    def set(self, value: int) -> None:
-        """Let the tasks run, pause or stop."""
-        self._value = value
-        for shared in self._shared:
-            shared.value = value
-
-    @property
-    def stops(self) -> bool:
-        """Whether the tasks are to stop."""
-        return self._value == STOP
-
-    @contextmanager
-    def counting(self, shared: Any) -> Iterator[None]:
-        """Let the wish count for a worker, by the memory that is shared with it."""
-        self._shared.append(shared)
-        shared.value = self._value
-        try:
-            yield
-        finally:
-            self._shared.remove(shared)
 
 
 def worker_context() -> Any:
@@ -73,46 +44,44 @@ def prepare() -> None:
 
 
 class Worker:
-    """A process that does one task at a time.
+    """A process that opens a film, and then does one task at a time.
 
     Parameters
     ----------
-    name
-        What it works on, in messages.
+    path
+        The film.
     limits
-        Of memory, and of the time without a sign of life.
-    opening
-        Its first task; the others are done if it succeeds.
+        Of its size, of memory, and of the time without a sign of life.
     background
         Whether pictures and the server come first.
-    remedy
-        What to do if the process ends by itself.
+    whole
+        Whether the film is known to be damaged.
     damaged
-        Called if its film turns out to be damaged.
+        Called if it turns out to be.
     """
 
     def __init__(
         self,
-        name: str,
+        path: Path,
         limits: Limits,
-        opening: Task,
         *,
         background: bool = True,
-        remedy: str = "convert the film",
+        whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
         context = worker_context()
-        self._name, self._limits, self._remedy = name, limits, remedy
-        self._wish = context.Value("b", RUN, lock=False)
+        self._name, self._limits = path.name, limits
+        self._stop = context.Value("b", False, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
         self._damaged = damaged
         self.ended = self._closed = False
         self._process, self._pipe = started(
-            main, self._wish, limits.memory, background, context=context
+            main, self._stop, limits.memory, background, context=context
         )
         threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
+        opening = partial(open_film, path=str(path), limits=limits, whole=whole)
         self._ready: asyncio.Task[bytes] = asyncio.create_task(self._opened(opening))
         self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())
 
@@ -122,7 +91,7 @@ class Worker:
         return self._process.pid or 0
 
     async def ready(self) -> bytes:
-        """Wait for the first task, and return its data; raise a WorkerError if it fails."""
+        """Wait until the film is open, and return an `Opened`; raise a WorkerError if it fails."""
         try:
             return await asyncio.shield(self._ready)
         except asyncio.CancelledError:
@@ -131,52 +100,50 @@ class Worker:
                 raise self._was_closed() from None
             raise
 
-    async def run(
-        self, task: Task, part: Callable[[Part], None] | None = None, wish: Wish | None = None
-    ) -> Done:
-        """Do a task; `part` takes what comes before its end. Others wait for their turn.
+    async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> bytes:
+        """Do a task, and return its data; `part` takes what comes before. Others wait.
 
-        Nobody may wait for it any more: then it is stopped, and the next task waits for that. A
-        task that has not begun then never begins.
+        If this is cancelled, the task is stopped, and the next one waits for that; a task that has
+        not begun then never begins.
 
         Raises
         ------
         WorkerError
             If it fails, or the process ends.
         """
-        wish = wish or Wish()
         await self.ready()
         await self._turn.acquire()
-        running = asyncio.create_task(self._run(task, part, wish))
+        self._stop.value = False
+        running = asyncio.create_task(self._run(task, part))
         running.add_done_callback(self._end_turn)
         try:
             return await asyncio.shield(running)
         except asyncio.CancelledError:
-            wish.set(STOP)
+            if not running.done():  # else it may be the turn of the next one
+                self._stop.value = True
             raise
 
-    def _end_turn(self, ended: asyncio.Task[Done]) -> None:
+    def _end_turn(self, ended: asyncio.Task[bytes]) -> None:
         self._turn.release()
         if not ended.cancelled():
             ended.exception()  # nobody may wait for it any more
 
-    async def _run(self, task: Task, part: Callable[[Part], None] | None, wish: Wish) -> Done:
-        if wish.stops:
-            return Done(stopped=True)
-        with wish.counting(self._wish):
-            with suppress(OSError):  # the answer will be missing, and that is reported
-                self._pipe.send(task)
-            while True:
-                answer = await self._answer()
-                if isinstance(answer, Part):
-                    if part is not None:
-                        self._take(answer, part)
-                elif isinstance(answer, Done):
-                    return answer
-                elif isinstance(answer, Failed):
-                    if answer.damaged:
-                        self._damaged()
-                    raise WorkerError(answer.error)
+    async def _run(self, task: Task, part: Callable[[Part], None] | None) -> bytes:
+        if self._stop.value:
+            return b""
+        with suppress(OSError):  # the answer will be missing, and that is reported
+            self._pipe.send(task)
+        while True:
+            answer = await self._answer()
+            if isinstance(answer, Part):
+                if part is not None:
+                    self._take(answer, part)
+            elif isinstance(answer, Done):
+                return answer.data
+            elif isinstance(answer, Failed):
+                if answer.damaged:
+                    self._damaged()
+                raise WorkerError(answer.error)
 
     def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
         try:
@@ -202,7 +169,7 @@ class Worker:
 
     async def _opened(self, opening: Task) -> bytes:
         try:
-            return (await self._run(opening, None, Wish())).data
+            return await self._run(opening, None)
         except WorkerError:
             self._kill()
             raise
@@ -214,7 +181,7 @@ class Worker:
             self._kill()
             raise WorkerError(
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
-                f"result, so that worker was ended; {self._remedy}."
+                "result, so that worker was ended; convert the film."
             ) from None
         if answer is None:
             self.ended = True
@@ -222,7 +189,7 @@ class Worker:
                 raise self._was_closed()
             await asyncio.to_thread(self._process.join, 5)
             how = cause(self._process.exitcode)
-            raise WorkerError(f"{self._name} has ended its worker ({how}); {self._remedy}.")
+            raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")
         return answer
 
     def _read(self, pipe: Connection) -> None:
@@ -237,16 +204,3 @@ class Worker:
     def _put(self, answer: Answer | None) -> None:
         with suppress(RuntimeError):  # the loop is closed: the server ends
             self._loop.call_soon_threadsafe(self._answers.put_nowait, answer)
-
-
-def film_worker(
-    path: Path,
-    limits: Limits,
-    *,
-    background: bool = True,
-    whole: bool = False,
-    damaged: Callable[[], None] = lambda: None,
-) -> Worker:
-    """Return a worker that opens a film; `whole` tells whether this is known to be damaged."""
-    opening = partial(open_film, path=str(path), limits=limits, whole=whole)
-    return Worker(path.name, limits, opening, background=background, damaged=damaged)

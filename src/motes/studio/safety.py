@@ -55,16 +55,12 @@ class Limits:
         Bytes of all uploaded films.
     imported
         Bytes of a file of tracks.
-    network
-        Bytes of the files of a trained network.
     pixels
         Pixels of a frame.
     frames
         Frames of a film.
     sessions
         Sessions that are open at once.
-    objects
-        Objects of a session.
     jobs
         Jobs that a session has at once.
     memory
@@ -76,11 +72,9 @@ class Limits:
     upload: int = 8 << 30
     uploads: int = 64 << 30
     imported: int = 64 << 20
-    network: int = 256 << 20
     pixels: int = 7680 * 4320
     frames: int = 1_000_000
     sessions: int = 16
-    objects: int = 50
     jobs: int = 20
     memory: int = 4 << 30
     silence: float = 60.0
@@ -140,7 +134,6 @@ def inside(folder: Path, name: str) -> Path:
 
 def check_film(path: Path) -> None:
     """Raise a SourceError unless a path is a plain film: a video, an image or images."""
-    ending = path.suffix.lower()
     if path.is_dir():
         with os.scandir(path) as entries:
             for entry in entries:
@@ -150,14 +143,19 @@ def check_film(path: Path) -> None:
         return
     if not path.is_file():
         raise SourceError(f"{path.name} is no plain file; give a film.")
-    if ending not in VIDEO_ENDINGS | IMAGE_ENDINGS:
-        raise SourceError(
-            f"{path.name} does not end like a film, as .mp4 or .mkv; rename or convert it."
-        )
+    check_ending(path.name)
     with path.open("rb") as file:
         head = file.read(HEAD).lstrip(b"\xef\xbb\xbf \t\r\n")
     if head.startswith(PLAYLISTS):
         raise SourceError(f"{path.name} is a playlist, which names other files; give the film.")
+
+
+def check_ending(name: str) -> None:
+    """Raise a SourceError unless a file's name ends like that of a film."""
+    if Path(name).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
+        raise SourceError(
+            f"{name} does not end like a film, as .mp4 or .mkv; rename or convert it."
+        )
 
 
 def plain_name(name: str) -> str:
@@ -172,14 +170,4 @@ def plain_name(name: str) -> str:
     plain = plain.lstrip(".")
     if not plain.strip(". ") or len(os.fsencode(plain)) > 200:
         raise ConfigError("The name of the file is none, or too long; give a short one.")
-    return plain
-
-
-def film_name(name: str) -> str:
-    """Return the name under which an upload is kept; raise a ConfigError for a name of no film."""
-    plain = plain_name(name)
-    if Path(plain).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
-        raise ConfigError(
-            f"{plain} does not end like a film, as .mp4 or .mkv; rename or convert it."
-        )
     return plain

@@ -12,7 +12,6 @@ from msgspec.structs import asdict
 from motes.core.config import from_dict, from_toml, merge, to_dict
 from motes.core.detection import PreparedDetector
 from motes.core.errors import ConfigError
-from motes.core.frame import Frame
 from motes.mot.analytics.events import Event, EventCounter
 from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig, detector_values
@@ -21,6 +20,7 @@ from motes.mot.scene_config import scene_config
 from motes.rows.journal import FrameRow, ObjectRow, object_rows
 from motes.studio.commands import Watch
 from motes.studio.messages import SceneFrame, SceneObject
+from motes.video.film import Film
 
 REFUSED = ("detector",)
 """Keys of a configuration file that may name files and code; the page chooses the detector."""
@@ -65,44 +65,23 @@ def watch_config(watch: Watch) -> WatchConfig:
     return config
 
 
-class SceneRun:
-    """A run over a film.
+def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
+    """Yield a part for each frame of a film, and one with the events that are still open then."""
+    detector = config.for_camera(config.detector.detector())
+    scene, counter, totals = Scene(detector, config, seed), EventCounter(places), Counter[str]()
+    last = len(film.times) - 1
+    if isinstance(detector, PreparedDetector):
+        detector.prepare(film.forward(0, last))
 
-    Parameters
-    ----------
-    config, seed
-        The scene and its detector.
-    places
-        Lines, zones and the ground.
-    """
-
-    def __init__(self, config: WatchConfig, places: Regions, seed: int) -> None:
-        self._detector = config.for_camera(config.detector.detector())
-        self._scene = Scene(self._detector, config, seed)
-        self._counter = EventCounter(places)
-        self._totals = Counter[str]()
-
-    def prepare(self, frames: Iterator[Frame]) -> None:
-        """Let the detector learn from the begin of the film, if it wants to."""
-        if isinstance(self._detector, PreparedDetector):
-            self._detector.prepare(frames)
-
-    def parts(self, frames: Iterator[Frame]) -> Iterator[ScenePart]:
-        """Yield a part for each frame; the last one has the events that are still open."""
-        last: tuple[FrameRow, list[Event]] | None = None
-        for frame, tracks in self._scene.watch(frames, ahead=False):
-            if last is not None:
-                yield self._part(*last)
-            row = FrameRow(frame.index, frame.time, object_rows(tracks))
-            last = row, self._counter.update(tracks)
-        if last is not None:
-            yield self._part(last[0], [*last[1], *self._counter.finish()])
-
-    def _part(self, row: FrameRow, events: list[Event]) -> ScenePart:
+    def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         fields = [event.fields() for event in events]
-        self._totals.update(map(count_name, fields))
-        here = self._scene.created - self._scene.terminated
-        return ScenePart([row], fields, here, dict(self._totals))
+        totals.update(map(count_name, fields))
+        return ScenePart(rows, fields, scene.created - scene.terminated, dict(totals))
+
+    for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
+        row = FrameRow(frame.index, frame.time, object_rows(tracks))
+        yield part([row], counter.update(tracks))
+    yield part([], counter.finish())
 
 
 def joined(parts: list[ScenePart]) -> ScenePart:

@@ -59,14 +59,11 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/uploads", _plain(api.upload), methods=["POST"]),
         Route("/api/samples/{name}", _plain(api.sample), methods=["POST"]),
         Route("/api/presets", _plain(api.presets)),
-        Route("/api/networks", _plain(api.networks)),
-        Route("/api/networks", _plain(api.take_network), methods=["POST"]),
         Route("/api/sessions", _plain(api.sessions)),
         Route("/api/sessions", _plain(api.begin), methods=["POST"]),
         Route("/api/sessions/{id}", _plain(api.session)),
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
-        Route("/api/sessions/{id}/foreground/{index:int}.png", _plain(api.foreground)),
         Route("/api/sessions/{id}/layers/{index:int}", _plain(api.layers)),
         Route("/api/sessions/{id}/doubts", _plain(api.doubts)),
         Route("/api/sessions/{id}/strip", _plain(api.strip)),
@@ -74,8 +71,6 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
         Route("/api/sessions/{id}/command", _plain(api.command)),
         Route("/api/sessions/{id}/film", _plain(api.film)),
-        Route("/api/sessions/{id}/figures", _plain(api.figures)),
-        Route("/api/sessions/{id}/slit", _plain(api.slit)),
         Route("/api/formats", _plain(api.formats)),
         WebSocketRoute("/api/sessions/{id}/ws", api.talk),
     ]
@@ -162,17 +157,6 @@ class _Api:
     async def presets(self, _: Request) -> Response:
         return _json(presets())
 
-    async def networks(self, _: Request) -> Response:
-        return _json(self._studio.networks.listed())
-
-    async def take_network(self, request: Request) -> Response:
-        """Take the files of a trained network: names and sizes in the address, bytes in a row."""
-        names, sizes = (request.query_params.getlist(each) for each in ("name", "size"))
-        if not all(each.isdecimal() and len(each) < 16 for each in sizes):
-            raise ConfigError("The size of a file is a whole number; send it again.")
-        found = await self._studio.networks.take(names, [*map(int, sizes)], request.stream())
-        return _json(found, 201)
-
     async def sessions(self, _: Request) -> Response:
         return _json(self._studio.sessions())
 
@@ -200,11 +184,6 @@ class _Api:
             return Response(status_code=304, headers=headers)
         data = await session.picture(index, width)
         return Response(data, media_type="image/jpeg", headers=headers)
-
-    async def foreground(self, request: Request) -> Response:
-        session = await self._session(request)
-        data = await files.foreground(session, request.path_params["index"])
-        return Response(data, media_type="image/png")
 
     async def layers(self, request: Request) -> Response:
         session, number = await self._session(request), _needed_object(request)
@@ -245,14 +224,6 @@ class _Api:
 
     async def film(self, request: Request) -> Response:
         return _download(await files.film(await self._session(request), _object(request)))
-
-    async def figures(self, request: Request) -> Response:
-        number = _needed_object(request)
-        return _download(await files.figures(await self._session(request), number))
-
-    async def slit(self, request: Request) -> Response:
-        line = request.query_params.get("line", "line 1")
-        return _download(await files.slit(await self._session(request), line))
 
     async def formats(self, _: Request) -> Response:
         known = FORMATS.usable().items()

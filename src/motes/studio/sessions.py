@@ -20,7 +20,7 @@ from motes.studio.document import Document, DrawnTarget, changed
 from motes.studio.jobs import Desk, Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import film_worker
+from motes.studio.processes import Worker
 from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
@@ -66,7 +66,7 @@ class LiveSession:
         self.clients: set[Client] = set()
         self._closed = False
         self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
-        workers = partial(film_worker, path, limits, whole=self.whole, damaged=self._find_damage)
+        workers = partial(Worker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
         self._pictures = WorkerPool(partial(workers, background=False), most=1)
         self.facts: OpenFilm
@@ -118,9 +118,7 @@ class LiveSession:
     def busy(self) -> bool:
         """Whether somebody looks at it, or something runs; also while it is opened."""
         opening = not hasattr(self, "watching")
-        return bool(opening or self.clients) or any(
-            job.active and job.status != "paused" for job in self.board.jobs.values()
-        )
+        return bool(opening or self.clients) or any(job.active for job in self.board.jobs.values())
 
     def close(self) -> None:
         """End all processes; nothing is lost. Pages that look may come again."""
@@ -188,7 +186,7 @@ class LiveSession:
             target.object, target.name, target.color, target.preset, target.config, target.seed,
             target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
             [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
-            target.object in self._tracked, target.network,
+            target.object in self._tracked,
         )  # fmt: skip
 
     # What pages ask for.
@@ -210,9 +208,6 @@ class LiveSession:
                 return Reply(command.id, job=job.number)
             case commands.Watch():
                 return Reply(command.id, job=self._watch(command).number)
-            case commands.Pause() | commands.Resume():
-                job = self._job(command.job)
-                self._runner(job).pause(job, on=isinstance(command, commands.Pause))
             case commands.Stop():
                 self._stop(self._job(command.job))
             case commands.Undo():
@@ -230,8 +225,7 @@ class LiveSession:
             assert number is not None
             self._set_tracked({*self._tracked, number})
         tracker = isinstance(command, commands.ChangeObject) and any(
-            each is not UNSET
-            for each in (command.preset, command.config, command.seed, command.network)
+            each is not UNSET for each in (command.preset, command.config, command.seed)
         )
         if tracker and number is not None:
             self._set_tracked(self._tracked - {number})
@@ -297,13 +291,10 @@ class LiveSession:
         self.board.change_state()
         return job
 
-    def _runner(self, job: StudioJob) -> Jobs | Watching:
-        return self.watching if job.kind == "watch" else self.jobs
-
     def _stop(self, job: StudioJob) -> None:
         left = {each for each in job.objects if not self.jobs.complete(each)}
         self._set_tracked(self._tracked - left)
-        self._runner(job).stop(job)
+        (self.watching if job.kind == "watch" else self.jobs).stop(job)
         self.board.change_state()
 
     def _set_tracked(self, tracked: set[int]) -> None:

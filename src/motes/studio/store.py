@@ -10,7 +10,7 @@ import sqlite3
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -84,11 +84,9 @@ class Store:
                 (SELECT 1 FROM part WHERE part.session = id AND key = 'scene') FROM session
             JOIN document ON document.session = id AND document.place = session.place
             ORDER BY changed DESC"""
-        with self._problems():
-            rows = self._base.execute(query).fetchall()
         return [
             SessionCard(number, film, len(_document(content).targets), bool(counted), changed)
-            for number, film, changed, content, counted in rows
+            for number, film, changed, content, counted in self._rows(query)
         ]
 
     def untouched(self, film: str, *, uploaded: bool) -> list[str]:
@@ -98,8 +96,7 @@ class Store:
             AND NOT EXISTS (SELECT 1 FROM document WHERE session = id AND place > 0)
             AND NOT EXISTS (SELECT 1 FROM part WHERE session = id AND key = 'scene run')
             ORDER BY changed DESC"""
-        with self._problems():
-            return [row[0] for row in self._base.execute(query, (film, uploaded))]
+        return [row[0] for row in self._rows(query, film, uploaded)]
 
     def begin(self, film: str, *, uploaded: bool) -> str:
         """Make a session, and return its name."""
@@ -119,24 +116,23 @@ class Store:
     def known(self, session: str) -> Known:
         """Return what is known of a session; raise a FormatError if there is none."""
         query = "SELECT film, uploaded, place, tracked FROM session WHERE id = ?"
-        with self._problems():
-            row = self._base.execute(query, (session,)).fetchone()
-        if row is None:
+        rows = self._rows(query, session)
+        if not rows:
             raise FormatError("There is no such session; choose one of the list.")
-        return Known(row[0], bool(row[1]), row[2], msgspec.json.decode(row[3], type=list[int]))
+        ((film, uploaded, place, tracked),) = rows
+        return Known(film, bool(uploaded), place, msgspec.json.decode(tracked, type=list[int]))
 
     def document(self, session: str, place: int) -> Document:
         """Return a document of a session."""
         query = "SELECT content FROM document WHERE session = ? AND place = ?"
-        with self._problems():
-            row = self._base.execute(query, (session, place)).fetchone()
-        return _document(row[0])
+        ((content,),) = self._rows(query, session, place)
+        return _document(content)
 
     def last_place(self, session: str) -> int:
         """Return the place of the last document, to which changes can be made again."""
         query = "SELECT max(place) FROM document WHERE session = ?"
-        with self._problems():
-            return int(self._base.execute(query, (session,)).fetchone()[0])
+        ((place,),) = self._rows(query, session)
+        return int(place)
 
     def change(self, session: str, place: int, document: Document) -> None:
         """Put a new document at a place; those behind it, which were taken back, are forgotten."""
@@ -151,7 +147,7 @@ class Store:
         """Change all documents of a session, also those taken back; the data of `key` are used."""
         query = "SELECT place, content FROM document WHERE session = ?"
         with self._change():
-            for place, content in self._base.execute(query, (session,)).fetchall():
+            for place, content in self._rows(query, session):
                 changed = msgspec.json.encode(change(_document(content)))
                 self._base.execute(
                     "UPDATE document SET content = ? WHERE session = ? AND place = ?",
@@ -177,23 +173,20 @@ class Store:
     def parts(self, session: str, key: str) -> bytes:
         """Return the computed data of a key: its parts in order; empty if there are none."""
         query = "SELECT content FROM part WHERE session = ? AND key = ? ORDER BY number"
-        with self._problems():
-            return b"".join(row[0] for row in self._base.execute(query, (session, key)))
+        return b"".join(row[0] for row in self._rows(query, session, key))
 
     def parts_from(self, session: str, key: str, first: int, most: int) -> list[bytes]:
         """Return parts of a key from number `first` on, up to a limit."""
         query = """
             SELECT content FROM part WHERE session = ? AND key = ? AND number >= ?
             ORDER BY number LIMIT ?"""
-        with self._problems():
-            found = self._base.execute(query, (session, key, first, most)).fetchall()
-        return [row[0] for row in found]
+        return [row[0] for row in self._rows(query, session, key, first, most)]
 
     def count(self, session: str, key: str) -> int:
         """Return the number of parts of a key."""
         query = "SELECT count(*) FROM part WHERE session = ? AND key = ?"
-        with self._problems():
-            return int(self._base.execute(query, (session, key)).fetchone()[0])
+        ((count,),) = self._rows(query, session, key)
+        return int(count)
 
     def add_part(self, session: str, key: str, data: bytes) -> None:
         """Add computed data to those of a key."""
@@ -213,6 +206,10 @@ class Store:
         """Remove the computed data of a key."""
         with self._change():
             self._base.execute("DELETE FROM part WHERE session = ? AND key = ?", (session, key))
+
+    def _rows(self, query: str, *values: str | int) -> list[tuple[Any, ...]]:
+        with self._problems():
+            return self._base.execute(query, values).fetchall()
 
     def _put(self, session: str, place: int, document: Document) -> None:
         content = msgspec.json.encode(document)

@@ -9,7 +9,6 @@ from pathlib import Path
 from motes.core.errors import ConfigError
 from motes.studio.films import Films
 from motes.studio.messages import Preset, Presets, SessionCard
-from motes.studio.networks import Networks
 from motes.studio.safety import Limits
 from motes.studio.sessions import LiveSession
 from motes.studio.store import Store
@@ -37,7 +36,6 @@ class Studio:
         self.limits = limits
         self.store = Store(data / "studio.sqlite")
         self.films = Films(folder, data / "uploads", limits)
-        self.networks = Networks(data / "networks", limits)
         self._open: dict[str, LiveSession] = {}
         self._used: dict[str, float] = {}
         self._locks: dict[str, asyncio.Lock] = {}
@@ -143,8 +141,5 @@ def presets() -> Presets:
     from motes.sot.particle_filter import ParticleFilter
     from motes.sot.presets import DESCRIPTIONS, PRESETS
 
-    all_ = [
-        Preset(name, text, "network" in PRESETS[name].__struct_fields__)
-        for name, text in DESCRIPTIONS.items()
-    ]
+    all_ = [Preset(*each) for each in DESCRIPTIONS.items()]
     return Presets(all_, [each for each in all_ if isinstance(PRESETS[each.name], ParticleFilter)])

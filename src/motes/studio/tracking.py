@@ -108,14 +108,11 @@ def look_at(place: Workplace, number: int, run: RunPass, wanted: Sequence[Layer]
 
 def watch_film(place: Workplace, config: WatchConfig, places: Regions, seed: int) -> bytes:
     """Track all that moves. `Part`s have the JSON of `ScenePart`s."""
-    from motes.studio.scenes import ScenePart, SceneRun, joined
+    from motes.studio.scenes import ScenePart, joined, scene_parts
 
-    run, film = SceneRun(config, places, seed), place.film
-    last = len(film.times) - 1
-    run.prepare(film.forward(0, last))
     found: list[ScenePart] = []
     sent = time.monotonic()
-    for part in run.parts(film.forward(0, last)):
+    for part in scene_parts(place.film, config, places, seed):
         found.append(part)
         place.check()
         if time.monotonic() - sent > EVERY:

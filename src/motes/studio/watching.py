@@ -17,10 +17,9 @@ from motes.studio.document import regions_of
 from motes.studio.jobs import Desk
 from motes.studio.messages import FoundScene
 from motes.studio.pool import LONG
-from motes.studio.processes import Wish
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
 from motes.studio.tracking import watch_film
-from motes.studio.workplace import PAUSE, RUN, STOP, Part, Task
+from motes.studio.workplace import Part, Task
 
 PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 """Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
@@ -41,7 +40,6 @@ class Watching:
         self._session, self._store = desk.session, desk.store
         self._board = desk.board
         self.job: StudioJob | None = None
-        self._wish = Wish()
         self._task: asyncio.Task[None] | None = None
         data = self._store.parts(self._session, RUN_OF)
         self.asked = msgspec.json.decode(data, type=Asked) if data else None
@@ -60,8 +58,8 @@ class Watching:
         self._board.extend_scene(reset=True)
         job = self._board.begin_job("watch", [])
         job.left = self._desk.film.frames
-        self.job, self._wish = job, Wish()
-        self._task = asyncio.create_task(self._run(job, task, self._wish))
+        self.job = job
+        self._task = asyncio.create_task(self._run(job, task))
         return job
 
     def go_on(self) -> None:
@@ -69,27 +67,20 @@ class Watching:
         if self.asked is not None and not self._store.count(self._session, ENDED):
             self.begin(self.asked.watch, self.asked.places)
 
-    def pause(self, job: StudioJob, *, on: bool) -> None:
-        """Let the run wait, or go on."""
-        if job.active:
-            job.status = "paused" if on else "running"
-            self._wish.set(PAUSE if on else RUN)
-            self._board.progress(job)
-
     def stop(self, job: StudioJob) -> None:
         """End the run; what it has found stays."""
         if job.active:
             job.status = "stopped"
             self._store.add_part(self._session, ENDED, b"")
-            self._wish.set(STOP)
+            self.close()
             self._board.progress(job)
 
     def close(self) -> None:
-        """Stop all."""
+        """Stop the run, which goes on when the session is opened again."""
         if self._task is not None:
             self._task.cancel()
 
-    async def _run(self, job: StudioJob, task: Task, wish: Wish) -> None:
+    async def _run(self, job: StudioJob, task: Task) -> None:
         def part(part: Part) -> None:
             if self.job is not job or not job.active:
                 return
@@ -103,13 +94,11 @@ class Watching:
             async with self._desk.pool.worker(LONG) as worker:
                 if job.status == "waiting":
                     job.status = "running"
-                done = await worker.run(task, part, wish)
-                if job.active and not done.stopped:
-                    self._store.add_part(self._session, ENDED, b"")
-                    job.status, job.left = "done", 0
+                await worker.run(task, part)
+            self._store.add_part(self._session, ENDED, b"")
+            job.status, job.left = "done", 0
         except MotesError as error:  # also of the store, as on a full disk
-            if job.active:
-                job.status, job.error = "failed", str(error)
+            job.status, job.error = "failed", str(error)
         self._board.progress(job)
 
     def since(self, first: int) -> tuple[FoundScene | None, int]:

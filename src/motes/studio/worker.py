@@ -21,12 +21,12 @@ TIDY = 1.0
 """Seconds of work after which a worker gives memory back."""
 
 
-def main(pipe: Connection, wish: Any, memory: int, background: bool) -> None:
+def main(pipe: Connection, stop: Any, memory: int, background: bool) -> None:
     """Do tasks until the pipe is closed, with so much memory; the first one opens the film."""
     system.limit_memory(memory)
     if background:
         system.lower_priority(NICENESS)
-    place = Workplace(pipe, wish)
+    place = Workplace(pipe, stop)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         worked = 0.0
         while True:
@@ -35,7 +35,7 @@ def main(pipe: Connection, wish: Any, memory: int, background: bool) -> None:
             try:
                 place.send(Done(task(place)))
             except StoppedError:
-                place.send(Done(stopped=True))
+                place.send(Done())
             except DamagedError as error:
                 place.send(Failed(text_of(error), damaged=True))
             except Exception as error:  # a damaged film may cause any

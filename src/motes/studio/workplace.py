@@ -22,11 +22,6 @@ from motes.studio.safety import Limits
 from motes.video.film import DamagedError, Film
 from motes.video.seeker import Seeker
 
-WAIT = 0.05
-"""Seconds between looks of a paused worker."""
-RUN, PAUSE, STOP = 0, 1, 2
-"""What the server wants of a worker, in memory that they share."""
-
 
 class Opened(msgspec.Struct, frozen=True):
     """A film that is open, and the times of its frames; the data of `open_film`."""
@@ -48,10 +43,9 @@ class Alive(msgspec.Struct, frozen=True, tag=True):
 
 
 class Done(msgspec.Struct, frozen=True, tag=True):
-    """The task is done; or stopped, if `stopped`."""
+    """The task is done, or was stopped."""
 
     data: bytes = b""
-    stopped: bool = False
 
 
 class Failed(msgspec.Struct, frozen=True, tag=True):
@@ -78,8 +72,8 @@ class Workplace:
     ----------
     pipe
         Of tasks and answers.
-    wish
-        `RUN`, `PAUSE` or `STOP`, in shared memory.
+    stop
+        Whether the server wants the task to end, in shared memory.
 
     Attributes
     ----------
@@ -87,8 +81,8 @@ class Workplace:
         The film, once `open_film` has been done.
     """
 
-    def __init__(self, pipe: Connection, wish: Any) -> None:
-        self._pipe, self._wish = pipe, wish
+    def __init__(self, pipe: Connection, stop: Any) -> None:
+        self._pipe, self._stop = pipe, stop
         self._sent = 0.0
         self.film: Film
 
@@ -108,17 +102,11 @@ class Workplace:
         return task
 
     def check(self) -> None:
-        """Give a sign of life each second, wait while paused, raise `StoppedError` if wanted."""
-        self._sign()
-        while self._wish.value == PAUSE:
-            time.sleep(WAIT)
-            self._sign()
-        if self._wish.value == STOP:
-            raise StoppedError
-
-    def _sign(self) -> None:
+        """Give a sign of life each second; raise `StoppedError` if the task is to end."""
         if time.monotonic() - self._sent > 1:
             self.send(Alive())
+        if self._stop.value:
+            raise StoppedError
 
 
 Task = Callable[[Workplace], bytes]

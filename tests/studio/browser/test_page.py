@@ -74,14 +74,9 @@ def test_all_that_moves_is_counted(shown: Shown) -> None:
     )
     shown.until(f"s.scene.filter(Boolean).length === {FRAMES} && s.counts")
     page.get_by_role("row", name="Objects now").wait_for()
-    page.locator(".slit img").wait_for()
     lists = shown.page.request.get(f"{shown.address}api/sessions").json()
     card = next(each for each in lists if each["id"] == shown.state("s.session.id"))
     assert (card["objects"], card["counted"]) == (0, True)
-    shown.go(30)
-    page.get_by_role("tab", name="Layers").click()
-    page.get_by_label("Foreground").check()
-    shown.until("s.foreground?.frame === 30")
     page.get_by_role("button", name="Export and import").click()
     page.get_by_label("Format of the rows").select_option("mot")
     with page.expect_download() as download:
@@ -114,7 +109,7 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
     page.get_by_role("alert").get_by_text("picture.svg was not taken").wait_for()
 
 
-def test_rows_come_while_a_run_goes_on_which_is_paused_and_stopped(shown: Shown) -> None:
+def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:
     page = shown.page
     shown.open()
     shown.take("nummiaro", SLOW)
@@ -122,10 +117,6 @@ def test_rows_come_while_a_run_goes_on_which_is_paused_and_stopped(shown: Shown)
     page.keyboard.press("t")
     status = "[...s.jobs.values()].at(-1)?.status"
     shown.until(f"{status} === 'running' && s.rows.get(1)?.length > 2")
-    page.get_by_role("toolbar", name="Tools").get_by_role("button", name="Pause").click()
-    shown.until(f"{status} === 'paused'")
-    page.get_by_role("button", name="Go on").click()
-    shown.until(f"{status} === 'running'")
     page.get_by_role("button", name="Stop").click()
     shown.until(f"{status} === 'stopped'")
     assert 0 < shown.state("s.rows.get(1).filter(Boolean).length") < FRAMES
@@ -331,7 +322,7 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         shown.until("s.pictured === 0")
         page.get_by_text("Draw a box or an ellipse around an object").wait_for()
         assert shown.state("[s.film.name, s.film.frames]") == ["sample-player.mp4", 200]
-        assert not page.locator(".tour").count()  # who has not asked for it sees none
+        page.get_by_text("Press B and drag a box around an object").wait_for()
         smoothing = "document.querySelector('.stage canvas').getContext('2d').imageSmoothingQuality"
         assert page.evaluate(smoothing) == "high"
         page.locator("#play").click()
@@ -346,27 +337,6 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         shown.close()
     finally:
         program.close()
-
-
-def test_the_tour_is_done_while_it_is_shown(shown: Shown) -> None:
-    """It says at once that a film is made, and at each step that it was done."""
-    page, tour = shown.page, shown.page.locator(".tour")
-    page.get_by_role("button", name="Take the tour").click()
-    page.get_by_text("The sample film is made").wait_for()
-    tour.get_by_text("1 of 5").wait_for()
-    shown.until("s.pictured === 0")
-    shown.drag((300, 150), (360, 200))
-    tour.get_by_text("✓ Object 1 is drawn").wait_for()
-    tour.get_by_role("button", name="Next").click()
-    tour.get_by_text("2 of 5").wait_for()
-    page.locator("#track").click()
-    tour.get_by_text("✓ It is tracked").wait_for()
-    tour.get_by_role("button", name="Next").focus()
-    for step in range(3, 6):
-        page.keyboard.press("Enter")
-        tour.get_by_text(f"{step} of 5").wait_for()
-    page.keyboard.press("Enter")
-    tour.wait_for(state="detached")
 
 
 def test_a_film_that_was_left_untouched_opens_the_same_session(shown: Shown) -> None:

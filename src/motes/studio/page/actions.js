@@ -3,7 +3,7 @@
 import { announce, read } from "./announce.js";
 import { ask } from "./api.js";
 import { nextColor } from "./colors.js";
-import { isAbsent, itemOf, keyframeOf, nearestRegion, selectedItem } from "./derived.js";
+import { isAbsent, itemOf, keyframeOf, nearestRegion, runningJobs, selectedItem } from "./derived.js";
 import { isBox, rounded } from "./geometry.js";
 
 const DOUBTS = 20;
@@ -154,8 +154,10 @@ export class Actions {
     if (!reply) this.store.set({ following: false });
   }
 
-  job(type, job) {
-    return this.send(type, { job });
+  /** End the run that goes on; it may just have ended. */
+  stop() {
+    const [job] = runningJobs(this.state);
+    return job && this.send("stop", { job: job.job });
   }
 
   undo() {

@@ -20,14 +20,6 @@ export async function askPicture(address, signal) {
   return createImageBitmap(await answer.blob());
 }
 
-/** Send the files of a network in one request, and return their paths at the server. */
-export async function sendNetwork(files) {
-  const words = new URLSearchParams(files.flatMap(({ name, size }) => [["name", name], ["size", size]]));
-  const answer = await fetch(`/api/networks?${words}`, { method: "POST", body: new Blob(files) });
-  if (!answer.ok) throw new Error(await reason(answer));
-  return answer.json();
-}
-
 /** Return why a request was refused, in one line. */
 export async function reason(answer) {
   const text = await answer.text();

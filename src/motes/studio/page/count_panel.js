@@ -2,7 +2,6 @@
 
 import { button, element, field, fill, fillAnew } from "./dom.js";
 import { endGround } from "./places.js";
-import { isRunning } from "./derived.js";
 import { isMore, presetOptions } from "./trackers.js";
 
 const DETECTORS = [
@@ -28,7 +27,6 @@ export function mountCountPanel(app) {
     detector: detector.value, preset: preset.value, config: null, seed: Math.max(0, Math.round(Number(seed.value))),
   }), { class: "main grow", picture: "play", text: "Track all that moves" });
   const counts = element("div", { "aria-live": "polite" });
-  const slit = element("div", { class: "slit" });
   const events = element("ol", { class: "events" });
   const panel = element("div", { class: "tabpanel" },
     element("section", { class: "panel" }, element("h2", {}, "All that moves"),
@@ -36,15 +34,13 @@ export function mountCountPanel(app) {
       element("div", { class: "row tracker" }, field("Tracker", preset, { class: "field grow" }), field("Seed", seed, { class: "field seed" })),
       element("div", { class: "row" }, start)),
     element("section", { class: "panel" }, element("h2", {}, "Lines, zones and ground"), mountPlaces(app)),
-    element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events),
-    element("section", { class: "panel" }, element("h2", {}, "Slit scan"), slit));
+    element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events));
   store.on(["presets"], ({ presets }) => {
     fill(preset, presetOptions(presets?.watch ?? [], watched));
     preset.value = watched;
   });
   store.on(["counts"], (state) => fill(counts, countRows(state)));
   store.on(["events"], (state) => fillAnew(events, state.events.slice(-LATEST), () => eventRows(app, state)));
-  store.on(["scene", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
   return panel;
 }
 
@@ -150,17 +146,4 @@ function groundPoint(at) {
   const input = (label, value) => element("input", { type: "number", step: "any", required: true, "aria-label": label, value });
   return element("div", { class: "row even" },
     element("span", {}, `Point ${at + 1}`), input(`X of point ${at + 1}`, x), input(`Y of point ${at + 1}`, y));
-}
-
-/** The slit scan of each line, drawn anew when a run has ended. */
-function paintSlit(root, { jobs, session, scene }) {
-  const running = [...jobs.values()].some((job) => job.kind === "watch" && isRunning(job));
-  const ended = [...jobs.values()].filter(({ kind }) => kind === "watch").map(({ job }) => job);
-  const names = session.places.lines.map(({ name }, at) => name || `line ${at + 1}`);
-  const shown = scene.length && !running ? names : [];
-  fillAnew(root, [session.id, running, scene.length > 0, ended, names], () => [shown.map((name) => element("figure", {}, element("figcaption", { class: "muted" }, name),
-    element("img", {
-      src: `/api/sessions/${session.id}/slit?line=${encodeURIComponent(name)}&job=${ended.at(-1) ?? 0}`,
-      alt: `Pixels of ${name}, frame by frame from left to right`,
-    }))), shown.length ? null : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line.")]);
 }

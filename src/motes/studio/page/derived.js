@@ -44,9 +44,8 @@ export function nearestRegion(state, item, frame) {
   return near?.region ?? null;
 }
 
-export const isRunning = ({ status }) => status === "running" || status === "waiting" || status === "paused";
-
-export const runningJobs = (state) => [...state.jobs.values()].filter(isRunning);
+export const runningJobs = (state) =>
+  [...state.jobs.values()].filter(({ status }) => status === "running" || status === "waiting");
 
 /** Return the objects that a stage shows: all; or one, beside the one it is compared with. */
 export function shownItems(state, side) {

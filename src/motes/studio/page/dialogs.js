@@ -1,4 +1,4 @@
-// The dialogs: help, the tour, absence, comparison, removal. Files have their own in files.js.
+// The dialogs: help, absence, comparison, removal. Files have their own in files.js.
 
 import { ask } from "./api.js";
 import { announce } from "./announce.js";
@@ -8,7 +8,6 @@ import { selectedItem } from "./derived.js";
 import { trackerFields } from "./trackers.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
-import { startTour } from "./tour.js";
 
 let numbered = 0;
 
@@ -34,7 +33,6 @@ export function makeDialogs(app) {
       element("section", {}, element("h3", {}, title), element("dl", {}, keys.map(([names, what]) => [
         element("dt", {}, names.map((name) => element("kbd", {}, name))), element("dd", {}, what),
       ])))))),
-    tour: () => startTour(app),
     exports: () => showExports(app),
     command: () => showCommand(app),
 
@@ -54,9 +52,9 @@ export function makeDialogs(app) {
     compare() {
       const item = selectedItem(store.state);
       if (!item) return;
-      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed, network: [] };
+      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
       const place = element("div");
-      const paint = () => fillAnew(place, [chosen, store.state.networks], () => trackerFields(app, chosen, (changes) => {
+      const paint = () => fillAnew(place, chosen, () => trackerFields(app, chosen, (changes) => {
         Object.assign(chosen, changes);
         paint();
       }));

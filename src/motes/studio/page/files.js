@@ -34,8 +34,7 @@ export async function showExports(app) {
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
       element("div", { class: "row" },
         take("Export", () => `${base}/export?${form()}&${object()}`, { class: "main grow", picture: "export" }),
-        take("Annotated film", () => `${base}/film?${object()}`),
-        take("Figures", () => `${base}/figures?object=${which.value || tracked[0].object}`)))
+        take("Annotated film", () => `${base}/film?${object()}`)))
       : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
     scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),
       field("Format of the rows", rows),

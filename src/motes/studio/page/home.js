@@ -3,7 +3,6 @@
 import { ask, send } from "./api.js";
 import { announce } from "./announce.js";
 import { button, element, fillAnew, icon } from "./dom.js";
-import { recallNetwork } from "./trackers.js";
 
 export function mountHome(root, app) {
   const { store } = app;
@@ -15,9 +14,7 @@ export function mountHome(root, app) {
     element("div", { class: "intro" },
       element("h1", {}, "See, correct and trust tracks"),
       element("p", { class: "muted" }, "Open a film, draw around an object, watch it being followed, and correct the frames in doubt."),
-      element("div", { class: "row" },
-        button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" }),
-        button("Take the tour", () => app.dialogs.tour(), { text: "Take the tour", class: "plain" }))),
+      button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" })),
     dropZone(app),
     element("div", { class: "lists" },
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
@@ -29,11 +26,10 @@ export function mountHome(root, app) {
 /** Read the lists again: the person is on the first page. */
 export async function refreshHome({ store }) {
   try {
-    const [films, sessions, presets, networks] = await Promise.all([
-      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"), ask("/api/networks"),
+    const [films, sessions, presets] = await Promise.all([
+      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"),
     ]);
-    store.set({ films, sessions, presets, networks });
-    recallNetwork(store);
+    store.set({ films, sessions, presets });
   } catch (error) {
     announce(`The server does not answer: ${error.message}`, "error");
   }
@@ -65,7 +61,7 @@ const SAMPLES = {
 };
 
 /** Open a sample film; the server renders it when it is first asked for. */
-export async function openSample(app, sample = "beetle") {
+async function openSample(app, sample = "beetle") {
   const made = announce("The sample film is made and opened. This takes some seconds …");
   try {
     const { name } = await ask(`/api/samples/${sample}`, { method: "POST" });

@@ -65,7 +65,7 @@ export function mountKeyboard(app) {
     bindings(app).flatMap(([, keys]) => keys.flatMap(([names, , act]) => names.map((name) => [name, act]))),
   );
   document.addEventListener("keydown", (event) => {
-    if (!app.store.state.session || document.querySelector("dialog[open]:not(.tour)") || isTyping(event)) return;
+    if (!app.store.state.session || document.querySelector("dialog[open]") || isTyping(event)) return;
     if (app.store.state.draft?.byKeys && shape(app, event)) {
       event.preventDefault();
       return;

@@ -5,7 +5,6 @@ import { ask } from "./api.js";
 import { color, element, field, fill, fillAnew, sized } from "./dom.js";
 import { selectedItem, runningJobs } from "./derived.js";
 import { LANES } from "./series.js";
-import { foregroundOf } from "./foreground.js";
 
 const ALWAYS = [
   ["ellipse", "Ellipse"],
@@ -14,7 +13,6 @@ const ALWAYS = [
   ["particles", "Particles"],
   ["trails", "Trails"],
   ["places", "Places"],
-  ["foreground", "Foreground"],
 ];
 const ASKED = ["particles", "rho"];
 const PATIENCE = 120; // milliseconds that a frame must stay before its layers are asked for
@@ -37,7 +35,7 @@ export function mountLayerPanel(app) {
   let timer = 0;
   store.on(["pictured", "selected", "shown", "tab", "playing", "jobs", "connected"], () => {
     clearTimeout(timer);
-    timer = setTimeout(() => look(app), PATIENCE);
+    timer = setTimeout(() => look(store), PATIENCE);
   });
   return panel;
 }
@@ -70,11 +68,9 @@ function paintSurfaces(select, state) {
 }
 
 /** Ask the server for what the shown layers need, once a frame stands still. */
-function look(app) {
-  const { store } = app;
+function look(store) {
   const { state } = store;
   const item = selectedItem(state);
-  if (state.shown.has("foreground") && !state.playing) foregroundOf(app);
   if (!item?.tracked || state.playing || runningJobs(state).length || state.pictured === null) return;
   const wanted = ASKED.filter((layer) => state.shown.has(layer));
   if ([...state.shown].some((layer) => layer.startsWith("cue:"))) wanted.push("likelihoods");

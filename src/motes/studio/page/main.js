@@ -21,7 +21,6 @@ import { Pictures } from "./pictures.js";
 import { Player } from "./player.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
-import { isDue, startTour } from "./tour.js";
 import { freshSession, initialState } from "./state.js";
 
 const part = (name) => document.getElementById(name);
@@ -121,11 +120,6 @@ function route() {
   if (id) app.connection = new Connection(store, id);
   refreshHome(app);
 }
-
-/** A tour that was asked for on the first page begins as soon as there is a session. */
-store.on(["film"], ({ film }) => {
-  if (film && isDue()) setTimeout(() => startTour(app), 0);
-});
 
 addEventListener("hashchange", route);
 await loadIcons();

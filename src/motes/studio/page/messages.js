@@ -57,7 +57,7 @@ export const MESSAGES = {
       scene[frame] = { frame, time, objects: seen.map((values) => named(SCENE_OBJECT, values)) };
       last = frame;
     }
-    store.set({ scene, counts: last === null ? null : { objects, totals } });
+    store.set({ scene, counts: scene.length ? { objects, totals } : null });
     if (reset || events.length) store.set({ events: reset ? events : [...store.state.events, ...events] });
     store.touch("scene");
     if (last !== null) store.set({ newest: { object: null, frame: last } });

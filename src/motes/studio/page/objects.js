@@ -20,10 +20,10 @@ export function mountObjects(root, app) {
     if (session) fillAnew(list, [session.objects, selected, [...hidden], looks], () => entries(app));
   });
   store.on(["rows", "pictured", "session"], (state) => state.session && updateNumbers(list, state));
-  store.on(["session", "selected", "presets", "networks", "pictured"], (state) => {
+  store.on(["session", "selected", "presets", "pictured"], (state) => {
     const item = selectedItem(state);
-    const { object, name, color, preset, config, seed, network, compared, tracked } = item ?? {};
-    const facts = [object, name, color, preset, config, seed, network, compared, tracked, state.presets, state.networks];
+    const { object, name, color, preset, config, seed, compared, tracked } = item ?? {};
+    const facts = [object, name, color, preset, config, seed, compared, tracked, state.presets];
     fillAnew(given, facts, () => (item ? [settings(app, item)] : []));
     const around = item && [item, state.session.objects, state.session.effort, here(state, item)];
     fillAnew(corrected, around, () => (item ? [corrections(app, item)] : []));

@@ -2,8 +2,8 @@
 
 /** The fields of each command, next to `type` and `id`. */
 export const COMMANDS = {
-  add_object: ["name", "color", "frame", "region", "preset", "config", "seed", "network"],
-  change_object: ["object", "name", "color", "preset", "config", "seed", "network"],
+  add_object: ["name", "color", "frame", "region", "preset", "config", "seed"],
+  change_object: ["object", "name", "color", "preset", "config", "seed"],
   remove_object: ["object"],
   set_keyframe: ["object", "frame", "region"],
   remove_keyframe: ["object", "frame"],
@@ -11,14 +11,12 @@ export const COMMANDS = {
   split: ["object", "frame"],
   join: ["object", "other"],
   track: ["objects"],
-  pause: ["job"],
-  resume: ["job"],
   stop: ["job"],
   undo: [],
   redo: [],
   watch: ["detector", "preset", "config", "seed"],
   set_places: ["places"],
-  compare: ["object", "preset", "config", "seed", "network"],
+  compare: ["object", "preset", "config", "seed"],
   acknowledge: ["number"],
 };
 

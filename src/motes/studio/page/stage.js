@@ -9,7 +9,7 @@ import { ellipseOf, isAbsent, itemOf, keyframeOf, regionOf, rowOf, shown, shownI
 
 const ABOVE = [
   "session", "selected", "shown", "draft", "looked", "scene", "hidden", "tool",
-  "corners", "foreground",
+  "corners",
 ];
 
 export function mountStage(root, app, side) {
@@ -86,13 +86,7 @@ function paintOver(canvas, state, view, side) {
 }
 
 /** Surfaces and particles that the person asked for in this frame. */
-function paintLooked(context, { looked, shown: wanted, foreground }, items, frame, scale) {
-  if (wanted.has("foreground") && foreground?.frame === frame) {
-    context.globalAlpha = 0.6;
-    const { picture, film } = foreground;
-    context.drawImage(picture, -0.5, -0.5, film.width, film.height);
-    context.globalAlpha = 1;
-  }
+function paintLooked(context, { looked, shown: wanted }, items, frame, scale) {
   if (looked?.frame !== frame || !items.some(({ object }) => object === looked.object)) return;
   if (wanted.has("rho") && looked.rho) layers.drawSurface(context, looked.rho);
   const cue = [...wanted].find((name) => name.startsWith("cue:"))?.slice(4);
@@ -206,9 +200,10 @@ const HINTS = {
   ground: "Click four points of the ground that you know in metres",
 };
 
-function hintOf({ tool, draft, corners, redrawing, session, selected }) {
+function hintOf({ tool, draft, corners, redrawing, session, selected, scene }) {
   if (draft?.byKeys) return "Arrows move, Ctrl and arrows resize, [ ] turn; Enter sets, Escape ends";
   if (tool === "ground" && corners.length) return `Point ${corners.length} of 4: enter its metres in Count`;
   if (redrawing) return `Draw ${itemOf({ session }, selected)?.name ?? "the object"} again in this frame`;
-  return HINTS[tool] ?? "";
+  const first = "Press B and drag a box around an object; then T tracks it";
+  return HINTS[tool] ?? (tool === "select" && !session.objects.length && !scene.length ? first : "");
 }

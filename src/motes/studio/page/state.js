@@ -9,7 +9,6 @@ export const initialState = () => ({
   films: null,
   sessions: null,
   presets: null,
-  networks: [],
   // how the page looks
   theme: "system",
   looks: 0,
@@ -18,7 +17,7 @@ export const initialState = () => ({
   shown: new Set(LAYERS),
   lanes: new Set(LANES),
   speed: 1,
-  tracker: { preset: "default", config: null, seed: 0, network: [] },
+  tracker: { preset: "default", config: null, seed: 0 },
   ...freshSession(),
 });
 
@@ -37,7 +36,6 @@ export const freshSession = () => ({
   scene: [],
   events: [],
   counts: null,
-  foreground: null,
   // what the person looks at
   frame: 0,
   pictured: null, // the frame whose picture is on the stage

@@ -41,33 +41,25 @@ export function mountTools(root, app) {
   });
 }
 
-/** The run that is going on: its share, rate, time left, and pause and stop. */
+/** The run that is going on: its share, rate, time left, and stop. */
 function jobView({ store, actions }) {
   const bar = element("progress", { max: "1", "aria-label": "Progress" });
   const words = element("span", { class: "words" });
-  const act = (type) => () => {
-    const [job] = runningJobs(store.state); // it may just have ended
-    if (job) actions.job(type(job), job.job);
-  };
-  const pause = button("Pause", act(({ status }) => (status === "paused" ? "resume" : "pause")), { picture: "pause" });
-  const stop = button("Stop", act(() => "stop"), { picture: "stop" });
-  const view = element("div", { class: "job row" }, bar, words, pause, stop);
+  const view = element("div", { class: "job row" }, bar, words, button("Stop", () => actions.stop(), { picture: "stop" }));
   store.on(["jobs"], (state) => {
     const [job] = runningJobs(state);
     view.hidden = !job;
     if (!job) return;
-    const paused = job.status === "paused";
     bar.value = job.total ? job.done / job.total : 0;
-    words.textContent = wordsOf(job, bar.value, paused);
-    relabel(pause, paused ? "Go on" : "Pause", paused ? "play" : "pause");
+    words.textContent = wordsOf(job, bar.value);
   });
   return view;
 }
 
-function wordsOf({ status, rate, left }, share, paused) {
-  const state = paused ? "Paused" : status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`;
+function wordsOf({ status, rate, left }, share) {
+  const state = status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`;
   const speed = rate === null ? "" : `${rate.toFixed(0)} frames/s`;
-  const rest = left === null || paused ? "" : `${clock(Math.ceil(left))} left`;
+  const rest = left === null ? "" : `${clock(Math.ceil(left))} left`;
   return [state, speed, rest].filter(Boolean).join(" · ");
 }
 
