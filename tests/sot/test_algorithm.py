@@ -13,7 +13,6 @@ from motes.core.track import Status
 from motes.output.figures import APPEARING, Recorder
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.presets import configure, preset
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
@@ -96,15 +95,6 @@ def test_mean_shift_reports_its_only_hypothesis() -> None:
     np.testing.assert_array_equal(info.weights, [1.0])
     assert info.n_supporting == 1
     assert "ellipses" not in msgspec.structs.asdict(info)  # type: ignore[arg-type]
-
-
-def test_a_budget_is_kept_or_the_default_one() -> None:
-    own = configure(preset("nummiaro"), {"budget": {"min": 7, "max": 70}})
-    assert Tracker(own, fps_target=500).config == own
-    without = Tracker("nummiaro", fps_target=500).config
-    assert without == configure(preset("nummiaro"), {"budget": {}})
-    assert Tracker("nummiaro").config == preset("nummiaro")
-    assert KldSampling() == getattr(without, "budget")  # noqa: B009
 
 
 def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -222,7 +222,6 @@ class ParticleFilter(
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
-        max_particles: int | None = None,
         expected: Floats | None = None,
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
@@ -231,8 +230,7 @@ class ParticleFilter(
         another tracker sees it (section VII). If it is there, they are the particles.
 
         While the target is searched for, half of the particles move on, and the other half is
-        spread over the search regions. With a budget there are at most `max_particles`, but never
-        fewer than its smallest number.
+        spread over the search regions.
         """
         absent = state.status is not Status.TRACKING
         # A known target that has just appeared is looked at more closely before it counts as found.
@@ -244,7 +242,7 @@ class ParticleFilter(
             after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
             if info.track.status is Status.TRACKING:
                 return replace(after, known=state.known), info
-        n = self._count(state, max_particles)
+        n = self._count(state)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
             before = state.states, state.weights
@@ -284,19 +282,12 @@ class ParticleFilter(
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
         return check_state(state, frame, self.cues, self.strategies, self.motion)
 
-    def with_budget(self) -> Self:
-        """Return the filter with a budget: its own, or else the default one."""
-        return self if self.budget else replace(self, budget=KldSampling())
-
-    def _count(self, state: FilterState, max_particles: int | None) -> int:
+    def _count(self, state: FilterState) -> int:
         """Return how many particles the next frame gets."""
         # Particles at one place, as at the start, do not show how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
             return self.particles
-        wanted = self.budget.count(self.motion.ellipses(state.states), state.reference_size)
-        if max_particles is None:
-            return wanted
-        return max(min(wanted, max_particles), self.budget.min)
+        return self.budget.count(self.motion.ellipses(state.states), state.reference_size)
 
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
