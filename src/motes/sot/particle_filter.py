@@ -34,7 +34,6 @@ from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
-    ModelUpdate,
     Strategy,
     any_changes,
     update_models,
@@ -344,11 +343,11 @@ class ParticleFilter(
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
-        update = ModelUpdate(state.models, state.memories, {})
+        models, memories = state.models, state.memories
         # A model learns at most once from a frame.
         if self.learns and there and frame.time > state.time:
-            update = update_models(
-                self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
+            models, memories = update_models(
+                self.cues, self.strategies, models, memories, frame, seen.estimate
             )
         confidence = self.calibration.probability(seen.distance, spread)
         if not self.calibration.spread:
@@ -360,10 +359,9 @@ class ParticleFilter(
         info = FilterInfo(
             track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
             state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
-            update.diagnostics,
         )  # fmt: skip
         after = replace(
             state, time=frame.time, states=seen.states, weights=seen.weights,
-            models=update.models, memories=update.memories, status=status, frames_missed=missed,
+            models=models, memories=memories, status=status, frames_missed=missed,
         )  # fmt: skip
         return after, info

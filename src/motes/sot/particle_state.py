@@ -26,7 +26,7 @@ from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
-from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
+from motes.sot.filtering.model_update import Strategy, UpdaterState
 from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
@@ -93,9 +93,6 @@ class FilterInfo(msgspec.Struct, frozen=True, eq=False):
         The target model of each cue that this frame was compared with.
     cue_weights
         The weight of each cue; they sum to 1.
-    update_diagnostics
-        What the model update made of this frame, for each cue whose update reports it. It is empty
-        while the appearance rule does not hold.
     """
 
     track: Track
@@ -105,7 +102,6 @@ class FilterInfo(msgspec.Struct, frozen=True, eq=False):
     n_supporting: int
     models: Mapping[str, Any]
     cue_weights: Mapping[str, float]
-    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}
 
 
 def check_state(
