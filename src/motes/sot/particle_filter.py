@@ -44,11 +44,12 @@ from motes.sot.filtering.observation import Observation, Observer
 from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
-from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
+from motes.sot.particle_state import FilterState, Model, check_state
+from motes.sot.step_info import StepInfo
 
 
 class ParticleFilter(
-    Algorithm[FilterState, FilterInfo],
+    Algorithm[FilterState],
     Config,
     frozen=True,
     dict=True,
@@ -152,7 +153,7 @@ class ParticleFilter(
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
         # The motion model may swap the half-axes and turn the ellipse by a right angle.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
@@ -170,7 +171,7 @@ class ParticleFilter(
         size: Ellipse,
         places: Floats | None = None,
         background: Frame | None = None,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Start looking for a target whose model is known: initialization by a known histogram.
 
         Parameters
@@ -195,7 +196,7 @@ class ParticleFilter(
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Start with the samples and models that another tracker gives: section VII.
 
         The status is that of the appearance rule: `tracking` if the target is there.
@@ -222,7 +223,7 @@ class ParticleFilter(
         state: FilterState,
         frame: Frame,
         expected: Floats | None = None,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
         A target that is searched for is first looked for at `expected`, ellipses (N, 5) where
@@ -270,7 +271,7 @@ class ParticleFilter(
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
@@ -309,7 +310,7 @@ class ParticleFilter(
         status: Status,
         *,
         known: bool = False,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         state = FilterState(
             time=frame.time, states=self.motion.initial(ellipses),
             weights=Weights.uniform(len(ellipses)), models=models, memories={},
@@ -334,7 +335,7 @@ class ParticleFilter(
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Decide whether the target is there, and learn from it if so."""
         appears = seen.appearing > self.presence.fraction * len(seen.states)
         rho = 1 - seen.distance**2
@@ -356,9 +357,9 @@ class ParticleFilter(
             frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
             seen.distance, seen.weights.effective_sample_size,
         )  # fmt: skip
-        info = FilterInfo(
-            track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
-            state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
+        info = StepInfo(
+            track, seen.ellipses, seen.weights.values, seen.appearing, state.models,
+            dict(zip(self.cues, seen.shares.tolist(), strict=True)),
         )  # fmt: skip
         after = replace(
             state, time=frame.time, states=seen.states, weights=seen.weights,

@@ -1,4 +1,4 @@
-"""The state of the particle filter, what it reports, and the check of a saved state."""
+"""The state of the particle filter, and the check of a saved state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from motes.core.saved_state import (
     middle_of,
     rows,
 )
-from motes.core.track import Status, Track
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
@@ -72,36 +72,6 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     status: Status
     frames_missed: int
     known: bool = False
-
-
-class FilterInfo(msgspec.Struct, frozen=True, eq=False):
-    """What the particle filter reports of a step.
-
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the particles: x, y, a, b, theta.
-    weights
-        (N,) their probabilities after this frame.
-    distances
-        (N,) to the target model, over all cues.
-    n_supporting
-        Number of particles that fulfill the appearance rule.
-    models
-        The target model of each cue that this frame was compared with.
-    cue_weights
-        The weight of each cue; they sum to 1.
-    """
-
-    track: Track
-    ellipses: Floats
-    weights: Floats
-    distances: Floats
-    n_supporting: int
-    models: Mapping[str, Any]
-    cue_weights: Mapping[str, float]
 
 
 def check_state(

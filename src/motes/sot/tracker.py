@@ -58,8 +58,7 @@ class Tracker:
     Attributes
     ----------
     info
-        What happened in the last step. `StepInfo` is in every algorithm's info; `FilterInfo`,
-        `DiscriminativeInfo` and `MeanShiftInfo` hold more.
+        What happened in the last step.
     """
 
     info: StepInfo
@@ -81,7 +80,7 @@ class Tracker:
             self.config = replace(self.config, network=Network(files_of(network)))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
-        self._algorithm: Algorithm[Any, StepInfo] = self.config
+        self._algorithm: Algorithm[Any] = self.config
         self._seed = checked_seed(seed)
         self._direction = -1 if backward else 1
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
@@ -358,7 +357,7 @@ class Tracker:
         self._angle = ellipse.theta
         if self._direction < 0 or ellipse != self.info.track.ellipse:
             track = replace(self.info.track, time=frame.time, ellipse=ellipse)
-            self.info = replace(self.info, track=track)  # type: ignore[type-var]
+            self.info = replace(self.info, track=track)
         return self.info.track
 
 
