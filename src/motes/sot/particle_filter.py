@@ -256,8 +256,8 @@ class ParticleFilter(
         states = self.motion.propagate(rng, states, dt, first)
         if searching:
             fresh = scatter(rng, state.search_regions, first, (n + 1) // 2)
-            # The half is random: most schemes return ancestors in order, and a fixed half would
-            # always drop the same particles.
+            # The half is random: systematic selection returns ancestors in order, and a fixed half
+            # would always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
         return self._judge(state, frame, self._observe(state, frame, states, prior))
