@@ -33,8 +33,8 @@ from motes.sot import particle_filter
 from motes.sot.filtering import observation
 from motes.sot.filtering.observation import Observer
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import preset
+from motes.sot.step_info import StepInfo
 from motes.synthetic.clips import still
 from motes_lab.report import markdown
 from motes_lab.report.tables import NO_VALUE, Cell, Table, number
@@ -145,7 +145,7 @@ def places(window: Window, ellipses: Floats, reading: Reading) -> tuple[Counts, 
     return offsets, weights, seconds_of(all_of, ellipses) - calls
 
 
-def color_steps(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, float]:
+def color_steps(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
     """Return the seconds of each step of `kernels.color.distances`, for all particles at once."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
@@ -170,7 +170,7 @@ def plane_of(frame: Frame) -> Any:
     return next(iter(frame.cache.values()))
 
 
-def edge_places(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, float]:
+def edge_places(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
     """Return the seconds for the places that are read in the plane of edges."""
     cue = config.edges or config.orientation
     assert cue is not None
@@ -225,7 +225,6 @@ def break_down(name: str) -> Breakdown:
             for frame in map(copy.deepcopy, frames[1:]):
                 spent.clear()
                 again.update(frame)
-                assert isinstance(again.info, FilterInfo)
                 info = again.info
                 seconds = dict(spent)
                 seconds |= color_steps(config, frame, info)
@@ -242,7 +241,7 @@ def break_down(name: str) -> Breakdown:
     )
 
 
-def counted(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, int]:
+def counted(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, int]:
     """Return how much there is to do in an update, as lab/docs/performance.md derives it."""
     cue, model = config.color, info.models["color"]
     assert cue is not None

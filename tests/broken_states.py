@@ -88,7 +88,8 @@ def example(name: str, moment: str) -> bytes:
     target = region((30, 36))
     if moment == "searching":
         assert isinstance(config, ParticleFilter)
-        known = KnownTarget.learn(config.cues, _picture(0), target)
+        assert config.color is not None
+        known = KnownTarget.learn(config.color, _picture(0), target)
         tracker.search(_picture(0, there=False), known)
     else:
         tracker.init(_picture(0), target)

@@ -24,20 +24,16 @@ CONFIGS: dict[str, TrackerConfig] = {
         presence=AppearanceRule(margin=0.7),
         resampling=Systematic(threshold=0.5),
     ),
-    "random walk, residual": configure(
+    "random walk, every pixel": configure(
         PRESETS["nummiaro"],
         {
             "motion": {"type": "random_walk", "noise": {"position": 0.4, "size": 0.003}},
             "color": {"sampling": {"type": "every_pixel"}},
-            "resampling": {"type": "residual"},
         },
     ),
-    "stratified, half of the pixels": configure(
+    "half of the pixels": configure(
         PRESETS["nummiaro"],
-        {
-            "color": {"sampling": {"type": "checkerboard"}},
-            "resampling": {"type": "stratified"},
-        },
+        {"color": {"sampling": {"type": "checkerboard"}}},
     ),
     "learned against the surroundings": configure(
         PRESETS["nummiaro"],
@@ -68,8 +64,8 @@ KINDS = [
     "zhao_pei:color",
     "zhao_pei:hog",
     "second order, systematic",
-    "random walk, residual",
-    "stratified, half of the pixels",
+    "random walk, every pixel",
+    "half of the pixels",
     "learned against the surroundings",
     *VARIANTS,
 ]

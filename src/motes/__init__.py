@@ -69,13 +69,11 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.rows.writer import TrackWriter as TrackWriter
     from motes.sot.algorithm import Algorithm as Algorithm
     from motes.sot.batch import Trackers as Trackers
-    from motes.sot.discriminative.state import DiscriminativeInfo as DiscriminativeInfo
     from motes.sot.discriminative.tracker import Discriminative as Discriminative
     from motes.sot.known_target import KnownTarget as KnownTarget
-    from motes.sot.mean_shift import MeanShift as MeanShift, MeanShiftInfo as MeanShiftInfo
+    from motes.sot.mean_shift import MeanShift as MeanShift
     from motes.sot.opencv_api import OpenCVTracker as OpenCVTracker
     from motes.sot.particle_filter import ParticleFilter as ParticleFilter
-    from motes.sot.particle_state import FilterInfo as FilterInfo
     from motes.sot.places import Place as Place, load_places as load_places
     from motes.sot.presets import (
         PRESETS as PRESETS,
@@ -120,13 +118,11 @@ _NAMES = {
     "rows.writer": "TrackWriter",
     "sot.algorithm": "Algorithm",
     "sot.batch": "Trackers",
-    "sot.discriminative.state": "DiscriminativeInfo",
     "sot.discriminative.tracker": "Discriminative",
     "sot.known_target": "KnownTarget",
-    "sot.mean_shift": "MeanShift MeanShiftInfo",
+    "sot.mean_shift": "MeanShift",
     "sot.opencv_api": "OpenCVTracker",
     "sot.particle_filter": "ParticleFilter",
-    "sot.particle_state": "FilterInfo",
     "sot.places": "Place load_places",
     "sot.presets": "PRESETS TrackerConfig configure preset",
     "sot.step_info": "StepInfo",

@@ -36,14 +36,7 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-from motes.sot.filtering.resampling import (
-    Multinomial,
-    Resampling,
-    Residual,
-    Stratified,
-    Systematic,
-    Weights,
-)
+from motes.sot.filtering.resampling import Multinomial, Resampling, Systematic, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.mean_shift import Kalman
 
@@ -78,10 +71,8 @@ __all__ = [
     "RandomWalk",
     "Redetection",
     "Resampling",
-    "Residual",
     "SecondOrder",
     "Strategy",
-    "Stratified",
     "Systematic",
     "Weights",
 ]

@@ -48,7 +48,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("track film.mkv -x", "no option -x"),
         ("track film.mkv --particle", "did you mean --particles?"),
         ("track film.mkv --particle 5", "did you mean --particles?"),
-        ("track film.mkv --fps-targe", "did you mean --fps-target?"),
+        ("track film.mkv --overla", "did you mean --overlay?"),
         ("track film.mkv --particles", "--particles needs a value: integer, 1 to 1,000,000."),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         ("track film.mkv --preset nummiaro --motion.nois", "did you mean --motion.noise.KEY?"),

@@ -385,9 +385,9 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --absent 9 --init BOX --backward", 2, "in both directions; omit --backward"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
-            "track FILM --at 3=BOX --stride 2 --figures f --fps-target 9",
+            "track FILM --at 3=BOX --stride 2 --figures f --save-histogram h.json",
             2,
-            "--stride, --fps-target and --figures FOLDER are not for keyframes; omit them.",
+            "--stride, --figures FOLDER and --save-histogram are not for keyframes; omit them.",
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
         ("track FILM --at 3=BOX --resume", 2, "--resume continues rows; - holds none"),

@@ -24,7 +24,7 @@ def seeds() -> list[bytes]:
     """Return valid words."""
     lines = (
         "track --init 10,12,20,16 --start 0 --end 4 --stride 1 --seed 3",
-        "track --init 20,20,9,7.5,0.3 --preset nummiaro --fps-target 500",
+        "track --init 20,20,9,7.5,0.3 --preset nummiaro --budget.max 500",
         "track --init 10,12,20,16 --init 30,20,9,9 --preset nummiaro",
         "track --preset nummiaro --particles 80 --color.bins 8,8,8 --motion.noise.size 0.05 "
         "--likelihood.sigma 0.1 --dump-config",

@@ -19,8 +19,8 @@ from motes.cues.color import Color
 from motes.output.charts import Series
 from motes.output.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import configure, preset
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
 ADAPTIVE = "maggio:C+O-A-SS-ROH"
@@ -51,12 +51,12 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
     return recorder, Series(*[*np.array(rows, float).T, np.array(cue_weights)])
 
 
-def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, FilterInfo]:
+def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, StepInfo]:
     """Return a gray frame and what a tracker says about it."""
     frame = Frame(index, index / 25, gray())
     model = Color().learn(frame, Ellipse(40, 30, 8, 6))
     track = Track(index, index / 25, Ellipse(x, 30, 8, 6), np.eye(5), 0.5, status, 0.1, 50.0)
-    return frame, FilterInfo(track, np.array([track.ellipse]), np.ones(1), np.full(1, 0.1), 1,
+    return frame, StepInfo(track, np.array([track.ellipse]), np.ones(1), 1,
         {"color": model}, {"color": 1.0},
     )  # fmt: skip
 

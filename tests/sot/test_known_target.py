@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,11 +15,8 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
-from motes.cues.color_posterior import Posterior
-from motes.cues.edge_histogram import Edges
 from motes.sot.known_target import KnownTarget
 from motes.sot.places import Place, boxes_of, load_places
-from motes.sot.presets import preset
 from oracles import region, scene
 
 FRAME = scene(0, (40, 30))
@@ -35,71 +31,13 @@ def test_a_target_survives_its_file(tmp_path: Path) -> None:
     first = target()
     first.save(path)
     again = KnownTarget.load(path)
-    assert again.cues == first.cues
+    assert again.color == first.color
     assert again.size == first.size == Ellipse(0, 0, 10, 7)
-    [model] = again.models.values()
-    np.testing.assert_allclose(model.histogram, first.models["color"].histogram, rtol=1e-12)
-    np.testing.assert_array_equal(model.histogram, model.anchor)
+    np.testing.assert_allclose(again.model.histogram, first.model.histogram, rtol=1e-12)
+    np.testing.assert_array_equal(again.model.histogram, again.model.anchor)
     values = json.loads(path.read_text())
     assert list(values) == ["type", "a", "b", "theta", "cue", "bins"]
     assert sum(share for _, share in values["bins"]) == pytest.approx(1)
-
-
-@pytest.mark.parametrize("name", ["maggio", "maggio:O-FOH", "ng_delp", "zhao_pei:72"])
-def test_a_target_of_several_cues_survives_its_file(name: str, tmp_path: Path) -> None:
-    config = preset(name)
-    first = KnownTarget.learn(config.cues, FRAME, region((40, 30)))
-    first.save(tmp_path / "target.json")
-    again = KnownTarget.load(tmp_path / "target.json")
-    assert again.cues == config.cues
-    for cue, model in first.models.items():
-        same = again.models[cue]
-        assert type(same) is type(model)
-        for field, value in msgspec.structs.asdict(model).items():
-            np.testing.assert_allclose(getattr(same, field), value, rtol=1e-12)
-    assert list(again.models_for(config.cues)) == list(config.cues)
-
-
-def test_what_has_no_histogram_is_refused() -> None:
-    with pytest.raises(ConfigError, match="cannot be known by posterior, which has no histogram"):
-        KnownTarget.learn({"color": Color(), "posterior": Posterior()}, FRAME, region((40, 30)))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"model": {}}, "is not a histogram file"),
-        ({"model": {"type": "edges", "histogram": [1.0], "anchor": [1.0]}}, "shape"),
-        ({"model": {"type": "edges", "histogram": [0.5] * 5, "anchor": [0.2] * 5}}, "sum to 1"),
-        ({"model": {"type": "edges", "histogram": [-1.0, 2, 0, 0, 0], "anchor": [0.2] * 5}}, "-1"),
-        ({"model": {"type": "edges", "histogram": ["x"] * 5, "anchor": [0.2] * 5}}, "file"),
-        ({"cue": {"bins": 1}}, "is not a histogram file"),
-        ({"cue": {"smell": 1}}, "no key 'smell'"),
-    ],
-)
-def test_models_that_do_not_fit(tmp_path: Path, change: dict[str, Any], message: str) -> None:
-    path = tmp_path / "target.json"
-    KnownTarget.learn({"edges": Edges(bins=4)}, FRAME, region((40, 30))).save(path)
-    values = json.loads(path.read_text())
-    values["others"]["edges"] |= change
-    path.write_text(json.dumps(values))
-    with pytest.raises(FormatError, match=message) as error:
-        KnownTarget.load(path)
-    assert "\n" not in str(error.value)
-
-
-def test_a_file_without_any_cue_and_one_of_an_unknown_cue(tmp_path: Path) -> None:
-    path = tmp_path / "target.json"
-    path.write_text('{"type": "motes_histogram", "a": 3, "b": 3, "theta": 0}')
-    with pytest.raises(FormatError, match="has no histogram; make one"):
-        KnownTarget.load(path)
-    for name in ("smell", "posterior"):
-        others: dict[str, Any] = {name: {"cue": {}, "model": {}}}
-        path.write_text(
-            json.dumps({"type": "motes_histogram", "a": 3, "b": 3, "theta": 0, "others": others})
-        )
-        with pytest.raises(FormatError, match=f"is not a histogram file .*{name}"):
-            KnownTarget.load(path)
 
 
 def spoiled(path: Path, **changes: Any) -> Path:
@@ -125,6 +63,7 @@ def spoiled(path: Path, **changes: Any) -> Path:
         ({"cue": {"type": "smell"}}, "is not a histogram file"),
         ({"type": "motes_track"}, "is not a histogram file"),
         ({"extra": 1}, "is not a histogram file"),
+        ({"others": {"edges": {}}}, "is not a histogram file .*no key 'others'"),
     ],
 )
 def test_files_with_wrong_values(tmp_path: Path, changes: dict[str, Any], message: str) -> None:

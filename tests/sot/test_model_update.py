@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -29,10 +28,8 @@ from motes.sot.filtering.model_update import (
     ExponentialForgetting,
     PerCue,
     Strategy,
-    UpdateDiagnostics,
 )
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene
@@ -56,7 +53,6 @@ def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> Non
         np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
         assert learned.histogram.sum() == pytest.approx(1)
         assert learned.memory is None
-        assert learned.diagnostics is None
 
 
 @pytest.mark.parametrize("anchor", [0.0, 0.4, 1.0])
@@ -86,11 +82,6 @@ def small(**changes: Any) -> ParticleFilter:
 BOTH = PerCue(cues={"color": KalmanBins(frames=2), "hog": GaussianBins()})
 
 
-def diagnostics(tracker: Tracker) -> Mapping[str, UpdateDiagnostics]:
-    assert isinstance(tracker.info, FilterInfo)
-    return tracker.info.update_diagnostics
-
-
 def started(config: TrackerConfig) -> Tracker:
     tracker = Tracker(config, 1)
     tracker.init(scene(0, (30.0, 36)), region((30.0, 36)))
@@ -103,7 +94,6 @@ def started(config: TrackerConfig) -> Tracker:
 def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
     config = small(adaptation=strategy)
     tracker = started(config)
-    assert diagnostics(tracker) == {}  # the first frame is the model
     memories: dict[str, Any] = dict.fromkeys(config.cues)
     models = tracker.info.models
     for picture in walk(1, 2, 3, 4, 5):
@@ -116,14 +106,9 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             seen = cue.observe(before, picture, track.ellipse)
             each = config.strategies[name]
             learned = each.learn(memories[name], before.histogram, before.anchor, seen)
-            lesson = diagnostics(tracker)[name]
-            assert learned.diagnostics is not None
-            np.testing.assert_array_equal(lesson.residuals, learned.diagnostics.residuals)
-            assert lesson[1:] == learned.diagnostics[1:]
             memories[name] = learned.memory
             after: Any = tracker._state.models[name]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
-            assert (after.histogram != before.histogram).any() == (lesson.gain > 0)
             models[name] = after
 
 
@@ -135,8 +120,11 @@ def test_each_cue_has_its_own_strategy() -> None:
     )
     tracker = started(config)
     for picture in walk(1, 2, 3):
+        before: Any = tracker._state.models
         tracker.update(picture)
-        assert list(diagnostics(tracker)) == ["hog"]
+        after: Any = tracker._state.models
+        changed = [n for n in after if (after[n].histogram != before[n].histogram).any()]
+        assert changed == ["hog"]
     with pytest.raises(ConfigError, match=r"adaptation\.cues names 'edges'; the cues in use are"):
         small(adaptation=PerCue(cues={"edges": GaussianBins()}))
 
@@ -148,7 +136,6 @@ def test_nothing_is_learned_while_the_target_is_not_there() -> None:
     state: Any = tracker._state
     for index in range(4, 12):
         tracker.update(scene(index, None))
-        assert diagnostics(tracker) == {}
         after: Any = tracker._state
         assert after.models == state.models
         assert after.memories == state.memories
@@ -175,7 +162,6 @@ def test_where_nothing_is_seen_the_model_stays() -> None:
     before: Any = tracker._state
     tracker.update(red)
     after: Any = tracker._state
-    assert list(diagnostics(tracker)) == ["color"]
     assert list(after.memories) == ["color"]
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 

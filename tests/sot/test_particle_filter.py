@@ -227,8 +227,10 @@ def test_without_selection_weights_accumulate() -> None:
     expected = state.weights.log
     rng = np.random.default_rng(0)
     for index in range(1, 5):
-        state, info = config.step(rng, state, scene(index, (40, 30)))
-        expected = expected + config.likelihood.log(["color"], info.distances[None])[0]
+        picture = scene(index, (40, 30))
+        state, info = config.step(rng, state, picture)
+        distances = config.cues["color"].distances(info.models["color"], picture, info.ellipses)
+        expected = expected + config.likelihood.log(["color"], distances[None])[0]
     np.testing.assert_allclose(state.weights.log, expected)
     np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
 

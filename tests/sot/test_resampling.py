@@ -66,22 +66,9 @@ def test_multinomial_draws_are_independent() -> None:
 
 
 @given(shares, st.integers(0, 1000))
-def test_residual_takes_the_whole_copies(weights: list[float], seed: int) -> None:
-    w = np.array(weights) / sum(weights)
-    counts = copies("residual", w, w.size, seed)
-    assert (counts >= np.floor(w.size * w - 1e-9)).all()
-
-
-@given(shares, st.integers(0, 1000))
 def test_systematic_copies_are_within_one_of_the_expected(weights: list[float], seed: int) -> None:
     w = np.array(weights) / sum(weights)
     assert (np.abs(copies("systematic", w, w.size, seed) - w.size * w) < 1 + 1e-9).all()
-
-
-@given(shares, st.integers(0, 1000))
-def test_stratified_copies_are_within_two_of_the_expected(weights: list[float], seed: int) -> None:
-    w = np.array(weights) / sum(weights)
-    assert (np.abs(copies("stratified", w, w.size, seed) - w.size * w) < 2 + 1e-9).all()
 
 
 def test_less_variance_than_multinomial() -> None:
@@ -91,15 +78,13 @@ def test_less_variance_than_multinomial() -> None:
         for name in NAMES
     }
     assert spread["systematic"] < spread["multinomial"] / 4
-    assert spread["stratified"] < spread["multinomial"] / 4
-    assert spread["residual"] < spread["multinomial"]
 
 
 @scheme
 @pytest.mark.parametrize("number", [0.0, 0.5, math.nextafter(1, 0)])
 def test_a_particle_without_weight_is_never_chosen(name: str, number: float) -> None:
     for weights in ([0, 0, 0.4, 0, 0.6, 0], [0, 1, 0], [0, 0.1, 0.2, 0.7, 0, 0], [0, 1e-300, 0]):
-        w = np.array(weights)
+        w = np.array(weights, float)
         assert (w[draw(name, fixed(number), w, w.size)] > 0).all()
 
 

@@ -1,4 +1,4 @@
-"""How many particles there are: by the spread of the target's whereabouts, and by the clock."""
+"""How many particles there are, by the spread of the target's whereabouts."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
+from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.particle_state import FilterInfo
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
 WIDE = KldSampling(min=1, max=10**6, error=0.1, bin=1.0)
@@ -65,34 +64,15 @@ def test_a_range_upside_down() -> None:
         KldSampling(min=60, max=50)
 
 
-def test_pace() -> None:
-    assert SpeedBudget(100).max_particles is None
-    pace = SpeedBudget(100)
-    for _ in range(5):
-        pace.add(0.02, 200)
-    pace.add(5.0, 200)  # the machine was busy
-    assert pace.max_particles == 100
-    for _ in range(20):
-        pace.add(0.005, 100)
-    assert pace.max_particles == 200
-
-
-@pytest.mark.parametrize("fps", [0, -1, math.nan, math.inf])
-def test_rates_that_are_none(fps: float) -> None:
-    with pytest.raises(ConfigError, match="positive number"):
-        Tracker(fps_target=fps)
-
-
-def numbers(config: ParticleFilter, **options: Any) -> list[int]:
+def numbers(config: ParticleFilter) -> list[int]:
     """Return how many particles each frame after the first had."""
-    tracker = Tracker(config, **options)
+    tracker = Tracker(config)
     tracker.init(CLIP[0], REGION)
     found = []
     for frame in CLIP[1:]:
         track = tracker.update(frame)
         info = tracker.info
-        assert isinstance(info, FilterInfo)
-        assert len(info.weights) == len(info.ellipses) == len(info.distances)
+        assert len(info.weights) == len(info.ellipses)
         assert info.weights.sum() == pytest.approx(1)
         assert track.effective_sample_size <= len(info.weights) + 1e-9
         found.append(len(info.weights))
@@ -129,33 +109,3 @@ def test_a_lost_target_gets_more_particles() -> None:
         numbers.append(len(tracker.info.weights))
     assert numbers[0] == 100
     assert min(numbers[2:]) > 150
-
-
-class Clock:
-    """Every look at it takes so many seconds."""
-
-    def __init__(self, step: float) -> None:
-        self.now, self.step = 0.0, step
-
-    def __call__(self) -> float:
-        """Return the time."""
-        self.now += self.step
-        return self.now
-
-
-def test_a_slow_machine_gets_fewer_particles(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = numbers(config(budget=KldSampling(min=30)))
-    monkeypatch.setattr("motes.sot.tracker.time.perf_counter", Clock(0.001))
-    assert numbers(config(budget=KldSampling(min=30)), fps_target=10.0) == plain  # time enough
-    hurried = numbers(config(budget=KldSampling(min=30)), fps_target=2000.0)
-    assert hurried[0] == plain[0]  # nothing is known yet
-    assert hurried[1] == pytest.approx(plain[0] / 2, abs=1)
-    assert hurried[-1] == 30
-
-
-def test_a_target_rate_brings_a_budget() -> None:
-    tracker = Tracker("maggio", fps_target=30)
-    assert isinstance(tracker.config, ParticleFilter)
-    assert tracker.config.budget == KldSampling()
-    with pytest.raises(ConfigError, match="Only a particle filter"):
-        Tracker("mean_shift", fps_target=30)

@@ -28,7 +28,7 @@ def tracker_config(
     target: KnownTarget | None = None,
     network: str | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's cues, the file and the settings, in this order.
+    """Return a preset, changed by the target's colors, the file and the settings, in this order.
 
     An unknown setting may be a misspelled option of the command `app`; `network` is the value of
     --network.
@@ -40,18 +40,13 @@ def tracker_config(
     SourceError
         If the file cannot be read.
     """
-    from motes.core.config import Config, from_toml, to_dict
+    from motes.core.config import from_toml, to_dict
     from motes.sot import presets
 
     settings = with_network(settings, preset, network)
     base = presets.preset(preset)
-    if target is not None:
-        known = {
-            name: to_dict(cue)
-            for name, cue in target.cues.items()
-            if name in base.cues and isinstance(cue, Config)
-        }
-        base = presets.configure(base, known)
+    if target is not None and "color" in base.cues:
+        base = presets.configure(base, {"color": to_dict(target.color)})
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))

@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
-from motes.core.types import Floats
 from motes.rows.journal import FrameRow, ObjectRow, object_rows
 from motes.rows.schema import hindsight
+from motes.sot.step_info import StepInfo
 
 if TYPE_CHECKING:
     from motes.mot.analytics.events import Event
     from motes.mot.analytics.real_units import GroundPlace
     from motes.mot.tracked_object import SceneTrack
-    from motes.sot.step_info import StepInfo
 
 
-class Hindsight(NamedTuple):
-    """What is known of a frame in hindsight, in the form of a `StepInfo`: no particles."""
-
-    track: Track
-    ellipses: Floats = np.empty((0, 5))
-    weights: Floats = np.empty(0)
-    n_supporting: None = None
-    models: Mapping[str, Any] = {}
-    cue_weights: Mapping[str, float] = {}
+class Hindsight(StepInfo, frozen=True, eq=False):
+    """What is known of a frame in hindsight: a track without particles."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,8 +40,7 @@ TrackPreset = Annotated[
     str | None,
     Parameter(
         group=CONFIGURATION,
-        help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram or "
-        "--fps-target.",
+        help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram.",
     ),
 ]
 ObjectPreset = Annotated[

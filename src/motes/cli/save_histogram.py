@@ -1,4 +1,4 @@
-"""`motes track --save-histogram`: the histograms of a target, to search for it later."""
+"""`motes track --save-histogram`: the colors of a target, to search for it later."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def save_histogram(
     config: TrackerConfig,
     preset: str,
 ) -> int:
-    """Save the histograms of the target in the first frame, without tracking; return the exit code.
+    """Save the colors of the target in the first frame, without tracking; return the exit code.
 
     Raises
     ------
     ConfigError
-        If the tracker cannot search for a known target, the target is not one region, or another
+        If the tracker does not compare colors alone, the target is not one region, or another
         output is given.
     SourceError
         If there is no such frame.
@@ -39,14 +39,15 @@ def save_histogram(
         If the file exists and must not be overwritten, or cannot be written.
     """
     from motes.core.geometry import region_within
+    from motes.cues.color import Color
     from motes.rows.writer import check_writable
-    from motes.sot.discriminative.tracker import Discriminative
     from motes.sot.known_target import KnownTarget
     from motes.video.sources import open_source
 
-    if isinstance(config, Discriminative):
+    color = config.cues.get("color")
+    if not isinstance(color, Color) or len(config.cues) > 1:
         raise ConfigError(
-            f"Preset {preset} cannot search for a known target; choose another, such as nummiaro."
+            f"Preset {preset} cannot search by color alone; choose another, such as nummiaro."
         )
     refuse(
         {
@@ -67,13 +68,9 @@ def save_histogram(
     check_writable(output, outputs.overwrite)
     with open_source(source, start=frames.start, end=frames.start + 1) as film:
         picture = next(film)
-    known = KnownTarget.learn(
-        config.cues, picture, region_within(regions[0], picture.width, picture.height)
-    )
+    region = region_within(regions[0], picture.width, picture.height)
+    known = KnownTarget.learn(color, picture, region)
     known.save(output)
-    occupied = (
-        f"{(model.histogram > 0).sum()} of {model.histogram.size} bins of {name}"
-        for name, model in known.models.items()
-    )
-    log(f"wrote {output}: {' and '.join(occupied)} are occupied.")
+    histogram = known.model.histogram
+    log(f"wrote {output}: {(histogram > 0).sum()} of {histogram.size} bins of color are occupied.")
     return DONE

@@ -132,7 +132,7 @@ def without_value(app: App, flag: str, words: Sequence[str]) -> str:
 
 
 def default_preset(particles: bool) -> str:
-    """Return the preset of `motes track`; only particle filters have a budget and find colors."""
+    """Return the preset of `motes track`; only particle filters find colors."""
     return "nummiaro" if particles else "default"
 
 
@@ -142,7 +142,7 @@ def _preset(app: App, values: Mapping[str, str]) -> str:
         return values["--preset"]
     arguments = app.assemble_argument_collection()
     default = next(each.field_info.default for each in arguments if each.name == "--preset")
-    particles = ("--histogram", "--save-histogram", "--fps-target")
+    particles = ("--histogram", "--save-histogram")
     return default or default_preset(any(name in values for name in particles))
 
 

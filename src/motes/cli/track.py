@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import HelpAll, UsualOptions, show_all
@@ -21,7 +20,6 @@ from motes.cli.input_checks import (
 from motes.cli.keyframe_options import KeyframeOptions, Marks
 from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
-    CONFIGURATION,
     ConfigOptions,
     FrameOptions,
     NetworkFiles,
@@ -57,14 +55,6 @@ def track(
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
-    fps_target: Annotated[
-        float | None,
-        Parameter(
-            group=CONFIGURATION,
-            help="Frames per second to reach: the tracker chooses its number of particles, from "
-            "--budget.min 50 to --budget.max 500.",
-        ),
-    ] = None,
     network_files: NetworkFiles = None,
     help_all: HelpAll = False,
     **settings: Settings,
@@ -87,9 +77,7 @@ def track(
         show_all("track")
         return DONE
     known = target.known()
-    preset = preset or default_preset(
-        known is not None or fps_target is not None or outputs.save_histogram is not None
-    )
+    preset = preset or default_preset(known is not None or outputs.save_histogram is not None)
     config = tracker_config(app, preset, values.config, settings, known, network_files)
     if values.dump_config:
         from motes.core.config import to_toml
@@ -107,7 +95,7 @@ def track(
         return save_histogram(
             source, outputs.save_histogram, target, frames, outputs, config, preset
         )
-    _check_fitting(target, keys, frames, units, outputs, fps_target)
+    _check_fitting(target, keys, frames, units, outputs)
     begin = None if keys.given else target.begin(known)
     plane = units.units()
     check_keyframe_error(outputs.keyframe_error)
@@ -123,7 +111,7 @@ def track(
     if len(target.regions()) > 1:
         return track_several(asked, target.regions())
 
-    return track_one(asked, Tracker(config, values.seed, fps_target), begin)
+    return track_one(asked, Tracker(config, values.seed), begin)
 
 
 def _check_fitting(
@@ -132,24 +120,19 @@ def _check_fitting(
     frames: FrameOptions,
     units: UnitOptions,
     outputs: TrackOutputs,
-    fps_target: float | None,
 ) -> None:
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
         papers = bool(outputs.figures) and not motion_names(outputs.figures)
         unfit: dict[str, object] = {
-            "--stride": frames.stride != 1, "--fps-target": fps_target,
-            "--figures FOLDER": papers, "--save-histogram": outputs.save_histogram,
+            "--stride": frames.stride != 1, "--figures FOLDER": papers,
+            "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
         return
-    if outputs.resume and fps_target is not None:
-        raise ConfigError(
-            "A run with --fps-target cannot be repeated exactly; omit it or --resume."
-        )
     if len(target.regions()) > 1:
         single = {"--figures": outputs.figures, "--masks": outputs.masks, **units.given}
-        refuse(single | {"--resume": outputs.resume, "--fps-target": fps_target}, "for one --init")
+        refuse(single | {"--resume": outputs.resume}, "for one --init")
 
 
 def _checked_output(source: str, outputs: TrackOutputs) -> str | None:

@@ -38,7 +38,7 @@ class TrackOutputs(OutputOptions):
     save_histogram: Annotated[
         Path | None,
         Parameter(
-            help="Save the target's histograms in the first frame to this JSON file, for "
+            help="Save the target's color histogram in the first frame to this JSON file, for "
             "--histogram with the same preset, and track nothing."
         ),
     ] = None

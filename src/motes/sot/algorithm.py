@@ -16,11 +16,10 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.step_info import StepInfo
 
 S = TypeVar("S")
-I_co = TypeVar("I_co", bound=StepInfo, covariant=True)
 
 
-class Algorithm(Generic[S, I_co]):
-    """A tracking algorithm with states of type `S` and reports of type `I_co`.
+class Algorithm(Generic[S]):
+    """A tracking algorithm with states of type `S`.
 
     It is also a `Config` with a tag. Its methods are pure: they change nothing that they are given,
     and all randomness comes from `rng`. A state holds everything that the next step needs.
@@ -42,7 +41,7 @@ class Algorithm(Generic[S, I_co]):
         """The appearance rule; None if the algorithm has another rule for lost targets."""
 
     @abstractmethod
-    def init(self, rng: np.random.Generator, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
+    def init(self, rng: np.random.Generator, frame: Frame, region: Ellipse) -> tuple[S, StepInfo]:
         """Learn the target in `region` and start tracking it.
 
         Parameters
@@ -54,7 +53,7 @@ class Algorithm(Generic[S, I_co]):
         """
 
     @abstractmethod
-    def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, I_co]:
+    def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, StepInfo]:
         """Find the target in the next frame.
 
         Parameters
@@ -79,7 +78,7 @@ class Algorithm(Generic[S, I_co]):
         return state
 
     @abstractmethod
-    def correct(self, state: S, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
+    def correct(self, state: S, frame: Frame, region: Ellipse) -> tuple[S, StepInfo]:
         """Put the target at an ellipse `region` of the frame of `state`; the target model is kept.
 
         It returns the new state and a report of the same frame.
@@ -96,7 +95,7 @@ class Algorithm(Generic[S, I_co]):
         """
 
 
-TRACKERS = Registry[type[Algorithm[Any, Any]]](
+TRACKERS = Registry[type[Algorithm[Any]]](
     "tracker",
     "motes.trackers",
     Algorithm,

@@ -8,7 +8,6 @@ and Meer (CVPR 2000), for three sizes. It may start from the prediction of a Kal
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
@@ -28,6 +27,7 @@ from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
+from motes.sot.step_info import StepInfo
 
 
 class Kalman(Config, frozen=True, tag="kalman"):
@@ -96,38 +96,7 @@ class ShiftState:
     frames_missed: int
 
 
-class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
-    """What the mean-shift tracker reports of a step.
-
-    Attributes
-    ----------
-    track
-        The estimate, which is the only hypothesis.
-    n_supporting
-        1 if it fulfills the appearance rule, else 0.
-    models
-        The target model that this frame was compared with, as `color`.
-    cue_weights
-        The weight 1 of `color`.
-    """
-
-    track: Track
-    n_supporting: int
-    models: Mapping[str, ColorModel]
-    cue_weights: Mapping[str, float]
-
-    @property
-    def ellipses(self) -> Floats:
-        """(1, 5) the only hypothesis: x, y, a, b, theta."""
-        return np.array([self.track.ellipse])
-
-    @property
-    def weights(self) -> Floats:
-        """(1,) its probability: 1."""
-        return np.ones(1)
-
-
-class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="mean_shift"):
+class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
     Its color cue reads every pixel, so the appearance rule measures the background at fewer
@@ -172,7 +141,7 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, MeanShiftInfo]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
         model = self.color.learn(frame, region)
         reading = self.color
@@ -184,7 +153,7 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
-    ) -> tuple[ShiftState, MeanShiftInfo]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
         start, mean, covariance = state.ellipse, state.mean, state.covariance
         if self.prediction:
@@ -216,7 +185,7 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
 
     def correct(
         self, state: ShiftState, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, MeanShiftInfo]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         state = replace(
             state,
@@ -258,7 +227,7 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
-    ) -> tuple[ShiftState, MeanShiftInfo]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Return the state and the report for the ellipse that was found."""
         found = self.presence.regions(ellipse, frame)
         distances = self.color.distances(state.model, frame, found)
@@ -273,7 +242,8 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         track = Track(
             frame.index, frame.time, ellipse, np.zeros((5, 5)), sure, status, distance, 1.0
         )
-        info = MeanShiftInfo(track, int(appears), {"color": state.model}, {"color": 1.0})
+        models, weights = {"color": state.model}, {"color": 1.0}
+        info = StepInfo(track, np.array([ellipse]), np.ones(1), int(appears), models, weights)
         return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info
 
 

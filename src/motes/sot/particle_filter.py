@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -34,7 +34,6 @@ from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
-    ModelUpdate,
     Strategy,
     any_changes,
     update_models,
@@ -45,11 +44,12 @@ from motes.sot.filtering.observation import Observation, Observer
 from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
-from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
+from motes.sot.particle_state import FilterState, Model, check_state
+from motes.sot.step_info import StepInfo
 
 
 class ParticleFilter(
-    Algorithm[FilterState, FilterInfo],
+    Algorithm[FilterState],
     Config,
     frozen=True,
     dict=True,
@@ -153,7 +153,7 @@ class ParticleFilter(
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
         # The motion model may swap the half-axes and turn the ellipse by a right angle.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
@@ -171,7 +171,7 @@ class ParticleFilter(
         size: Ellipse,
         places: Floats | None = None,
         background: Frame | None = None,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Start looking for a target whose model is known: initialization by a known histogram.
 
         Parameters
@@ -196,7 +196,7 @@ class ParticleFilter(
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Start with the samples and models that another tracker gives: section VII.
 
         The status is that of the appearance rule: `tracking` if the target is there.
@@ -222,17 +222,15 @@ class ParticleFilter(
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
-        max_particles: int | None = None,
         expected: Floats | None = None,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
         A target that is searched for is first looked for at `expected`, ellipses (N, 5) where
         another tracker sees it (section VII). If it is there, they are the particles.
 
         While the target is searched for, half of the particles move on, and the other half is
-        spread over the search regions. With a budget there are at most `max_particles`, but never
-        fewer than its smallest number.
+        spread over the search regions.
         """
         absent = state.status is not Status.TRACKING
         # A known target that has just appeared is looked at more closely before it counts as found.
@@ -244,7 +242,7 @@ class ParticleFilter(
             after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
             if info.track.status is Status.TRACKING:
                 return replace(after, known=state.known), info
-        n = self._count(state, max_particles)
+        n = self._count(state)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
             before = state.states, state.weights
@@ -258,8 +256,8 @@ class ParticleFilter(
         states = self.motion.propagate(rng, states, dt, first)
         if searching:
             fresh = scatter(rng, state.search_regions, first, (n + 1) // 2)
-            # The half is random: most schemes return ancestors in order, and a fixed half would
-            # always drop the same particles.
+            # The half is random: systematic selection returns ancestors in order, and a fixed half
+            # would always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
         return self._judge(state, frame, self._observe(state, frame, states, prior))
@@ -273,7 +271,7 @@ class ParticleFilter(
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
@@ -284,19 +282,12 @@ class ParticleFilter(
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
         return check_state(state, frame, self.cues, self.strategies, self.motion)
 
-    def with_budget(self) -> Self:
-        """Return the filter with a budget: its own, or else the default one."""
-        return self if self.budget else replace(self, budget=KldSampling())
-
-    def _count(self, state: FilterState, max_particles: int | None) -> int:
+    def _count(self, state: FilterState) -> int:
         """Return how many particles the next frame gets."""
         # Particles at one place, as at the start, do not show how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
             return self.particles
-        wanted = self.budget.count(self.motion.ellipses(state.states), state.reference_size)
-        if max_particles is None:
-            return wanted
-        return max(min(wanted, max_particles), self.budget.min)
+        return self.budget.count(self.motion.ellipses(state.states), state.reference_size)
 
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
@@ -319,7 +310,7 @@ class ParticleFilter(
         status: Status,
         *,
         known: bool = False,
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         state = FilterState(
             time=frame.time, states=self.motion.initial(ellipses),
             weights=Weights.uniform(len(ellipses)), models=models, memories={},
@@ -344,7 +335,7 @@ class ParticleFilter(
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation
-    ) -> tuple[FilterState, FilterInfo]:
+    ) -> tuple[FilterState, StepInfo]:
         """Decide whether the target is there, and learn from it if so."""
         appears = seen.appearing > self.presence.fraction * len(seen.states)
         rho = 1 - seen.distance**2
@@ -353,11 +344,11 @@ class ParticleFilter(
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
-        update = ModelUpdate(state.models, state.memories, {})
+        models, memories = state.models, state.memories
         # A model learns at most once from a frame.
         if self.learns and there and frame.time > state.time:
-            update = update_models(
-                self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
+            models, memories = update_models(
+                self.cues, self.strategies, models, memories, frame, seen.estimate
             )
         confidence = self.calibration.probability(seen.distance, spread)
         if not self.calibration.spread:
@@ -366,13 +357,12 @@ class ParticleFilter(
             frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
             seen.distance, seen.weights.effective_sample_size,
         )  # fmt: skip
-        info = FilterInfo(
-            track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
-            state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
-            update.diagnostics,
+        info = StepInfo(
+            track, seen.ellipses, seen.weights.values, seen.appearing, state.models,
+            dict(zip(self.cues, seen.shares.tolist(), strict=True)),
         )  # fmt: skip
         after = replace(
             state, time=frame.time, states=seen.states, weights=seen.weights,
-            models=update.models, memories=update.memories, status=status, frames_missed=missed,
+            models=models, memories=memories, status=status, frames_missed=missed,
         )  # fmt: skip
         return after, info

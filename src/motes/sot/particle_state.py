@@ -1,4 +1,4 @@
-"""The state of the particle filter, what it reports, and the check of a saved state."""
+"""The state of the particle filter, and the check of a saved state."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from motes.core.saved_state import (
     middle_of,
     rows,
 )
-from motes.core.track import Status, Track
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
-from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
+from motes.sot.filtering.model_update import Strategy, UpdaterState
 from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
@@ -72,40 +72,6 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     status: Status
     frames_missed: int
     known: bool = False
-
-
-class FilterInfo(msgspec.Struct, frozen=True, eq=False):
-    """What the particle filter reports of a step.
-
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the particles: x, y, a, b, theta.
-    weights
-        (N,) their probabilities after this frame.
-    distances
-        (N,) to the target model, over all cues.
-    n_supporting
-        Number of particles that fulfill the appearance rule.
-    models
-        The target model of each cue that this frame was compared with.
-    cue_weights
-        The weight of each cue; they sum to 1.
-    update_diagnostics
-        What the model update made of this frame, for each cue whose update reports it. It is empty
-        while the appearance rule does not hold.
-    """
-
-    track: Track
-    ellipses: Floats
-    weights: Floats
-    distances: Floats
-    n_supporting: int
-    models: Mapping[str, Any]
-    cue_weights: Mapping[str, float]
-    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}
 
 
 def check_state(

@@ -3,44 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
+
+import msgspec
+import numpy as np
 
 from motes.core.track import Track
 from motes.core.types import Floats
 
 
-class StepInfo(Protocol):
-    """What any observer of a step can read; an algorithm's own info may hold more.
+class StepInfo(msgspec.Struct, frozen=True, eq=False):
+    """What any observer of a step can read.
 
-    See `FilterInfo`, `MeanShiftInfo` and `DiscriminativeInfo`.
+    Attributes
+    ----------
+    track
+        The estimate.
+    ellipses
+        (N, 5) the hypotheses, such as particles: x, y, a, b, theta. There may be none.
+    weights
+        (N,) their probabilities after this frame.
+    n_supporting
+        Number of hypotheses that fulfill the appearance rule; None without such a rule.
+    models
+        The target model of each cue.
+    cue_weights
+        The weight of each cue; they sum to 1.
     """
 
-    @property
-    def track(self) -> Track:
-        """The estimate."""
-        ...
-
-    @property
-    def ellipses(self) -> Floats:
-        """(N, 5) the hypotheses: x, y, a, b, theta. There may be none."""
-        ...
-
-    @property
-    def weights(self) -> Floats:
-        """(N,) their probabilities after this frame."""
-        ...
-
-    @property
-    def n_supporting(self) -> int | None:
-        """Number of hypotheses that fulfill the appearance rule; None without such a rule."""
-        ...
-
-    @property
-    def models(self) -> Mapping[str, Any]:
-        """The target model of each cue."""
-        ...
-
-    @property
-    def cue_weights(self) -> Mapping[str, float]:
-        """The weight of each cue; they sum to 1."""
-        ...
+    track: Track
+    ellipses: Floats = np.empty((0, 5))
+    weights: Floats = np.empty(0)
+    n_supporting: int | None = None
+    models: Mapping[str, Any] = {}
+    cue_weights: Mapping[str, float] = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import math
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -27,7 +26,6 @@ from motes.core.track import Track
 from motes.core.types import Floats
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import KnownTarget
 from motes.sot.network.network import Network, files_of
 from motes.sot.particle_filter import ParticleFilter
@@ -50,10 +48,6 @@ class Tracker:
         A preset's name or a configuration.
     seed
         Seed of the random numbers; the same seed gives the same tracks to the last bit.
-    fps_target
-        Frames a second that the tracker should reach, without decoding. The tracker then has a
-        budget (its own, or the default one), and within its range no more particles than time
-        allows. This depends on the speed of the machine, so tracks are not reproducible.
     backward
         Whether frames come in reverse order, each before the last one. The algorithm sees the film
         run backward; tracks have the times of their frames.
@@ -64,8 +58,7 @@ class Tracker:
     Attributes
     ----------
     info
-        What happened in the last step. `StepInfo` is in every algorithm's info; `FilterInfo`,
-        `DiscriminativeInfo` and `MeanShiftInfo` hold more.
+        What happened in the last step.
     """
 
     info: StepInfo
@@ -74,7 +67,6 @@ class Tracker:
         self,
         config: str | TrackerConfig = "default",
         seed: int = 0,
-        fps_target: float | None = None,
         *,
         backward: bool = False,
         network: str | Sequence[str] = (),
@@ -88,14 +80,7 @@ class Tracker:
             self.config = replace(self.config, network=Network(files_of(network)))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
-        self._paced: tuple[ParticleFilter, SpeedBudget] | None = None
-        if fps_target is not None:
-            pace = SpeedBudget(fps_target)
-            if not isinstance(self.config, ParticleFilter):
-                raise ConfigError("Only a particle filter can choose how many particles it has.")
-            self.config = self.config.with_budget()
-            self._paced = self.config, pace
-        self._algorithm: Algorithm[Any, StepInfo] = self.config
+        self._algorithm: Algorithm[Any] = self.config
         self._seed = checked_seed(seed)
         self._direction = -1 if backward else 1
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
@@ -242,14 +227,7 @@ class Tracker:
         if expected is not None and isinstance(self.config, ParticleFilter):
             found = self.config.step(self._rng, state, self._seen(picture), expected=expected)
             return self._take(picture, found)
-        if self._paced is None:
-            return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
-        algorithm, pace = self._paced
-        clock = time.perf_counter()
-        stepped = algorithm.step(self._rng, state, self._seen(picture), pace.max_particles)
-        track = self._take(picture, stepped)
-        pace.add(time.perf_counter() - clock, len(self.info.weights))
-        return track
+        return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
 
     def correct(self, region: Sequence[float]) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
@@ -342,9 +320,6 @@ class Tracker:
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         twin._rng = copy.deepcopy(self._rng)
-        if self._paced is not None:
-            algorithm, pace = self._paced
-            twin._paced = algorithm, copy.deepcopy(pace)
         return twin
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
@@ -382,7 +357,7 @@ class Tracker:
         self._angle = ellipse.theta
         if self._direction < 0 or ellipse != self.info.track.ellipse:
             track = replace(self.info.track, time=frame.time, ellipse=ellipse)
-            self.info = replace(self.info, track=track)  # type: ignore[type-var]
+            self.info = replace(self.info, track=track)
         return self.info.track
 
 

@@ -21,10 +21,11 @@ from motes.sot.discriminative.expert import AGREES
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.placing import NO_PARTICLES
 from motes.sot.discriminative.rival import APART
-from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
+from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Weights
+from motes.sot.step_info import StepInfo
 
 DRIFT_SIGMA = APART / 2
 """Standard deviation of a center, as a share of the mean side, that the particles do not show: the
@@ -37,7 +38,7 @@ class Reporter:
 
     localizer: Localizer
 
-    def placed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeInfo:
+    def placed(self, state: DiscriminativeState, frame: Frame) -> StepInfo:
         """Return the report where the user has placed the target: it has no particles."""
         return self._report(state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
 
@@ -47,7 +48,7 @@ class Reporter:
         frame: Frame,
         look: WindowEstimate,
         ellipses: Floats,
-    ) -> DiscriminativeInfo:
+    ) -> StepInfo:
         """Return the report of an estimate.
 
         While a lost target is searched for, the particles are those of the search. The proportions
@@ -76,7 +77,7 @@ class Reporter:
         weights: Weights | None,
         evidence: float,
         similarity: float,
-    ) -> DiscriminativeInfo:
+    ) -> StepInfo:
         """Return the estimate and the particles in the form of the first region.
 
         Without weights, all particles have the same. Without particles, the track has the
@@ -108,17 +109,17 @@ class Reporter:
             effective_sample_size=weights.effective_sample_size,
         )
         share = self.localizer.color_weight(state.contrast)
-        return DiscriminativeInfo(
+        return StepInfo(
             track,
             shaped[:count],
             weights.values[:count],
-            evidence,
+            None,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
 
 
-def _joined(info: DiscriminativeInfo, region: Ellipse, sureness: float) -> DiscriminativeInfo:
+def _joined(info: StepInfo, region: Ellipse, sureness: float) -> StepInfo:
     """Return a report whose box is the mean of that of the tracker and that of an expert.
 
     Where the two are of different places, or the target is turned, the report stays.

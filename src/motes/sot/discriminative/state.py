@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated
-
-import msgspec
 
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array
-from motes.core.track import Track
 from motes.core.types import Floats
-from motes.cues.color_posterior import PosteriorModel
-from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
@@ -75,36 +69,3 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     rival: Rival
     motion: MotionHistory
     light: Light
-
-
-class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):
-    """What the default tracker reports of a step.
-
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the particles: x, y, a, b, theta. While a missed target is searched for, they are
-        the particles of the search. There are none where the user has placed the target.
-    weights
-        (N,) their probabilities after this frame.
-    evidence
-        Log odds that the target is at the estimate.
-    models
-        The models of the target after this frame.
-    cue_weights
-        The weight of each cue; they sum to 1.
-    """
-
-    track: Track
-    ellipses: Floats
-    weights: Floats
-    evidence: float
-    models: Mapping[str, CorrelationModel | PosteriorModel]
-    cue_weights: Mapping[str, float]
-
-    @property
-    def n_supporting(self) -> None:
-        """None: the appearance rule is not used."""
-        return

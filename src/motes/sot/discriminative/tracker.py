@@ -47,11 +47,12 @@ from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.discriminative.standing import Standing
-from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
+from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.network.network import Network
+from motes.sot.step_info import StepInfo
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
@@ -61,7 +62,7 @@ target."""
 
 
 class Discriminative(
-    Algorithm[DiscriminativeState, DiscriminativeInfo],
+    Algorithm[DiscriminativeState],
     Config,
     frozen=True,
     dict=True,
@@ -167,7 +168,7 @@ class Discriminative(
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Learn the target in the box around `region` and start tracking it."""
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
@@ -199,7 +200,7 @@ class Discriminative(
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
-    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
         picture = small_picture(frame)
         sight = prediction.predictions(state.motion, picture, frame)
@@ -262,7 +263,7 @@ class Discriminative(
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Put the target at `region` of the current frame; the learned models are kept."""
         box = Ellipse.from_box(region.box)
         state = replace(

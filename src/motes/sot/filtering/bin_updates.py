@@ -13,12 +13,7 @@ from msgspec import Meta
 from motes.core.config import Config, Count, NonNegative, Share
 from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
-from motes.sot.filtering.model_update import (
-    Strategy,
-    UpdateDiagnostics,
-    UpdateResult,
-    UpdaterState,
-)
+from motes.sot.filtering.model_update import Strategy, UpdateResult, UpdaterState
 
 
 class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
@@ -102,19 +97,14 @@ class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
         elif len(squares) == self.frames:
             noise = variance = 0.5 * usual  # 11
         else:
-            return UpdateResult(
-                histogram, KalmanMemory(squares), UpdateDiagnostics(residuals, 0.0, 1.0)
-            )
+            return UpdateResult(histogram, KalmanMemory(squares))
         predicted = variance + drift  # 4
         if self._refuses(samples, mean - usual):  # the model stays (15), as without a measurement
-            memory = KalmanMemory(squares, noise, predicted)
-            return UpdateResult(histogram, memory, UpdateDiagnostics(residuals, 0.0, 0.0))
+            return UpdateResult(histogram, KalmanMemory(squares, noise, predicted))
         total = predicted + noise
         gain = predicted / total if total > 0 else 0.0  # 5; there may be no noise at all
         memory = KalmanMemory(squares, noise, (1 - gain) * predicted)  # 7
-        return UpdateResult(
-            histogram + gain * residuals, memory, UpdateDiagnostics(residuals, gain, 1.0)
-        )  # 6
+        return UpdateResult(histogram + gain * residuals, memory)  # 6
 
     def _refuses(self, samples: Floats, excess: float) -> bool:
         """Return whether samples are too large (14); `excess`: their mean minus the usual one."""
@@ -156,9 +146,7 @@ class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
         squares = memory.squares + off * (seen - mean)
         near = np.abs(seen - mean) <= self.deviations * np.sqrt(squares / frames)
         after = np.where(near, self.beta * mean + (1 - self.beta) * seen, mean)
-        after /= after.sum()
-        diagnostics = UpdateDiagnostics(seen - histogram, 1 - self.beta, float(near.mean()))
-        return UpdateResult(after, GaussianMemory(frames, mean, squares), diagnostics)
+        return UpdateResult(after / after.sum(), GaussianMemory(frames, mean, squares))
 
 
 class AnchoredKalman(Strategy, Config, frozen=True, tag="anchored_kalman"):
@@ -210,22 +198,15 @@ class AnchoredKalman(Strategy, Config, frozen=True, tag="anchored_kalman"):
             usual = sum(squares) / len(squares)  # 9
             if len(squares) == self.frames:
                 noise = max(0.5 * usual, LEAST_NOISE)  # 11
-            return UpdateResult(
-                histogram,
-                KalmanMemory(squares, noise, noise or 0.0),
-                UpdateDiagnostics(seen - histogram, 0.0, 1.0),
-            )
+            return UpdateResult(histogram, KalmanMemory(squares, noise, noise or 0.0))
         predicted = first + self.persistence * (histogram - first)  # 3
         variance = self.persistence**2 * before.variance + self.change * noise  # 4
-        residuals = seen - predicted  # 8
         total = variance + noise
         if _squared_distance(predicted, seen) > self.deviations**2 * total:
-            memory = KalmanMemory(before.squares, noise, variance)
-            return UpdateResult(predicted, memory, UpdateDiagnostics(residuals, 0.0, 0.0))
+            return UpdateResult(predicted, KalmanMemory(before.squares, noise, variance))
         gain = variance / total  # 5
         memory = KalmanMemory(before.squares, noise, (1 - gain) * variance)  # 7
-        diagnostics = UpdateDiagnostics(residuals, gain, 1.0)
-        return UpdateResult(predicted + gain * residuals, memory, diagnostics)  # 6
+        return UpdateResult(predicted + gain * (seen - predicted), memory)  # 8 and 6
 
 
 LEAST_NOISE = 0.02**2

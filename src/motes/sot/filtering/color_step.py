@@ -98,6 +98,6 @@ class ColorStep:
 
 
 def _observation(states: Floats, seen: kernels.color_filter.Observation) -> Observation:
-    distances, logs, values, degenerate, mean = seen[:5]
+    _, logs, values, degenerate, mean = seen[:5]
     weights = Weights(logs, values, degenerate)
-    return Observation(states, states[:, :5], weights, distances, SHARES, Ellipse(*mean), *seen[5:])
+    return Observation(states, states[:, :5], weights, SHARES, Ellipse(*mean), *seen[5:])

@@ -24,31 +24,11 @@ UpdaterState: TypeAlias = Any
 """The memory of a strategy for one cue: a frozen `msgspec.Struct` of its own, or None."""
 
 
-class UpdateDiagnostics(NamedTuple):
-    """The diagnostics of a model update in one frame.
-
-    Attributes
-    ----------
-    residuals
-        (m,), the histogram seen minus the model's.
-    gain
-        Share of the way that the model has moved: the gain of equation 5, or the rate of equation
-        16; 0 if it has not learned.
-    accepted
-        Share of the bins that passed the strategy's test: all or none with equation 14.
-    """
-
-    residuals: Floats
-    gain: float
-    accepted: float
-
-
 class UpdateResult(NamedTuple):
-    """The next histogram of a model, the memory of its strategy, and diagnostics, if any."""
+    """The next histogram of a model, and the memory of its strategy, if any."""
 
     histogram: Floats
     memory: UpdaterState = None
-    diagnostics: UpdateDiagnostics | None = None
 
 
 class Adaptation:
@@ -153,24 +133,6 @@ MODEL_UPDATES = Registry[type[Adaptation]](
 )
 
 
-class ModelUpdate(NamedTuple):
-    """The target models after a frame.
-
-    Attributes
-    ----------
-    models
-        The models, by cue.
-    memories
-        The memory of each cue's update, if it has one.
-    diagnostics
-        The diagnostics of each cue's update, if it has any.
-    """
-
-    models: dict[str, Any]
-    memories: dict[str, UpdaterState]
-    diagnostics: dict[str, UpdateDiagnostics]
-
-
 def any_changes(cues: Mapping[str, Cue], strategies: Mapping[str, Strategy]) -> bool:
     """Return whether any model ever changes."""
     own = any(type(cue).update_reading is not Cue.update_reading for cue in cues.values())
@@ -184,20 +146,20 @@ def update_models(
     memories: Mapping[str, UpdaterState],
     frame: Frame,
     estimate: Ellipse,
-) -> ModelUpdate:
-    """Return the models after a frame in which the target is present at `estimate`."""
-    update = ModelUpdate({}, dict(memories), {})
+) -> tuple[dict[str, Any], dict[str, UpdaterState]]:
+    """Return models and memories after a frame in which the target is present at `estimate`."""
+    learned, remembered = dict[str, Any](), dict(memories)
     for name, cue in cues.items():
         model = models[name]
         strategy = strategies.get(name)
         if strategy is not None and strategy.learns and isinstance(cue, AdaptableCue):
             seen = cue.observe(model, frame, estimate)
             if seen.any():
-                learned = strategy.learn(memories.get(name), model.histogram, model.anchor, seen)
-                model = replace(model, histogram=learned.histogram)
-                if learned.memory is not None:
-                    update.memories[name] = learned.memory
-                if learned.diagnostics is not None:
-                    update.diagnostics[name] = learned.diagnostics
-        update.models[name] = cue.update_reading(model, frame, estimate)
-    return update
+                histogram, memory = strategy.learn(
+                    memories.get(name), model.histogram, model.anchor, seen
+                )
+                model = replace(model, histogram=histogram)
+                if memory is not None:
+                    remembered[name] = memory
+        learned[name] = cue.update_reading(model, frame, estimate)
+    return learned, remembered

@@ -31,8 +31,6 @@ class Observation(NamedTuple):
         (N, d) and (N, 5), the particles.
     weights
         Their weights after the frame.
-    distances
-        (N,) to the target model, over all cues.
     shares
         (J,), the weight of each cue; sum 1.
     estimate, covariance
@@ -50,7 +48,6 @@ class Observation(NamedTuple):
     states: Floats
     ellipses: Floats
     weights: Weights
-    distances: Floats
     shares: Floats
     estimate: Ellipse
     covariance: Floats
@@ -111,7 +108,7 @@ class Observer:
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         found = estimate, covariance, distance, around, appearing, support
-        return Observation(states, ellipses, weights, overall, shares, *found)
+        return Observation(states, ellipses, weights, shares, *found)
 
     def _distances(self, models: Mapping[str, Any], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""

@@ -94,7 +94,9 @@ class BelowThreshold(Resampling, Config, frozen=True):
 
     def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
         """Return the indices (n,) of the selected particles."""
-        return _search(weights.values, self._positions(rng, n))
+        chosen = np.empty(n, np.intp)
+        kernels.particles.ancestors(weights.values, self._positions(rng, n), chosen)
+        return chosen
 
     @abstractmethod
     def _positions(self, rng: np.random.Generator, n: int) -> Floats:
@@ -115,49 +117,16 @@ class Multinomial(BelowThreshold, frozen=True, tag="multinomial"):
 class Systematic(BelowThreshold, frozen=True, tag="systematic"):
     """Evenly spaced positions in the cumulated weights, with one common random offset.
 
-    It adds less random variation than `Multinomial`, as the next two do.
+    It adds less random variation than `Multinomial`.
     """
 
     def _positions(self, rng: np.random.Generator, n: int) -> Floats:
         return (np.arange(n) + rng.random()) / n
 
 
-class Stratified(BelowThreshold, frozen=True, tag="stratified"):
-    """One draw in each of equal intervals of the cumulated weights."""
-
-    def _positions(self, rng: np.random.Generator, n: int) -> Floats:
-        return (np.arange(n) + rng.random(n)) / n
-
-
-class Residual(Multinomial, frozen=True, tag="residual"):
-    """As many copies of each particle as its weight ensures; the rest are independent draws."""
-
-    def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
-        """Return the indices (n,) of the selected particles."""
-        expected = n * weights.values / weights.values.sum()
-        copies = np.floor(expected).astype(np.intp)
-        sure = np.repeat(np.arange(expected.size), copies)
-        left = n - sure.size
-        if left == 0:
-            return sure
-        return np.concatenate([sure, _search(expected - copies, self._positions(rng, left))])
-
-
-def _search(weights: Floats, positions: Floats) -> Indices:
-    """Return the particles at positions (n,), 0 to 1, in the cumulated weights."""
-    chosen = np.empty(positions.size, np.intp)
-    kernels.particles.ancestors(np.ascontiguousarray(weights, float), positions, chosen)
-    return chosen
-
-
 RESAMPLINGS = Registry[type[Resampling]](
     "method of resampling",
     "motes.resamplings",
     Resampling,
-    {
-        "multinomial": Multinomial,
-        "systematic": Systematic,
-        "stratified": Stratified,
-        "residual": Residual,
-    },
+    {"multinomial": Multinomial, "systematic": Systematic},
 )

@@ -1,10 +1,8 @@
-"""The number of particles, from their spread and from the time for a frame."""
+"""The number of particles, from their spread."""
 
 from __future__ import annotations
 
 import math
-import statistics
-from collections import deque
 from typing import Annotated
 
 import numpy as np
@@ -72,34 +70,3 @@ class KldSampling(Config, frozen=True):
         spread = 2 / (9 * (bins - 1))
         shape = (1 - spread + math.sqrt(spread) * QUANTILE) ** 3
         return math.ceil((bins - 1) / (2 * self.error) * shape)
-
-
-class SpeedBudget:
-    """Measures how many particles a frame rate allows, from the running times of steps.
-
-    Parameters
-    ----------
-    fps
-        Frames per second: a step should take at most 1 / fps seconds.
-    """
-
-    def __init__(self, fps: float) -> None:
-        if not (math.isfinite(fps) and fps > 0):
-            raise ConfigError(f"A frame rate is a positive number; got {fps:g}.")
-        self._seconds = 1 / fps
-        self._costs: deque[float] = deque(maxlen=RECENT)
-
-    def add(self, seconds: float, particles: int) -> None:
-        """Add the running time of a step and its number of particles."""
-        self._costs.append(seconds / particles)
-
-    @property
-    def max_particles(self) -> int | None:
-        """Largest number of particles within the time for a frame; None before the first step."""
-        if not self._costs:
-            return None
-        return int(self._seconds / statistics.median(self._costs))
-
-
-RECENT = 15
-"""Number of steps whose median counts: a single slow step has no effect."""
