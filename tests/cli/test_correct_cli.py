@@ -128,17 +128,15 @@ def test_other_outputs(go: Go) -> None:
     assert not Path("d.xml.run.json").exists()
 
 
-def test_metres_masks_and_figures(go: Go) -> None:
+def test_metres_and_an_overlay(go: Go) -> None:
     line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
-    code, said = go(f"{line} -o m.csv --masks masks --figures path,size --overlay m.mp4")
-    assert (code, "wrote m.mp4, m.path.pdf, m.size.pdf, 24 masks in masks, m.csv" in said) == (
-        0,
-        True,
-    )
+    code, said = go(f"{line} -o m.csv --overlay m.mp4")
+    assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
     found = rows("m.csv")
     assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
     assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
     assert found[10]["x_m"] == ""
+    assert go("draw FILM m.csv --masks masks")[0] == 0
     with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
         assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
     # Corrected rows have metres too, and the others stay.
@@ -151,47 +149,22 @@ def test_metres_masks_and_figures(go: Go) -> None:
     assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
 
 
-def test_the_live_picture(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = list[int]()
-
-    class View:
-        address = None
-
-        def offer(self, painted: Callable[[], object]) -> None:
-            painted()
-            shown.append(len(shown))
-
-        def close(self) -> None:
-            shown.append(-1)
-
-    monkeypatch.setattr("motes.cli.annotated_video.view", View)
-    assert go(f"track FILM --at 4=BOX --show {OPTIONS}")[0] == 0
-    assert shown == [*range(FRAMES), -1]
-
-
-def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kill is in the middle of a row."""
     line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"
-    assert go(f"{line} -o expected.csv --masks expected")[0] == 0
-    expected = Path("expected.csv").read_text()
-    resumed = f"{line} -o rows.csv --resume --masks masks"
+    assert go(f"{line} -o expected.csv")[0] == 0
 
-    def stopped_at(row: int) -> None:
-        """Run until a row, half of which is written; then nothing more, as after a kill."""
+    def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
+        if data.startswith(b"12,"):
+            file.write(data[:9])
+            raise RuntimeError
+        file.write(data)
 
-        def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
-            if data.startswith(b"%d," % row):
-                file.write(data[:9])
-                raise RuntimeError
-            file.write(data)
-
-        with monkeypatch.context() as patched:
-            patched.setattr(TrackWriter, "_write", write)
-            with pytest.raises(AssertionError):
-                assert go(f"{line} -o rows.csv")[0] == 0
-
-    stopped_at(12)
-    history = History.load(Path("rows.csv.run.json"))
-    assert history.unfinished == [(8, 16), (16, 23)]
+    with monkeypatch.context() as patched:
+        patched.setattr(TrackWriter, "_write", write)
+        with pytest.raises(AssertionError):
+            assert go(f"{line} -o rows.csv")[0] == 0
+    assert History.load(Path("rows.csv.run.json")).unfinished == [(8, 16), (16, 23)]
     calls = list[int]()
 
     def counted(*arguments: object, **options: object) -> object:
@@ -199,17 +172,10 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
         return run_pass(*arguments, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr("motes.correction.correct.run_pass", counted)
-    code, said = go(resumed)
-    assert (code, "24 frames, 3 keyframes" in said) == (0, True), said
-    assert "; rows.csv has 16 rows made anew; wrote 24 masks in masks." in said
+    code, said = go("refine FILM rows.csv")
+    assert (code, "16 rows of 24 made anew" in said) == (0, True), said
     assert len(calls) == 3
-    assert Path("rows.csv").read_text() == expected
-    assert len(list(Path("masks").iterdir())) == FRAMES
-    assert "made anew" not in go(resumed)[1]
-    # Without any row, the run begins anew.
-    Path("rows.csv").unlink()
-    assert go(resumed)[0] == 0
-    assert Path("rows.csv").read_text() == expected
+    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
@@ -232,7 +198,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert len(rows("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
-    assert go(f"{line} -o rows.csv --resume")[0] == 0
+    assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
@@ -385,18 +351,11 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --absent 9 --init BOX --backward", 2, "in both directions; omit --backward"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
-            "track FILM --at 3=BOX --stride 2 --figures f --fps-target 9",
+            "track FILM --at 3=BOX --stride 2 --show --resume --figures f --save-histogram h",
             2,
-            "--stride, --fps-target and --figures FOLDER are not for keyframes; omit them.",
+            "--stride, --show, --resume, --figures and --save-histogram are not for keyframes;",
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
-        ("track FILM --at 3=BOX --resume", 2, "--resume continues rows; - holds none"),
-        (
-            "track FILM --at 3=BOX --resume -o plain.csv",
-            5,
-            "plain.csv cannot be resumed: its keyframes",
-        ),
-        ("track FILM --at 3=BOX --resume -o rows.csv", 5, "its keyframes, its tracker or its"),
         (
             "refine FILM rows.csv --at 3=BOX --scale 9 --seed 1",
             2,
@@ -439,11 +398,6 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
         ("track FILM --at -1=BOX", 2, "'-1' is no frame"),
         ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
-        (
-            "track FILM --at 3=BOX --figures path,a",
-            2,
-            "There is no 'a'; known are path, speed, size",
-        ),
         ("track FILM --at 3=BOX --scale nan", 2, "--scale is nan; give pixels per metre"),
         ("track FILM --at 3=BOX -o rows.csv", 5, "error: rows.csv exists; choose another name"),
         ("track FILM --at 3=BOX -o none/a.csv", 5, "There is no folder none for a.csv"),

@@ -114,7 +114,7 @@ def units_of(
     plane = options.units()
     if known is not None and known.units is not None:
         if plane not in (None, known.real_units):
-            refuse(options.given, _beside(rows))
+            refuse(options.given, beside(rows))
         return known.real_units
     if metres and plane is None:
         raise ConfigError(
@@ -141,7 +141,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
         say_rate(film)
         return film
     if fps != known.fps:
-        refuse({"--fps": fps}, _beside(rows))
+        refuse({"--fps": fps}, beside(rows))
     film = Film(source, end=known.end, fps=known.fps)
     known.check(film)
     name = text_name(Path(film.name).name)
@@ -180,7 +180,7 @@ def corrected_run(
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     own = options.given | {f"--{key}": value for key, value in settings.items()}
     if known is not None and known.corrections:
-        refuse(own, _beside(rows))
+        refuse(own, beside(rows))
     if not table.metres:
         refuse(units.given, f"for rows with metres, and {rows} has none")
     plane = units_of(rows, table.metres, units, known)
@@ -197,7 +197,8 @@ def corrected_run(
     return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 
-def _beside(rows: Path) -> str:
+def beside(rows: Path) -> str:
+    """Return why an option is not asked for: it is remembered beside the rows."""
     from motes.correction.history import history_path
 
     return f"already in {history_path(rows).name}, beside the rows"

@@ -31,7 +31,7 @@ from motes.cli.options import (
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs, TrackRequest
 from motes.cli.track_target import TargetOptions
-from motes.cli.track_units import UnitOptions, motion_names
+from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 
 app = App(
@@ -136,10 +136,10 @@ def _check_fitting(
 ) -> None:
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
-        papers = bool(outputs.figures) and not motion_names(outputs.figures)
         unfit: dict[str, object] = {
-            "--stride": frames.stride != 1, "--fps-target": fps_target,
-            "--figures FOLDER": papers, "--save-histogram": outputs.save_histogram,
+            "--stride": frames.stride != 1, "--fps-target": fps_target, "--show": outputs.show,
+            "--resume": outputs.resume, "--figures": outputs.figures,
+            "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
         return
@@ -148,7 +148,7 @@ def _check_fitting(
             "A run with --fps-target cannot be repeated exactly; omit it or --resume."
         )
     if len(target.regions()) > 1:
-        single = {"--figures": outputs.figures, "--masks": outputs.masks, **units.given}
+        single = {"--figures": outputs.figures, **units.given}
         refuse(single | {"--resume": outputs.resume, "--fps-target": fps_target}, "for one --init")
 
 
@@ -161,17 +161,13 @@ def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
         If an output is the source or another output, or options contradict each other.
     """
     output = outputs.output
-    besides = (outputs.overlay, outputs.figures, outputs.masks, outputs.show)
+    besides = (outputs.overlay, outputs.figures, outputs.show)
     if output is None and not any(besides):
         output = default_output(source)
-    if outputs.masks is None or outputs.masks.suffix != ".json":
-        check_label(outputs.label, output, outputs.format)
+    check_label(outputs.label, output, outputs.format)
     where = Path(output) if output else None
-    folder = None if motion_names(outputs.figures) else outputs.figures
-    check_not_source(
-        source, where, outputs.overlay, outputs.masks, Path(folder) if folder else None
-    )
-    point_out_leftovers(where, outputs.overlay, None if outputs.resume else outputs.masks)
+    check_not_source(source, where, outputs.overlay, outputs.figures)
+    point_out_leftovers(where, outputs.overlay)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
     return output

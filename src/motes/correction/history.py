@@ -233,14 +233,6 @@ class History(msgspec.Struct, frozen=True):
         """Return the history with stretches that are not finished."""
         return replace(self, unfinished=[(each.first, each.last) for each in left])
 
-    def repeats(self, other: History) -> bool:
-        """Return whether two runs have the same film, tracker and keyframes after all commands."""
-        first, second = (
-            msgspec.json.encode(replace(each, motes="", corrections=[], unfinished=[], lines=None))
-            for each in (self, other)
-        )
-        return first == second and self.keys == other.keys
-
     def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.
 
