@@ -109,16 +109,12 @@ def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
     assert "is taken for it" not in go("refine FILM rows.csv --at 12=BOX")[1]
 
 
-def test_backward_and_from_a_frame(go: Go) -> None:
-    assert go(f"track FILM --init BOX --backward -o a.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --at 12=BOX -o b.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --at 12=BOX --backward -o c.csv {OPTIONS}")[0] == 0
-    exact = [
-        row["frame"] for name in "abc" for row in rows(f"{name}.csv") if row["x_std"] == "0.00000"
-    ]
-    assert exact == [str(FRAMES - 1), "12", "12"]
-    assert [len(rows(f"{name}.csv")) for name in "abc"] == [FRAMES, FRAMES, 13]
-    assert rows("b.csv")[:13] == rows("c.csv")
+def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
+    for frame in (12, FRAMES - 1):
+        assert go(f"track FILM --at {frame}=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
+        found = rows("rows.csv")
+        assert len(found) == FRAMES
+        assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
 
 
 def test_other_outputs(go: Go) -> None:
@@ -346,9 +342,6 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=500,1,9,9", 2, "center outside the frame of 96x80"),
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
-        ("track FILM --at 3=BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --init BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --absent 9 --init BOX --backward", 2, "in both directions; omit --backward"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
             "track FILM --at 3=BOX --stride 2 --show --resume --figures f --save-histogram h",

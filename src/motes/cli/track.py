@@ -115,7 +115,7 @@ def track(
     output = _checked_output(source, outputs)
     asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
     if begin is None:
-        return _track_keyframes(asked, marks, target.region(), backward=keys.backward)
+        return _track_keyframes(asked, marks, target.region())
 
     from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
@@ -173,19 +173,14 @@ def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
     return output
 
 
-def _track_keyframes(
-    asked: TrackRequest, marks: Marks, region: Sequence[float] | None, *, backward: bool
-) -> int:
-    """Track an object between keyframes, or backward; `region` is that of --init."""
+def _track_keyframes(asked: TrackRequest, marks: Marks, region: Sequence[float] | None) -> int:
+    """Track an object between keyframes; `region` is that of --init."""
     from motes.cli.track_between import track_between
     from motes.video.film import Film
 
-    frames, end = asked.frames, asked.frames.end
-    if backward and marks:
-        last = marks[0][0] + 1
-        end = last if end is None else min(end, last)
-    film = Film(asked.source, start=frames.start, end=end, fps=frames.fps)
+    frames = asked.frames
+    film = Film(asked.source, start=frames.start, end=frames.end, fps=frames.fps)
     say_rate(film)
     if region is not None:
-        marks = [(film.frames.stop - 1 if backward else film.frames.start, region), *marks]
+        marks = [(film.frames.start, region), *marks]
     return track_between(asked, film, marks)
