@@ -21,7 +21,6 @@ from motes.cli.options import (
     OutputOptions,
     say_rate,
 )
-from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.files import is_special, remove_leftovers
@@ -101,26 +100,24 @@ def rows_outputs(
     return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
 
 
-def units_of(
-    rows: Path, metres: bool, options: UnitOptions, known: "History | None"
-) -> "RealUnits | None":
-    """Return how the pixels of rows become metres; None if they do not.
+def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | None":
+    """Return how the pixels of rows become metres, as it is remembered; None if they do not.
 
     Raises
     ------
     ConfigError
-        If another one is given than is remembered; or if rows have metres, and it is neither.
+        If the rows have metres, and nothing is remembered.
     """
-    plane = options.units()
     if known is not None and known.units is not None:
-        if plane not in (None, known.real_units):
-            refuse(options.given, beside(rows))
         return known.real_units
-    if metres and plane is None:
+    if metres:
+        from motes.correction.history import history_path
+
         raise ConfigError(
-            f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
+            f"{rows} has metres, but nothing beside it tells their scale; put the "
+            f"{history_path(rows).name} of its run there, or make the rows anew."
         )
-    return plane
+    return None
 
 
 def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | None") -> "Film":
@@ -156,7 +153,6 @@ def corrected_run(
     rows: Path,
     options: TrackerOptions,
     settings: Mapping[str, Any],
-    units: UnitOptions = UnitOptions(),
 ) -> "tuple[KnownRows, Film, History]":
     """Return the rows of one target, their film, and their history with its keyframes.
 
@@ -181,9 +177,7 @@ def corrected_run(
     own = options.given | {f"--{key}": value for key, value in settings.items()}
     if known is not None and known.corrections:
         refuse(own, beside(rows))
-    if not table.metres:
-        refuse(units.given, f"for rows with metres, and {rows} has none")
-    plane = units_of(rows, table.metres, units, known)
+    plane = units_of(rows, table.metres, known)
     film = film_of_rows(source, rows, options.fps, known)
     table.check(film)
     if known is not None and known.corrections:
