@@ -83,21 +83,30 @@ def rows_outputs(
     further, resume
         As in `rows_output`.
     """
-    from motes.cli.watch_outputs import STREAMED, format_of, rows_output
-    from motes.correction.history import History, Remembered, history_path
+    from motes.cli.watch_outputs import rows_output
+    from motes.correction.history import History, Remembered
 
     rows = rows_output(output, film, outputs, further=further, resume=resume)
-    special = output == "-" or is_special(output)
-    if special or format_of(output, outputs.format) not in STREAMED:
+    beside = history_beside_rows(output, outputs)
+    if beside is None:
         return [rows]
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
     )  # fmt: skip
     if resume:  # what a killed run has left of it
-        beside = history_path(Path(output))
         remove_leftovers(beside.with_name(glob.escape(beside.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
+
+
+def history_beside_rows(output: str, outputs: OutputOptions) -> Path | None:
+    """Return the file that remembers how rows are made; streams and documents have none."""
+    from motes.cli.watch_outputs import STREAMED, format_of
+    from motes.correction.history import history_path
+
+    if output == "-" or is_special(output) or format_of(output, outputs.format) not in STREAMED:
+        return None
+    return history_path(Path(output))
 
 
 def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | None":

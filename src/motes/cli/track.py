@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import HelpAll, UsualOptions, show_all
-from motes.cli.input_checks import (
-    check_keyframe_error,
-    check_label,
-    check_not_source,
-    default_output,
-    point_out_leftovers,
-    refuse,
-)
-from motes.cli.keyframe_options import KeyframeOptions, Marks
+from motes.cli.input_checks import checked_output, refuse
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
     CONFIGURATION,
@@ -26,7 +17,6 @@ from motes.cli.options import (
     FrameOptions,
     NetworkFiles,
     TrackPreset,
-    say_rate,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs, TrackRequest
@@ -110,12 +100,15 @@ def track(
     _check_fitting(target, keys, frames, units, outputs, fps_target)
     begin = None if keys.given else target.begin(known)
     plane = units.units()
-    check_keyframe_error(outputs.keyframe_error)
     marks = keys.checked_marks(source, target.region()) if keys.given else []
-    output = _checked_output(source, outputs)
+    output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
+    if outputs.resume and output is None:
+        raise ConfigError("--resume continues a file of rows; name it with -o.")
     asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
     if begin is None:
-        return _track_keyframes(asked, marks, target.region())
+        from motes.cli.track_between import track_between
+
+        return track_between(asked, marks, target.region())
 
     from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
@@ -150,37 +143,3 @@ def _check_fitting(
     if len(target.regions()) > 1:
         single = {"--figures": outputs.figures, **units.given}
         refuse(single | {"--resume": outputs.resume, "--fps-target": fps_target}, "for one --init")
-
-
-def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
-    """Return the file of the rows, or -, or None without rows, after a check of all outputs.
-
-    Raises
-    ------
-    ConfigError
-        If an output is the source or another output, or options contradict each other.
-    """
-    output = outputs.output
-    besides = (outputs.overlay, outputs.figures, outputs.show)
-    if output is None and not any(besides):
-        output = default_output(source)
-    check_label(outputs.label, output, outputs.format)
-    where = Path(output) if output else None
-    check_not_source(source, where, outputs.overlay, outputs.figures)
-    point_out_leftovers(where, outputs.overlay)
-    if outputs.resume and output is None:
-        raise ConfigError("--resume continues a file of rows; name it with -o.")
-    return output
-
-
-def _track_keyframes(asked: TrackRequest, marks: Marks, region: Sequence[float] | None) -> int:
-    """Track an object between keyframes; `region` is that of --init."""
-    from motes.cli.track_between import track_between
-    from motes.video.film import Film
-
-    frames = asked.frames
-    film = Film(asked.source, start=frames.start, end=frames.end, fps=frames.fps)
-    say_rate(film)
-    if region is not None:
-        marks = [(film.frames.start, region), *marks]
-    return track_between(asked, film, marks)

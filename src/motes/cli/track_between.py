@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,19 +17,20 @@ from motes.cli.annotated_video import drawn, painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Tally, summarize
+from motes.cli.known_run import history_beside_rows
 from motes.cli.messages import counted
 from motes.cli.moment import Hindsight, Moment, Sink
+from motes.cli.options import say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.track_options import TrackRequest
 from motes.cli.track_units import check_size
-from motes.cli.watch_outputs import STREAMED, format_of, rows_output
+from motes.cli.watch_outputs import rows_output
 from motes.core import interrupts
-from motes.core.files import is_special
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
 from motes.correction.correct import stretches
-from motes.correction.history import History, Marks, history_path, line_count, rows_path
+from motes.correction.history import History, Marks, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
@@ -38,19 +40,29 @@ from motes.rows.writer import check_writable
 from motes.video.film import Film
 
 
-def track_between(asked: TrackRequest, film: Film, marks: Marks) -> int:
+def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | None) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
+
+    The region is that of --init, in the first frame.
 
     Raises
     ------
     ConfigError
         If keyframes contradict each other or do not fit the film, or the lens does not.
     """
+    frames = asked.frames
+    film = Film(asked.source, start=frames.start, end=frames.end, fps=frames.fps)
+    say_rate(film)
+    if region is not None:
+        marks = [(film.frames.start, region), *marks]
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     check_size(asked.units, film)
     output, outputs, units = asked.output, asked.outputs, asked.units
-    path = _history_of(asked)
+    path = None if output is None else history_beside_rows(output, outputs)
+    if path is not None:
+        for each in (Path(str(output)), path):
+            check_writable(each, outputs.overwrite)
     metres = None if units is None else "m"
     videos, rows = drawn(outputs, film, 1, lambda: painted_target(metres)), list[Sink]()
     if output is not None:
@@ -175,22 +187,3 @@ class KeyframeRun(Tally):
     def __str__(self) -> str:
         counts = [f"{status} in {number}" for status, number in self._states.most_common()]
         return ", ".join([super().__str__(), counted(self._keys, "keyframe"), *counts])
-
-
-def _history_of(asked: TrackRequest) -> Path | None:
-    """Return the path of the history of rows in a file; None for other outputs.
-
-    Raises
-    ------
-    FormatError
-        If it exists and must not be overwritten.
-    """
-    output, outputs = asked.output, asked.outputs
-    if output in (None, "-") or is_special(str(output)):
-        return None
-    if format_of(str(output), outputs.format) not in STREAMED:
-        return None
-    rows = Path(str(output))
-    for path in (rows, history_path(rows)):
-        check_writable(path, outputs.overwrite)
-    return history_path(rows)
