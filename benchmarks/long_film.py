@@ -127,7 +127,7 @@ def main() -> None:
             "keyframes": (around, ["--keyframes", str(marks), *inside], absent),
             "backward": (
                 range(total - part, total),
-                ["--init", box(total - 1), "--backward", "--start", str(total - part)],
+                ["--at", f"{total - 1}={box(total - 1)}", "--start", str(total - part)],
                 range(0),
             ),
         }

@@ -109,16 +109,12 @@ def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
     assert "is taken for it" not in go("refine FILM rows.csv --at 12=BOX")[1]
 
 
-def test_backward_and_from_a_frame(go: Go) -> None:
-    assert go(f"track FILM --init BOX --backward -o a.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --at 12=BOX -o b.csv {OPTIONS}")[0] == 0
-    assert go(f"track FILM --at 12=BOX --backward -o c.csv {OPTIONS}")[0] == 0
-    exact = [
-        row["frame"] for name in "abc" for row in rows(f"{name}.csv") if row["x_std"] == "0.00000"
-    ]
-    assert exact == [str(FRAMES - 1), "12", "12"]
-    assert [len(rows(f"{name}.csv")) for name in "abc"] == [FRAMES, FRAMES, 13]
-    assert rows("b.csv")[:13] == rows("c.csv")
+def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
+    for frame in (12, FRAMES - 1):
+        assert go(f"track FILM --at {frame}=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
+        found = rows("rows.csv")
+        assert len(found) == FRAMES
+        assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
 
 
 def test_other_outputs(go: Go) -> None:
@@ -128,17 +124,15 @@ def test_other_outputs(go: Go) -> None:
     assert not Path("d.xml.run.json").exists()
 
 
-def test_metres_masks_and_figures(go: Go) -> None:
+def test_metres_and_an_overlay(go: Go) -> None:
     line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
-    code, said = go(f"{line} -o m.csv --masks masks --figures path,size --overlay m.mp4")
-    assert (code, "wrote m.mp4, m.path.pdf, m.size.pdf, 24 masks in masks, m.csv" in said) == (
-        0,
-        True,
-    )
+    code, said = go(f"{line} -o m.csv --overlay m.mp4")
+    assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
     found = rows("m.csv")
     assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
     assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
     assert found[10]["x_m"] == ""
+    assert go("draw FILM m.csv --masks masks")[0] == 0
     with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
         assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
     # Corrected rows have metres too, and the others stay.
@@ -147,51 +141,26 @@ def test_metres_masks_and_figures(go: Go) -> None:
     after = Path("m.csv").read_text().splitlines()
     assert after[:22] == before[:22]
     assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
-    assert go("smooth m.csv -o s.csv --scale 20")[0] == 0
+    assert go("smooth m.csv -o s.csv")[0] == 0
     assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
 
 
-def test_the_live_picture(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = list[int]()
-
-    class View:
-        address = None
-
-        def offer(self, painted: Callable[[], object]) -> None:
-            painted()
-            shown.append(len(shown))
-
-        def close(self) -> None:
-            shown.append(-1)
-
-    monkeypatch.setattr("motes.cli.annotated_video.view", View)
-    assert go(f"track FILM --at 4=BOX --show {OPTIONS}")[0] == 0
-    assert shown == [*range(FRAMES), -1]
-
-
-def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kill is in the middle of a row."""
     line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"
-    assert go(f"{line} -o expected.csv --masks expected")[0] == 0
-    expected = Path("expected.csv").read_text()
-    resumed = f"{line} -o rows.csv --resume --masks masks"
+    assert go(f"{line} -o expected.csv")[0] == 0
 
-    def stopped_at(row: int) -> None:
-        """Run until a row, half of which is written; then nothing more, as after a kill."""
+    def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
+        if data.startswith(b"12,"):
+            file.write(data[:9])
+            raise RuntimeError
+        file.write(data)
 
-        def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
-            if data.startswith(b"%d," % row):
-                file.write(data[:9])
-                raise RuntimeError
-            file.write(data)
-
-        with monkeypatch.context() as patched:
-            patched.setattr(TrackWriter, "_write", write)
-            with pytest.raises(AssertionError):
-                assert go(f"{line} -o rows.csv")[0] == 0
-
-    stopped_at(12)
-    history = History.load(Path("rows.csv.run.json"))
-    assert history.unfinished == [(8, 16), (16, 23)]
+    with monkeypatch.context() as patched:
+        patched.setattr(TrackWriter, "_write", write)
+        with pytest.raises(AssertionError):
+            assert go(f"{line} -o rows.csv")[0] == 0
+    assert History.load(Path("rows.csv.run.json")).unfinished == [(8, 16), (16, 23)]
     calls = list[int]()
 
     def counted(*arguments: object, **options: object) -> object:
@@ -199,17 +168,10 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
         return run_pass(*arguments, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr("motes.correction.correct.run_pass", counted)
-    code, said = go(resumed)
-    assert (code, "24 frames, 3 keyframes" in said) == (0, True), said
-    assert "; rows.csv has 16 rows made anew; wrote 24 masks in masks." in said
+    code, said = go("refine FILM rows.csv")
+    assert (code, "16 rows of 24 made anew" in said) == (0, True), said
     assert len(calls) == 3
-    assert Path("rows.csv").read_text() == expected
-    assert len(list(Path("masks").iterdir())) == FRAMES
-    assert "made anew" not in go(resumed)[1]
-    # Without any row, the run begins anew.
-    Path("rows.csv").unlink()
-    assert go(resumed)[0] == 0
-    assert Path("rows.csv").read_text() == expected
+    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
@@ -232,7 +194,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert len(rows("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
-    assert go(f"{line} -o rows.csv --resume")[0] == 0
+    assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
@@ -380,36 +342,20 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=500,1,9,9", 2, "center outside the frame of 96x80"),
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
-        ("track FILM --at 3=BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --init BOX --at 9=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --absent 9 --init BOX --backward", 2, "in both directions; omit --backward"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
-            "track FILM --at 3=BOX --stride 2 --figures f --save-histogram h.json",
+            "track FILM --at 3=BOX --stride 2 --show --resume --figures f --save-histogram h",
             2,
-            "--stride, --figures FOLDER and --save-histogram are not for keyframes; omit them.",
+            "--stride, --show, --resume, --figures and --save-histogram are not for keyframes;",
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
-        ("track FILM --at 3=BOX --resume", 2, "--resume continues rows; - holds none"),
         (
-            "track FILM --at 3=BOX --resume -o plain.csv",
-            5,
-            "plain.csv cannot be resumed: its keyframes",
-        ),
-        ("track FILM --at 3=BOX --resume -o rows.csv", 5, "its keyframes, its tracker or its"),
-        (
-            "refine FILM rows.csv --at 3=BOX --scale 9 --seed 1",
+            "refine FILM rows.csv --at 3=BOX --seed 1",
             2,
             "--seed is already in rows.csv.run.json, beside the rows; omit",
         ),
-        ("refine FILM metres.csv --at 3=BOX --scale 9", 2, "--scale is already in metres.csv.run"),
-        ("refine FILM alone.csv --at 3=BOX", 2, "alone.csv has metres; give --scale or --ground"),
-        ("smooth alone.csv -o a.csv", 2, "alone.csv has metres; give --scale or --ground"),
-        (
-            "refine FILM plain.csv --at 3=BOX --scale 9",
-            2,
-            "for rows with metres, and plain.csv has",
-        ),
+        ("refine FILM alone.csv --at 3=BOX", 2, "alone.csv has metres, but nothing beside"),
+        ("smooth alone.csv -o a.csv", 2, "alone.csv has metres, but nothing beside"),
         ("refine FILM plain.csv --at 3=BOX --fps 9", 2, "--fps is already in plain.csv"),
         ("refine FILM plain.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
         ("refine FILM rows.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
@@ -439,11 +385,6 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
         ("track FILM --at -1=BOX", 2, "'-1' is no frame"),
         ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
-        (
-            "track FILM --at 3=BOX --figures path,a",
-            2,
-            "There is no 'a'; known are path, speed, size",
-        ),
         ("track FILM --at 3=BOX --scale nan", 2, "--scale is nan; give pixels per metre"),
         ("track FILM --at 3=BOX -o rows.csv", 5, "error: rows.csv exists; choose another name"),
         ("track FILM --at 3=BOX -o none/a.csv", 5, "There is no folder none for a.csv"),
@@ -472,9 +413,9 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     Path("objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    if "metres.csv" in line or "alone.csv" in line:
+    if "alone.csv" in line:
         assert go(f"track FILM --init BOX --scale 8 -o metres.csv {OPTIONS}")[0] == 0
-        Path("metres.csv").rename(f"{'metres' if 'metres' in line else 'alone'}.csv")
+        Path("metres.csv").rename("alone.csv")
     if "plain.csv" in line:
         assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
     found, said = go(line.replace("OTHER", "other.mkv").replace("SLOW", "slow.mkv"))

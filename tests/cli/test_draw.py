@@ -82,7 +82,12 @@ def test_figures_have_the_units_that_the_rows_remember(go: Go) -> None:
     assert sorted(path.name for path in Path("figures").iterdir()) == [
         "rows.path.pdf", "rows.size.pdf", "rows.speed.pdf",
     ]  # fmt: skip
+    for path in Path("figures").iterdir():
+        assert path.read_bytes().startswith(b"%PDF")
+        assert b"CreationDate" not in path.read_bytes()
     assert go("draw film.mkv rows.csv --figures figures")[0] == 5
+    assert go(f"{TRACK} -o pixels.csv")[0] == 0
+    assert go("draw film.mkv pixels.csv --figures figures")[0] == 0
     assert go("draw film.mkv rows.csv --scale 3 --figures f")[0] == 2
 
 
@@ -159,6 +164,8 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
         ("draw film.mkv nan.csv -o a.mkv", 3, "nan.csv"),
         ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
         ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
+        ("draw film.mkv objects.csv --masks a", 2, "--masks is for rows of one target"),
+        ("draw film.mkv rows.csv -o a.mkv --label a", 2, "--label is for masks in a document"),
         ("draw film.mkv objects.csv --scale 9 --lens l.yml -o a.mkv", 3, "l.yml"),
         ("draw film.mkv rows.csv -o a.mkv --fps 0", 2, "fps is 0"),
     ],

@@ -1,4 +1,4 @@
-"""`motes track` in metres: columns, figures of the motion, and options that do not fit."""
+"""`motes track` in metres: columns, and options that do not fit."""
 
 from __future__ import annotations
 
@@ -60,21 +60,6 @@ def test_the_ground_and_the_lens_are_files(go: Go) -> None:
     )
     assert go(f"{TRACK} --ground ground.toml --lens lens.yml")[0] == 0
     assert np.isfinite(read_track("rows.csv")["x_m"]).any()
-
-
-def test_figures_of_the_motion(go: Go) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    code, said = go(f"{TRACK} --scale 20 --figures path,speed,size")
-    assert code == 0
-    assert "wrote rows.path.pdf, rows.speed.pdf, rows.size.pdf, rows.csv." in said
-    for name in ("path", "speed", "size"):
-        data = Path(f"rows.{name}.pdf").read_bytes()
-        assert data.startswith(b"%PDF")
-        assert b"CreationDate" not in data
-    code, said = go(f"{TRACK} --overwrite --figures size")  # in pixels
-    assert code == 0
-    assert go(f"{TRACK} --overwrite --figures ./size")[0] == 0  # a folder of this name
-    assert Path("size").is_dir()
 
 
 @pytest.mark.parametrize(

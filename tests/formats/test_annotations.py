@@ -20,8 +20,8 @@ from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
-from motes.formats.recording import Recording
-from motes.formats.registry import write
+from motes.formats.recording import FilmFacts, Recording
+from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
@@ -210,6 +210,17 @@ def test_trackeval_reads_rows_of_the_motchallenge(dataset: Path) -> None:
     (dataset / "results" / "film.txt").write_text(rows)
     found = from_files(dataset / "truth", dataset / "results", "film")["CLEAR"]
     assert (found["CLR_TP"], found["CLR_FP"], found["CLR_FN"]) == (len(rows.splitlines()), 0, 0)
+
+
+def test_polygons_without_a_box_have_the_box_around_them(tmp_path: Path) -> None:
+    polygons = [[10, 20, 30, 20, 30, 50], [5, 25, 8, 25, 8, 28]]
+    document = {
+        "images": [{"id": 1, "file_name": "a.png", "width": SIZE[0], "height": SIZE[1]}],
+        "annotations": [{"image_id": 1, "category_id": 1, "segmentation": polygons}],
+    }
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    (row,) = read(tmp_path / "a.json", "coco", FilmFacts())
+    assert row.objects[0].box == pytest.approx((5, 20, 25, 30))
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # its own

@@ -26,7 +26,7 @@ from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report.tables import Cell, Row, Table, number
 
 WAYS = ("tracked ellipse", "motes", "GrabCut")
-"""What is measured: the whole ellipse, the mask of `motes track --masks`, and GrabCut's."""
+"""What is measured: the whole ellipse, the mask of `motes draw --masks`, and GrabCut's."""
 MARGIN = 0.5
 """What GrabCut sees around the box, as a share of its sides."""
 

@@ -19,7 +19,6 @@ from motes.cli.options import (
     OUTPUT,
     RUN,
     Cluster,
-    MetricsPlace,
     OwnCode,
     Workers,
 )
@@ -70,7 +69,6 @@ class WorkOptions:
         ),
     ] = False
     own_code: OwnCode = False
-    metrics: MetricsPlace = None
     log: Annotated[
         str | None,
         Parameter(help="File of JSON Lines to which each start, end and new attempt is added."),
@@ -283,7 +281,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     workers = worker_count(work.workers)
     threads = max(resources.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
-    with BatchProgress(options.total, work.metrics, work.log) as progress:
+    with BatchProgress(options.total, work.log) as progress:
         try:
             with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
                 for event in batch(pool, store, load_jobs(store), plan, progress.keep):

@@ -1,4 +1,4 @@
-"""The progress of a batch: a bar or lines, metrics for Prometheus, and a log."""
+"""The progress of a batch: a bar or lines, and a log."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from typing import BinaryIO, Self
 import msgspec
 
 from motes.cli.messages import counted, log
-from motes.cli.metrics_page import place_of, serve_metrics
 from motes.cli.progress import TerminalBar
 from motes.cluster.driver import BatchEvent
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
 from motes.core.errors import FormatError
-from motes.output.metrics import Metric
 
 INTERVAL = 30.0
 """Seconds between lines of progress where there is no terminal."""
@@ -29,27 +27,24 @@ class BatchProgress:
     ----------
     total
         The number of jobs.
-    metrics
-        Where metrics are served, PORT or HOST:PORT; None for nowhere.
     file
         The log; None for none.
 
     Attributes
     ----------
-    kept, done, failed, again, frames
-        Jobs that were done before, were done now, failed, attempts that came to nothing, and frames
-        of the jobs that were done now.
+    kept, done, failed, frames
+        Jobs that were done before, were done now, failed, and frames of the jobs that were done
+        now.
     running
         Attempts that run.
     written
         The table that was written.
     """
 
-    def __init__(self, total: int, metrics: str | None, file: str | None) -> None:
+    def __init__(self, total: int, file: str | None) -> None:
         self.total = total
-        self.kept = self.done = self.failed = self.again = self.frames = self.running = 0
+        self.kept = self.done = self.failed = self.frames = self.running = 0
         self.written: str | None = None
-        self._place = None if metrics is None else place_of(metrics)
         self._file = None if file is None else Path(file)
         self._log: BinaryIO | None = None
         self._bar = TerminalBar("jobs", total)
@@ -74,7 +69,6 @@ class BatchProgress:
             )  # fmt: skip
         elif isinstance(event, Again):
             self.running -= 1
-            self.again += 1
             self._add("again", event.task.name, attempt=event.task.attempt, error=event.error)
             log(f"[{event.task.name}] attempt {event.task.attempt}: {event.error}")
         else:
@@ -138,8 +132,6 @@ class BatchProgress:
                 self._log = self._open.enter_context(self._file.open("ab", buffering=0))
             except OSError as error:
                 raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
-        if self._place is not None:
-            self._open.callback(serve_metrics(self._place, self._metrics).close)
         self._open.enter_context(self._bar)
         return self
 
@@ -154,15 +146,3 @@ class BatchProgress:
             "done": self.done + self.kept,
             "failed": self.failed,
         }
-
-    def _metrics(self) -> list[Metric]:
-        each: dict[tuple[str, ...], float] = {(k,): v for k, v in self.numbers().items()}
-        own: tuple[str, ...] = ()
-        return [
-            Metric("motes_batch_jobs", "gauge", "Jobs of the batch.", each, ("status",)),
-            Metric("motes_batch_frames_total", "counter", "Frames used.", {own: self.frames}),
-            Metric("motes_batch_lost_attempts_total", "counter", "Attempts whose worker died.",
-                   {own: self.again}),
-            Metric("motes_batch_seconds_left", "gauge", "Time until the end, as the rate goes on.",
-                   {own: self._times()[2]}),
-        ]  # fmt: skip

@@ -100,13 +100,7 @@ def run_stretches(
 
 
 def refine_rows(
-    film: Film,
-    table: KnownRows,
-    before: History,
-    after: History,
-    goal: Path,
-    *,
-    quiet: bool = False,
+    film: Film, table: KnownRows, before: History, after: History, goal: Path
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track what changes and what is not finished; write rows and history.
 
@@ -123,8 +117,6 @@ def refine_rows(
         The history before the correction and after it; the same one, to finish rows.
     goal
         The file of the new rows.
-    quiet
-        As in `run_stretches`.
 
     Returns
     -------
@@ -153,9 +145,7 @@ def refine_rows(
     after.unfinished_with(parts).save(history_path(goal))
     left = parts
     try:
-        done, interrupted = run_stretches(
-            film, parts, after.tracker, after.seed, replace, quiet=quiet
-        )
+        done, interrupted = run_stretches(film, parts, after.tracker, after.seed, replace)
         left = parts[done:]
     finally:
         table.write(goal)

@@ -1,23 +1,96 @@
-"""`motes draw`: overlay and figures of any rows, whatever has made or changed them."""
+"""`motes draw`: overlay, figures and masks of any rows, whatever has made or changed them.
 
-from __future__ import annotations
+Annotations are evaluated here: the parser would look for their names in another module.
+"""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli.input_checks import check_not_source, prepare_folder
-from motes.cli.known_run import units_of
+from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
+from motes.cli.known_run import beside
+from motes.cli.moment import Sink
 from motes.cli.options import OUTPUT, Fps, Overwrite, say_rate
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.correction.history import History
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.mot.analytics.regions import Regions
     from motes.video.sources import Source
 
 app = App(name="draw", help_format="plaintext")
+
+
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class DrawOutputs:
+    """The pictures that are made."""
+
+    output: Annotated[
+        Path | None,
+        Parameter(
+            name=["--output", "-o"],
+            help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.",
+        ),
+    ] = None
+    figures: Annotated[
+        Path | None,
+        Parameter(
+            help="Folder for figures. Of one target: its path, speed and size, .pdf. Of several "
+            "objects: a heatmap, their paths, and a slit scan of each line, .png.",
+        ),
+    ] = None
+    masks: Annotated[
+        Path | None,
+        Parameter(
+            help="Masks of one target: its pixels, where their colors differ from those around "
+            "it. A folder for PNG files, or a .json document of COCO."
+        ),
+    ] = None
+    label: Annotated[
+        str | None,
+        Parameter(help="Class of the target in a document of masks. [default: object]"),
+    ] = None
+    overwrite: Overwrite = False
+
+    def of_target(self, film: "Source", name: str, *, metres: bool) -> "list[Sink]":
+        """Return the outputs of rows of one target; `name` begins those of its figures."""
+        from motes.cli.annotated_video import AnnotatedVideo, painted_target
+        from motes.cli.masks import masks_output
+        from motes.cli.motion_figures import MotionFigures
+
+        opened, anew = list[Sink](), self.overwrite
+        if self.output is not None:
+            paint = painted_target("m" if metres else None)
+            opened.append(AnnotatedVideo(self.output, film, 1, paint, overwrite=anew))
+        if self.figures is not None:
+            unit = "m" if metres else "pixels"
+            opened.append(MotionFigures(self.figures / name, unit, overwrite=anew))
+        if self.masks is not None:
+            opened.append(masks_output(self.masks, film, self.label, overwrite=anew))
+        return opened
+
+    def of_objects(self, film: "Source", name: str, regions: "Regions") -> "list[Sink]":
+        """Return the outputs of rows of several objects."""
+        from motes.cli.annotated_video import AnnotatedVideo, painted_scene
+        from motes.cli.watch_pictures import Heatmap, Paths, Slits
+
+        if self.masks is not None:
+            raise ConfigError("--masks is for rows of one target; omit it.")
+        opened, anew = list[Sink](), self.overwrite
+        if self.output is not None:
+            paint = painted_scene(regions)
+            opened.append(AnnotatedVideo(self.output, film, 1, paint, overwrite=anew))
+        if self.figures is not None:
+            opened.append(Heatmap(self.figures / f"{name}.heatmap.png", overwrite=anew))
+            opened.append(Paths(self.figures / f"{name}.paths.png", overwrite=anew))
+            if regions.line:
+                opened.append(Slits(self.figures / f"{name}.slit.png", regions, overwrite=anew))
+        return opened
 
 
 @app.default
@@ -26,30 +99,14 @@ def draw(
     rows: Path,
     /,
     *,
-    output: Annotated[
-        Path | None,
-        Parameter(
-            name=["--output", "-o"],
-            group=OUTPUT,
-            help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.",
-        ),
-    ] = None,
-    figures: Annotated[
-        Path | None,
-        Parameter(
-            group=OUTPUT,
-            help="Folder for figures. Of one target: its path, speed and size, .pdf. Of several "
-            "objects: a heatmap, their paths, and a slit scan of each line, .png.",
-        ),
-    ] = None,
+    outputs: DrawOutputs = DrawOutputs(),
     from_: Annotated[
         str | None, Parameter(name="--from", help="Format of the rows. [default: by content]")
     ] = None,
     fps: Fps = None,
     units: UnitOptions = UnitOptions(),
-    overwrite: Overwrite = False,
 ) -> int:
-    """Draw rows on their film, and make figures of them.
+    """Draw rows on their film, and make figures and masks of them.
 
     The rows may be of any format that motes convert reads. What the file beside rows of motes
     remembers is used: frames, frame rate, scale, lens and ground, lines and zones. Otherwise it may
@@ -62,32 +119,59 @@ def draw(
     rows
         The rows: of motes track, refine, smooth or watch, or another tool's.
     """
-    from motes.cli.draw_rows import draw_objects, draw_target, rows_in
-    from motes.correction.history import history_beside
-    from motes.rows.writer import check_writable
+    from msgspec.structs import replace
 
-    if output is None and figures is None:
-        raise ConfigError("Nothing is to be made; give -o film.mp4, --figures FOLDER, or both.")
+    from motes.cli.draw_rows import object_moments, rows_in, target_moments
+    from motes.cli.frame_loop import Tally, run
+    from motes.correction.history import history_beside
+    from motes.mot.analytics.regions import Regions
+
+    output, figures, masks = outputs.output, outputs.figures, outputs.masks
+    if output is None and figures is None and masks is None:
+        raise ConfigError("Nothing is to be made; give -o film.mp4, --figures or --masks FOLDER.")
     for name in (source, str(rows)):
-        check_not_source(name, output)
-    if output is not None:
-        check_writable(output, overwrite)
+        check_not_source(name, output, figures, masks)
+    if outputs.label is not None and (masks is None or masks.suffix.lower() != ".json"):
+        raise ConfigError("--label is for masks in a document, as .json; omit it.")
+    point_out_leftovers(output, masks)
     known = history_beside(rows)
     if fps is not None and known is not None and known.fps not in (None, fps):
         raise ConfigError(f"--fps is {fps:g}, and the rows are of {known.fps:g}; omit it.")
     if figures is not None:
-        prepare_folder(figures, [], overwrite)
+        prepare_folder(figures, [], outputs.overwrite)
     with _opened(source, fps, known) as film:
         say_rate(film)
         given = rows_in(rows, from_, film, known)
-        plane = units_of(rows, False, units, known)
+        plane = _units(rows, units, known)
         check_size(plane, film)
         if given.single:
-            return draw_target(film, given, plane, output, figures, overwrite=overwrite)
-        return draw_objects(film, given, plane, known, output, figures, overwrite=overwrite)
+            opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
+            return run(film, opened, target_moments(film, given, plane), Tally())
+        if plane is not None and plane.lens is not None:
+            raise ConfigError("A lens is for rows of one target; omit --lens.")
+        regions = Regions() if known is None else known.regions
+        regions = replace(regions, ground=None if plane is None else plane.ground)
+        opened = outputs.of_objects(film, rows.stem, regions)
+        return run(film, opened, object_moments(film, given, regions), Tally())
 
 
-def _opened(source: str, fps: float | None, known: History | None) -> Source:
+def _units(rows: Path, options: UnitOptions, known: "History | None") -> "RealUnits | None":
+    """Return how pixels become metres; None if they do not.
+
+    Raises
+    ------
+    ConfigError
+        If another way is given than is remembered.
+    """
+    plane = options.units()
+    if known is None or known.units is None:
+        return plane
+    if plane not in (None, known.real_units):
+        refuse(options.given, beside(rows))
+    return known.real_units
+
+
+def _opened(source: str, fps: float | None, known: "History | None") -> "Source":
     """Return the film of rows, with the frames of their run.
 
     Raises

@@ -11,13 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
-from motes.cli.frame_loop import Tally, run
-from motes.cli.moment import Hindsight, Moment, Sink
-from motes.cli.track_units import MOTION, MotionFigures
+from motes.cli.moment import Hindsight, Moment, Moments
 from motes.cli.watch_loop import counted_moments
-from motes.cli.watch_pictures import Heatmap, Paths, Slits
-from motes.core.errors import ConfigError, InputError
+from motes.core.errors import InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
@@ -63,6 +59,11 @@ class Given:
         rows = self.rows.values()
         return max((row.frame for row in rows if row.objects or self.timed), default=-1)
 
+    @property
+    def metres(self) -> bool:
+        """Whether they have places in metres."""
+        return any(GROUND[0] in each.more for row in self.rows.values() for each in row.objects)
+
     def objects(self, frame: Frame) -> Sequence[ObjectRow]:
         """Return the objects in a frame."""
         return self.rows[frame.index].objects if frame.index in self.rows else ()
@@ -90,25 +91,9 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
     return Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
 
 
-def draw_target(
-    film: Source,
-    given: Given,
-    units: RealUnits | None,
-    output: Path | None,
-    figures: Path | None,
-    *,
-    overwrite: bool,
-) -> int:
-    """Draw one target; return the exit code."""
-    motion = _Motion(units or PIXELS)
-    metres = any(GROUND[0] in each.more for row in given.rows.values() for each in row.objects)
-    unit = "pixels" if units is None and not metres else "m"
-    outputs: list[Sink] = []
-    if output is not None:
-        paint = painted_target(None if unit == "pixels" else unit)
-        outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
-    if figures is not None:
-        outputs.append(MotionFigures(figures / given.path.stem, MOTION, unit, overwrite=overwrite))
+def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
+    """Return what makes the moments of rows of one target."""
+    motion, metres = _Motion(units or PIXELS), given.metres
 
     def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in _checked(frames, given, film):
@@ -118,7 +103,7 @@ def draw_target(
             info = None if track is None else Hindsight(track)
             yield Moment(frame, info, 0.0, place)
 
-    return run(film, outputs, moments, Tally())
+    return moments
 
 
 def _ground(row: ObjectRow | None) -> GroundPlace | None:
@@ -140,32 +125,9 @@ class _Motion(GroundMotion):
         return None if place is None else place._replace(**nothing)
 
 
-def draw_objects(
-    film: Source,
-    given: Given,
-    units: RealUnits | None,
-    known: History | None,
-    output: Path | None,
-    figures: Path | None,
-    *,
-    overwrite: bool,
-) -> int:
-    """Draw several objects, with what they do at lines and in zones; return the exit code."""
-    if units is not None and units.lens is not None:
-        raise ConfigError("A lens is for rows of one target; omit --lens.")
-    regions = Regions() if known is None else known.regions
-    regions = replace(regions, ground=None if units is None else units.ground)
+def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
+    """Return what makes the moments of several objects, with what they do at lines and in zones."""
     counter = EventCounter(regions)
-    outputs: list[Sink] = []
-    if output is not None:
-        paint = painted_scene(regions)
-        outputs.append(AnnotatedVideo(output, film, 1, paint, overwrite=overwrite))
-    if figures is not None:
-        stem = figures / given.path.stem
-        outputs.append(Heatmap(_named(stem, "heatmap"), overwrite=overwrite))
-        outputs.append(Paths(_named(stem, "paths"), overwrite=overwrite))
-        if regions.line:
-            outputs.append(Slits(_named(stem, "slit"), regions, overwrite=overwrite))
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
         for frame in _checked(frames, given, film):
@@ -177,14 +139,7 @@ def draw_objects(
                 tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
             yield frame, tracks
 
-    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        return counted_moments(objects(frames), counter, live=False)
-
-    return run(film, outputs, moments, Tally())
-
-
-def _named(stem: Path, what: str) -> Path:
-    return stem.with_name(f"{stem.name}.{what}.png")
+    return lambda frames: counted_moments(objects(frames), counter, live=False)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

@@ -7,14 +7,18 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import leftovers, same_file
+
+if TYPE_CHECKING:
+    from motes.cli.options import OutputOptions
 
 MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
@@ -103,6 +107,42 @@ def read_text(path: Path) -> str:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file; check the name.") from None
+
+
+def checked_output(
+    source: str, outputs: OutputOptions, others: Sequence[str | Path], *, alone: bool = True
+) -> str | None:
+    """Return the file of the rows, or -, or None without rows, after a check of all outputs.
+
+    Parameters
+    ----------
+    source, outputs
+        The source, and the options of outputs.
+    others
+        The files of further outputs.
+    alone
+        Whether nothing else is made, so that rows without -o have a name of their own.
+
+    Raises
+    ------
+    ConfigError
+        If an output is the source or another output, or options contradict each other.
+    """
+    from motes.cli.watch_outputs import is_document
+    from motes.rows.journal import journal_of
+
+    output = outputs.output
+    if output is None and alone and not (outputs.overlay or outputs.show or others):
+        output = default_output(source)
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
+    names = (output, outputs.overlay, *others)
+    files = [Path(name) for name in names if name is not None and name != "-"]
+    if output is not None and is_document(output, outputs.format):
+        files.append(journal_of(output))
+    check_not_source(source, *files)
+    point_out_leftovers(*files)
+    return output
 
 
 def default_output(source: str) -> str:

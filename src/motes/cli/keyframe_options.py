@@ -1,4 +1,4 @@
-"""Keyframes on the command line, and films that are tracked in any direction."""
+"""Keyframes on the command line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.options import FLAG, HYPHEN, KEYFRAMES, REPEATED, TARGET
+from motes.cli.options import HYPHEN, KEYFRAMES, REPEATED, TARGET
 from motes.core.errors import ConfigError, InputError, MotesError
 
 Marks = list[tuple[int, Sequence[float] | None]]
@@ -47,21 +47,16 @@ File = Annotated[
 @Parameter(name="*", group=KEYFRAMES)
 @dataclass(frozen=True, kw_only=True)
 class KeyframeOptions:
-    """Where a target is known, and in which direction it is tracked."""
+    """Where a target is known."""
 
     keyframes: File = None
     at: At = None
     absent: Absent = None
-    backward: Annotated[
-        bool,
-        FLAG,
-        Parameter(help="Track backward: from the frame of --at, or from the last one with --init."),
-    ] = False
 
     @property
     def given(self) -> bool:
         """Whether any of these options is used."""
-        return self.keyframes is not None or bool(self.at or self.absent or self.backward)
+        return self.keyframes is not None or bool(self.at or self.absent)
 
     def checked_marks(self, source: str, region: Sequence[float] | None) -> Marks:
         """Return the keyframes of these options for a source, which go with the region of --init.
@@ -78,10 +73,6 @@ class KeyframeOptions:
             raise ConfigError(
                 "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,"
                 "height."
-            )
-        if self.backward and len(found) + (region is not None) > 1:
-            raise ConfigError(
-                "Between keyframes, the target is tracked in both directions; omit --backward."
             )
         return found
 

@@ -21,7 +21,6 @@ from motes.cli.options import (
     OutputOptions,
     say_rate,
 )
-from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.files import is_special, remove_leftovers
@@ -84,43 +83,50 @@ def rows_outputs(
     further, resume
         As in `rows_output`.
     """
-    from motes.cli.watch_outputs import STREAMED, format_of, rows_output
-    from motes.correction.history import History, Remembered, history_path
+    from motes.cli.watch_outputs import rows_output
+    from motes.correction.history import History, Remembered
 
     rows = rows_output(output, film, outputs, further=further, resume=resume)
-    special = output == "-" or is_special(output)
-    if special or format_of(output, outputs.format) not in STREAMED:
+    beside = history_beside_rows(output, outputs)
+    if beside is None:
         return [rows]
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
     )  # fmt: skip
     if resume:  # what a killed run has left of it
-        beside = history_path(Path(output))
         remove_leftovers(beside.with_name(glob.escape(beside.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
 
 
-def units_of(
-    rows: Path, metres: bool, options: UnitOptions, known: "History | None"
-) -> "RealUnits | None":
-    """Return how the pixels of rows become metres; None if they do not.
+def history_beside_rows(output: str, outputs: OutputOptions) -> Path | None:
+    """Return the file that remembers how rows are made; streams and documents have none."""
+    from motes.cli.watch_outputs import STREAMED, format_of
+    from motes.correction.history import history_path
+
+    if output == "-" or is_special(output) or format_of(output, outputs.format) not in STREAMED:
+        return None
+    return history_path(Path(output))
+
+
+def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | None":
+    """Return how the pixels of rows become metres, as it is remembered; None if they do not.
 
     Raises
     ------
     ConfigError
-        If another one is given than is remembered; or if rows have metres, and it is neither.
+        If the rows have metres, and nothing is remembered.
     """
-    plane = options.units()
     if known is not None and known.units is not None:
-        if plane not in (None, known.real_units):
-            refuse(options.given, _beside(rows))
         return known.real_units
-    if metres and plane is None:
+    if metres:
+        from motes.correction.history import history_path
+
         raise ConfigError(
-            f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
+            f"{rows} has metres, but nothing beside it tells their scale; put the "
+            f"{history_path(rows).name} of its run there, or make the rows anew."
         )
-    return plane
+    return None
 
 
 def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | None") -> "Film":
@@ -141,7 +147,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
         say_rate(film)
         return film
     if fps != known.fps:
-        refuse({"--fps": fps}, _beside(rows))
+        refuse({"--fps": fps}, beside(rows))
     film = Film(source, end=known.end, fps=known.fps)
     known.check(film)
     name = text_name(Path(film.name).name)
@@ -156,7 +162,6 @@ def corrected_run(
     rows: Path,
     options: TrackerOptions,
     settings: Mapping[str, Any],
-    units: UnitOptions = UnitOptions(),
 ) -> "tuple[KnownRows, Film, History]":
     """Return the rows of one target, their film, and their history with its keyframes.
 
@@ -180,10 +185,8 @@ def corrected_run(
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     own = options.given | {f"--{key}": value for key, value in settings.items()}
     if known is not None and known.corrections:
-        refuse(own, _beside(rows))
-    if not table.metres:
-        refuse(units.given, f"for rows with metres, and {rows} has none")
-    plane = units_of(rows, table.metres, units, known)
+        refuse(own, beside(rows))
+    plane = units_of(rows, table.metres, known)
     film = film_of_rows(source, rows, options.fps, known)
     table.check(film)
     if known is not None and known.corrections:
@@ -197,7 +200,8 @@ def corrected_run(
     return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 
-def _beside(rows: Path) -> str:
+def beside(rows: Path) -> str:
+    """Return why an option is not asked for: it is remembered beside the rows."""
     from motes.correction.history import history_path
 
     return f"already in {history_path(rows).name}, beside the rows"

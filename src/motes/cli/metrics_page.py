@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
@@ -32,20 +31,6 @@ def place_of(text: str) -> tuple[str, int]:
     if not (port.isdecimal() and int(port) < 1 << 16):
         raise ConfigError(f"--metrics takes PORT or HOST:PORT; got {text!r}.")
     return host or "127.0.0.1", int(port)
-
-
-def serve_metrics(place: tuple[str, int], metrics: Callable[[], list[Metric]]) -> Server:
-    """Serve numbers for Prometheus at /metrics, until the server is closed; say where they are."""
-
-    def answer(request: BaseHTTPRequestHandler) -> None:
-        if request.path.split("?")[0] in ("/", "/metrics"):
-            reply(request, CONTENT_TYPE, text(metrics()).encode())
-        else:
-            reply(request, "text/plain", b"Metrics are at /metrics.\n", 404)
-
-    server = Server(*place, answer).start()
-    log(f"Metrics are at {server.address}metrics")
-    return server
 
 
 class MetricsPage(Sink):
@@ -86,12 +71,19 @@ class MetricsPage(Sink):
         self._lag = 0.0 if arrived is None else self._newest - arrived
 
     def __enter__(self) -> Self:
-        self._server = serve_metrics(self._place, self._metrics)
+        self._server = Server(*self._place, self._answer).start()
+        log(f"Metrics are at {self._server.address}metrics")
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._server is not None:
             self._server.close()
+
+    def _answer(self, request: BaseHTTPRequestHandler) -> None:
+        if request.path.split("?")[0] in ("/", "/metrics"):
+            reply(request, CONTENT_TYPE, text(self._metrics()).encode())
+        else:
+            reply(request, "text/plain", b"Metrics are at /metrics.\n", 404)
 
     def _metrics(self) -> list[Metric]:
         report = self._film.report

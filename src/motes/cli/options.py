@@ -53,10 +53,6 @@ ObjectPreset = Annotated[
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
 ]
-MetricsPlace = Annotated[
-    str | None,
-    Parameter(help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."),
-]
 Cluster = Annotated[
     str | None,
     Parameter(

@@ -14,7 +14,6 @@ from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
 from motes.cli.options import OUTPUT, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
-from motes.cli.track_units import UnitOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 
@@ -40,15 +39,14 @@ def refine(
     ] = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
-    units: UnitOptions = UnitOptions(),
     **settings: Settings,
 ) -> int:
     """Correct rows of one target, and track again only what changes.
 
     The stretches between the corrected frames and their neighboring keyframes are tracked again, in
     both directions, and smoothed. All other rows stay as they are, to the byte. Rows of a
-    plain motes track have one keyframe, their first frame. The tracker and the real units
-    are given with the first correction.
+    plain motes track have one keyframe, their first frame. The tracker is given with the first
+    correction.
 
     Parameters
     ----------
@@ -69,7 +67,7 @@ def refine(
         check_writable(output, overwrite)
         check_writable(history_path(output), overwrite)
     new = marks(source, keyframes, at, absent)
-    table, film, history = corrected_run(app, source, rows, tracker, settings, units)
+    table, film, history = corrected_run(app, source, rows, tracker, settings)
     if not new and not history.unfinished:
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."

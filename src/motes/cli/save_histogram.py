@@ -52,7 +52,7 @@ def save_histogram(
     refuse(
         {
             "-o": outputs.output, "--overlay": outputs.overlay, "--figures": outputs.figures,
-            "--masks": outputs.masks, "--show": outputs.show, "--resume": outputs.resume,
+            "--show": outputs.show, "--resume": outputs.resume,
         },
         "for tracks, and --save-histogram tracks nothing",
     )  # fmt: skip

@@ -13,7 +13,6 @@ from motes.cli.input_checks import check_not_source
 from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
-from motes.cli.track_units import UnitOptions
 from motes.core.files import is_special
 
 app = App(name="smooth", help_format="plaintext")
@@ -34,7 +33,6 @@ def smooth(
         ),
     ],
     overwrite: Overwrite = False,
-    units: UnitOptions = UnitOptions(),
 ) -> int:
     """Smooth the rows of one target, flag outliers and bridge gaps.
 
@@ -56,7 +54,7 @@ def smooth(
 
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
-    plane = units_of(rows, table.metres, units, known)
+    plane = units_of(rows, table.metres, known)
     streamed = output == "-" or is_special(output)
     if not streamed:
         check_beside(Path(output), overwrite)
@@ -68,7 +66,7 @@ def smooth(
             place = None if motion is None else motion.update(track)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
     if not streamed:
-        hand_on(known and known.with_units(plane), Path(output))
+        hand_on(known, Path(output))
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import HelpAll, UsualOptions, show_all
-from motes.cli.input_checks import (
-    check_keyframe_error,
-    check_label,
-    check_not_source,
-    default_output,
-    point_out_leftovers,
-    refuse,
-)
-from motes.cli.keyframe_options import KeyframeOptions, Marks
+from motes.cli.input_checks import checked_output, refuse
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
     ConfigOptions,
     FrameOptions,
     NetworkFiles,
     TrackPreset,
-    say_rate,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs, TrackRequest
 from motes.cli.track_target import TargetOptions
-from motes.cli.track_units import UnitOptions, motion_names
+from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 
 app = App(
@@ -98,12 +87,15 @@ def track(
     _check_fitting(target, keys, frames, units, outputs)
     begin = None if keys.given else target.begin(known)
     plane = units.units()
-    check_keyframe_error(outputs.keyframe_error)
     marks = keys.checked_marks(source, target.region()) if keys.given else []
-    output = _checked_output(source, outputs)
+    output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
+    if outputs.resume and output is None:
+        raise ConfigError("--resume continues a file of rows; name it with -o.")
     asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
     if begin is None:
-        return _track_keyframes(asked, marks, target.region(), backward=keys.backward)
+        from motes.cli.track_between import track_between
+
+        return track_between(asked, marks, target.region())
 
     from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
@@ -123,56 +115,13 @@ def _check_fitting(
 ) -> None:
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
-        papers = bool(outputs.figures) and not motion_names(outputs.figures)
         unfit: dict[str, object] = {
-            "--stride": frames.stride != 1, "--figures FOLDER": papers,
+            "--stride": frames.stride != 1, "--show": outputs.show,
+            "--resume": outputs.resume, "--figures": outputs.figures,
             "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
         return
     if len(target.regions()) > 1:
-        single = {"--figures": outputs.figures, "--masks": outputs.masks, **units.given}
+        single = {"--figures": outputs.figures, **units.given}
         refuse(single | {"--resume": outputs.resume}, "for one --init")
-
-
-def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
-    """Return the file of the rows, or -, or None without rows, after a check of all outputs.
-
-    Raises
-    ------
-    ConfigError
-        If an output is the source or another output, or options contradict each other.
-    """
-    output = outputs.output
-    besides = (outputs.overlay, outputs.figures, outputs.masks, outputs.show)
-    if output is None and not any(besides):
-        output = default_output(source)
-    if outputs.masks is None or outputs.masks.suffix != ".json":
-        check_label(outputs.label, output, outputs.format)
-    where = Path(output) if output else None
-    folder = None if motion_names(outputs.figures) else outputs.figures
-    check_not_source(
-        source, where, outputs.overlay, outputs.masks, Path(folder) if folder else None
-    )
-    point_out_leftovers(where, outputs.overlay, None if outputs.resume else outputs.masks)
-    if outputs.resume and output is None:
-        raise ConfigError("--resume continues a file of rows; name it with -o.")
-    return output
-
-
-def _track_keyframes(
-    asked: TrackRequest, marks: Marks, region: Sequence[float] | None, *, backward: bool
-) -> int:
-    """Track an object between keyframes, or backward; `region` is that of --init."""
-    from motes.cli.track_between import track_between
-    from motes.video.film import Film
-
-    frames, end = asked.frames, asked.frames.end
-    if backward and marks:
-        last = marks[0][0] + 1
-        end = last if end is None else min(end, last)
-    film = Film(asked.source, start=frames.start, end=end, fps=frames.fps)
-    say_rate(film)
-    if region is not None:
-        marks = [(film.frames.stop - 1 if backward else film.frames.start, region), *marks]
-    return track_between(asked, film, marks)

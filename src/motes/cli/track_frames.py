@@ -7,19 +7,17 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from functools import partial
 
-from motes.cli.annotated_video import drawn, painted_scene
+from motes.cli.annotated_video import drawn, painted_scene, painted_target
 from motes.cli.frame_loop import Tally, run
 from motes.cli.known_run import rows_outputs
 from motes.cli.moment import Moment, Moments
 from motes.cli.options import say_rate
 from motes.cli.track_options import TrackRequest
-from motes.cli.track_outputs import pictures_outputs
-from motes.cli.track_units import check_size, measured, motion_names
+from motes.cli.track_units import check_size, measured
 from motes.cli.watch_outputs import check_several, format_of
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
-from motes.mot.analytics.real_units import PIXELS
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import FORMS, GROUND
@@ -51,10 +49,17 @@ def track_one(asked: TrackRequest, tracker: Tracker, begin: Begin) -> int:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
         say_rate(film)
-        opened = pictures_outputs(asked, film, config=tracker.config)
+        anew, metres = outputs.overwrite or resume, None if units is None else "m"
+        opened = drawn(
+            outputs, film, asked.frames.stride, lambda: painted_target(metres), overwrite=anew
+        )
+        if outputs.figures is not None:
+            from motes.cli.track_figures import Figures
+
+            opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
         moments: Moments = partial(follow, tracker, begin)
-        if motion_names(outputs.figures) or units is not None:
-            moments = measured(units or PIXELS, moments)
+        if units is not None:
+            moments = measured(units, moments)
         if output is not None:
             further = () if units is None else GROUND
             opened += rows_outputs(

@@ -22,18 +22,8 @@ class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
     figures: Annotated[
-        str | None,
-        Parameter(
-            help="Folder for the figures of the papers. Or path,speed,size, or some of these: "
-            "figures of the motion, written beside the rows NAME.csv as NAME.path.pdf and so on."
-        ),
-    ] = None
-    masks: Annotated[
         Path | None,
-        Parameter(
-            help="Masks of the target: its pixels, where their colors differ from those around "
-            "it. A folder for PNG files, or a .json document of COCO."
-        ),
+        Parameter(help="Folder for the figures of the papers; motes draw makes those of rows."),
     ] = None
     save_histogram: Annotated[
         Path | None,
@@ -47,9 +37,7 @@ class TrackOutputs(OutputOptions):
         FLAG,
         Parameter(
             help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "Existing rows are kept; overlay, masks and figures are made again. With "
-            "keyframes, only missing frames are tracked; otherwise the run is repeated up to the "
-            "missing rows."
+            "The run is repeated up to the missing rows; overlay and figures are made again."
         ),
     ] = False
 

@@ -1,21 +1,19 @@
-"""Real units of `motes track`: its options, places on the ground, and figures of the motion."""
+"""Real units of one target: their options, and places on the ground."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import read_text
 from motes.cli.load_config import error_context
 from motes.cli.messages import counted, log
-from motes.core.errors import ConfigError, FormatError
-from motes.core.optional import optional
+from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.moment import Moment, Moments
@@ -23,9 +21,6 @@ if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
     from motes.video.film import Film
     from motes.video.sources import Source
-
-MOTION = ("path", "speed", "size")
-"""Figures of the motion."""
 
 
 @Parameter(name="*", group=Group("Real units", sort_key=2))
@@ -137,90 +132,3 @@ def measured(units: RealUnits, moments: Moments) -> Moments:
                 yield replace(moment, place=motion.update(moment.track))
 
     return located
-
-
-def motion_names(figures: str | None) -> tuple[str, ...]:
-    """Return the figures of the motion that --figures names; none if it names a folder.
-
-    Raises
-    ------
-    ConfigError
-        If it names figures of the motion and others.
-    """
-    names = tuple(figures.split(",")) if figures is not None else ()
-    unknown = [name for name in names if name not in MOTION]
-    if unknown and len(unknown) < len(names):
-        raise ConfigError(
-            f"--figures {figures}: There is no {unknown[0]!r}; known are {', '.join(MOTION)}."
-        )
-    return () if unknown else names
-
-
-class MotionFigures:
-    """Figures of the motion, as PDF beside the rows, made at the end, also when interrupted.
-
-    Parameters
-    ----------
-    stem
-        The path of the files without `.path.pdf` and so on.
-    names
-        The figures.
-    unit
-        The unit of length.
-    overwrite
-        Whether existing files may be replaced.
-    """
-
-    def __init__(self, stem: Path, names: Sequence[str], unit: str, *, overwrite: bool) -> None:
-        from motes.rows.writer import check_writable
-
-        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
-        self._files = {name: stem.with_name(f"{stem.name}.{name}.pdf") for name in names}
-        for path in self._files.values():
-            check_writable(path, overwrite)
-        self._unit, self._done = unit, False
-        self._rows: list[tuple[float, ...]] = []
-
-    def write(self, moment: Moment) -> None:
-        """Record a frame."""
-        place, track = moment.place, moment.track
-        nothing = (math.nan,) * 10
-        if track is None or place is None:  # it is not seen
-            self._rows.append((moment.frame.time, *nothing))
-            return
-        deviations = [math.sqrt(each) for each in track.covariance.diagonal().tolist()]
-        ellipse = track.ellipse
-        self._rows.append(
-            (
-                moment.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
-                place.speed_std, ellipse.a, ellipse.b, deviations[2], deviations[3],
-            )
-        )  # fmt: skip
-
-    @property
-    def result(self) -> str | None:
-        """The files."""
-        return ", ".join(map(str, self._files.values())) if self._done else None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if not self._rows or not (kind is None or issubclass(kind, KeyboardInterrupt)):
-            return
-        import numpy as np
-
-        from motes.output.motion_charts import FIGURES, MotionSeries, style
-
-        series = MotionSeries(*np.array(self._rows).T)
-        with style():
-            for name, path in self._files.items():
-                try:
-                    # Without a date, equal runs give equal files.
-                    FIGURES[name](series, self._unit).savefig(path, metadata={"CreationDate": None})
-                except OSError as error:
-                    raise FormatError(
-                        f"The figure {path} cannot be written: {error.strerror}; make room, or "
-                        f"choose another place for -o."
-                    ) from None
-        self._done = True

@@ -12,13 +12,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import HelpAll, UsualOptions, show_all
-from motes.cli.input_checks import (
-    check_keyframe_error,
-    check_label,
-    check_not_source,
-    default_output,
-    point_out_leftovers,
-)
+from motes.cli.input_checks import checked_output
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
     Cluster,
@@ -156,28 +150,18 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
 
     The rows have a name of their own if nothing else has.
     """
-    from motes.cli.watch_outputs import check_several, is_document
-    from motes.rows.journal import journal_of
+    from motes.cli.watch_outputs import check_several
 
-    output = outputs.output
     written, sent = outputs.destinations()
-    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    others = (outputs.overlay, outputs.show, outputs.metrics, written, sent, pictures)
-    if output is None and not any(others):
-        output = default_output(source)
-    if output == "-" and "-" in written:
+    if outputs.output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
-    check_label(outputs.label, output, outputs.format)
-    check_keyframe_error(outputs.keyframe_error)
-    files = [Path(name) for name in (output, *written) if name is not None and name != "-"]
-    if output is not None and is_document(output, outputs.format):
-        files.append(journal_of(output))
-    files += pictures
+    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
     queues = [outputs.queue or Path(QUEUE)] if sent else []
-    check_not_source(source, outputs.overlay, *files, *queues)
+    output = checked_output(
+        source, outputs, [*written, *pictures, *queues], alone=outputs.metrics is None
+    )
     if output is not None:
         check_several(output, outputs.format)
-    point_out_leftovers(outputs.overlay, *files)
     return output, written, sent
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, MetricsPlace, OutputOptions
+from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions
 from motes.core.errors import ConfigError
 
 QUEUE = "motes-events.sqlite"
@@ -102,7 +102,13 @@ class WatchOutputs(OutputOptions):
         FLAG,
         Parameter(group=LIVE, help="Announce the counts to Home Assistant, over MQTT of --events."),
     ] = False
-    metrics: Annotated[MetricsPlace, Parameter(group=LIVE)] = None
+    metrics: Annotated[
+        str | None,
+        Parameter(
+            group=LIVE,
+            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT.",
+        ),
+    ] = None
     slit: Annotated[
         Path | None,
         Parameter(

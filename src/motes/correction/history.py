@@ -225,21 +225,9 @@ class History(msgspec.Struct, frozen=True):
         new = [(frame, None if mark is None else [*mark]) for frame, mark in found.items()]
         return replace(self, corrections=[*self.corrections, new])
 
-    def with_units(self, units: RealUnits | None) -> History:
-        """Return the history of rows with these units."""
-        return replace(self, units=None if units is None else to_dict(units))
-
     def unfinished_with(self, left: Iterable[Stretch]) -> History:
         """Return the history with stretches that are not finished."""
         return replace(self, unfinished=[(each.first, each.last) for each in left])
-
-    def repeats(self, other: History) -> bool:
-        """Return whether two runs have the same film, tracker and keyframes after all commands."""
-        first, second = (
-            msgspec.json.encode(replace(each, motes="", corrections=[], unfinished=[], lines=None))
-            for each in (self, other)
-        )
-        return first == second and self.keys == other.keys
 
     def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.

@@ -138,7 +138,7 @@ class _Category(msgspec.Struct):
 class _Annotation(msgspec.Struct):
     image_id: int
     category_id: int
-    bbox: tuple[float, float, float, float]
+    bbox: tuple[float, float, float, float] | None = None
     segmentation: Any = None
     score: float = 1.0
     track_id: int | None = None
@@ -158,7 +158,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
     An image's frame is its `frame` or `frame_id`; without them, its place in the order of the
     names. An object's identity is its `track_id` or `instance_id`. Its ellipse fills its box,
-    with the angle and the ratio of half-axes of its polygon if it has one.
+    with the angle and the ratio of half-axes of its polygon if it has one. Without a box it has
+    that around its polygons.
     """
     document: _Document = read_json(path, _Document)
     _check_once("images", [image.id for image in document.images])
@@ -223,7 +224,7 @@ def _identity(each: _Annotation) -> int:
 
 
 def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
-    x, y, width, height = each.bbox
+    x, y, width, height = each.bbox or _around(each.segmentation)
     if not (width > 0 and height > 0):
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     box = Corners(x, y, x + width, y + height)
@@ -239,3 +240,12 @@ def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     # The moments of a polygon are a little smaller than those of the ellipse through its corners.
     scale = math.sqrt(width * height / (turned.box.width * turned.box.height))
     return box.ellipse._replace(a=scale * turned.a, b=scale * turned.b, theta=turned.theta)
+
+
+def _around(polygons: Any) -> tuple[float, float, float, float]:
+    """Return the box around all corners of polygons."""
+    if not (isinstance(polygons, list) and polygons):
+        raise ValueError("it has neither bbox nor polygon")
+    corners = np.concatenate([np.reshape(each, (-1, 2)) for each in polygons]).astype(np.float64)
+    (left, top), (width, height) = corners.min(axis=0).tolist(), np.ptp(corners, axis=0).tolist()
+    return left, top, width, height

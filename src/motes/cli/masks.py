@@ -1,8 +1,7 @@
-"""Masks of `motes track`: a folder of PNG files, or a document of COCO."""
+"""Masks of one target: a folder of PNG files, or a document of COCO."""
 
 from __future__ import annotations
 
-import glob
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,23 +12,20 @@ from msgspec.structs import replace
 from motes.cli.moment import Moment, Sink
 from motes.cli.watch_outputs import LABEL, DocumentOutput
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PartialFolder, remove_leftovers
+from motes.core.files import PartialFolder
 from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.registry import check_folder
 from motes.formats.shapes import frame_name
-from motes.rows.journal import FrameRow, ObjectRow, journal_of
+from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.writer import check_writable
 from motes.sot.segmentation import Mask, Segmenter
 
 if TYPE_CHECKING:
-    from motes.video.film import Film
     from motes.video.sources import Source
 
 
-def masks_output(
-    path: Path, film: Source | Film, label: str | None, *, overwrite: bool, resume: bool
-) -> Sink:
+def masks_output(path: Path, film: Source, label: str | None, *, overwrite: bool) -> Sink:
     """Return the output of masks: of a document if the name ends in .json, else of a folder.
 
     Parameters
@@ -38,8 +34,6 @@ def masks_output(
         The name, the film, and the class of the target in a document.
     overwrite
         Whether existing masks may be replaced.
-    resume
-        Whether the masks are those of a run that was cut off, which are made anew.
 
     Raises
     ------
@@ -48,11 +42,7 @@ def masks_output(
     FormatError
         If it exists and must not be overwritten, or cannot be made.
     """
-    if resume:  # what is left of them is made again
-        remove_leftovers(path.with_name(glob.escape(path.name)))
     if path.suffix.lower() == ".json":
-        if resume:
-            journal_of(str(path)).unlink(missing_ok=True)
         return DocumentMasks(str(path), "coco", film, label or LABEL, overwrite, None)
     if path.suffix:
         raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
@@ -73,7 +63,7 @@ class FolderMasks(Sink):
     The folder gets its name at the end of the run, also of one that Ctrl-C ended.
     """
 
-    def __init__(self, folder: Path, film: Source | Film, *, overwrite: bool) -> None:
+    def __init__(self, folder: Path, film: Source, *, overwrite: bool) -> None:
         self._path, self._film, self._count = folder, film, 0
         self._segmenter = Segmenter()
         self._folder: PartialFolder | None = None
