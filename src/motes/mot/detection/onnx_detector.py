@@ -17,8 +17,7 @@ from motes.core.frame import Frame
 from motes.core.onnx_session import open_session
 from motes.mot.detection.adapters import Names, label_of, to_boxes
 from motes.mot.detection.onnx_heads import (
-    INPUTS,
-    SUPPRESSED,
+    KINDS,
     Boxes,
     Fit,
     Head,
@@ -170,7 +169,7 @@ class OnnxDetector:
             decoded(self.head, outputs, self._size)
         except ConfigError as error:
             raise self._error(str(error)) from None
-        usual = INPUTS[self.head]
+        usual = KINDS[self.head]
         self._fit, self._order = config.fit or usual.fit, config.order or usual.order
         self._mean = np.array(config.mean or usual.scale[0])
         self._deviation = np.array(config.deviation or usual.scale[1])
@@ -184,7 +183,7 @@ class OnnxDetector:
         order = np.argsort(-found.scores, kind="stable")
         order = order[found.scores[order] >= self.config.score]
         found = Boxes(found.sides[order], found.scores[order], found.classes[order])
-        if self.head in SUPPRESSED:
+        if KINDS[self.head].several:
             found = suppressed(found, self.config.overlap)
         (across, down), left, top = placement
         sides = (found.sides - (left, top, left, top)) / (across, down, across, down)
