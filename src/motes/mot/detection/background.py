@@ -23,7 +23,6 @@ from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
-    BackgroundModel,
     Method,
     Mixture,
     RunningGaussian,
@@ -387,7 +386,7 @@ def densest(pictures: Sequence[Mask]) -> Mask:
     return np.stack(rows)
 
 
-def _model(config: BackgroundConfig) -> BackgroundModel:
+def _model(config: BackgroundConfig) -> Mixture | RunningGaussian:
     """Return the model of a background."""
     if config.method == "gaussian":
         return RunningGaussian(config.deviations, config.noise)
