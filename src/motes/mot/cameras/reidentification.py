@@ -18,8 +18,7 @@ from motes.mot.cameras.arrivals import at_place, in_overlap
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, unpacked
 from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.known_objects import KnownObject, KnownObjects
-from motes.mot.cameras.neighborhoods import neighbors_of, ways_of
-from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
+from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig, neighbors_of, ways_of
 
 CAMERA_TIMEOUT = 1.0
 """Seconds without a report after which a camera counts as interrupted."""

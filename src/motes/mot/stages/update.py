@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows
 from motes.mot.identity_switch import shape_model
-from motes.mot.occlusion import occlusion_candidates
+from motes.mot.overlaps import occlusion_candidates
 from motes.mot.tracked_object import TrackedObject
 
 
