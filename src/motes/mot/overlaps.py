@@ -18,6 +18,10 @@ from motes.mot.pairs import Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
 
+CONTAINED = 0.7
+"""A box lies in another one if that one covers more than this share of it."""
+MERGED = 1.4
+"""A detection that contains several objects is more than this many times as large as each."""
 BLOCK = 500
 """Number of boxes that are compared at a time, to limit memory where most of them overlap."""
 
@@ -95,19 +99,17 @@ def without_duplicates(boxes: Floats, share: float) -> list[int]:
     return kept
 
 
-def merged_blobs(
-    places: Floats, boxes: Floats, share: float, larger: float
-) -> dict[int, list[int]]:
+def merged_blobs(places: Floats, boxes: Floats) -> dict[int, list[int]]:
     """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
 
-    Such a box covers more than a share of two objects or more, and it is more than `larger` times
-    as large as each. An object in several such boxes belongs to the one that covers most of it.
+    In such a box lie two objects or more, and it is more than `MERGED` times as large as each. An
+    object in several such boxes belongs to the one that covers most of it.
     """
-    i, j, shares = covered_pairs(places, boxes, share)
+    i, j, shares = covered_pairs(places, boxes, CONTAINED)
     sizes = np.zeros(len(boxes))
     np.maximum.at(sizes, j, places[i, 2:].prod(axis=1))
     several = np.bincount(j, minlength=len(boxes)) > 1
-    several &= boxes[:, 2:].prod(axis=1) > larger * sizes
+    several &= boxes[:, 2:].prod(axis=1) > MERGED * sizes
     out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
     for place, box in best_partners(*_where(i, j, shares, several[j])).items():
         out[box].append(place)
