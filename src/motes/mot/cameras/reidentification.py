@@ -171,8 +171,7 @@ class CrossCameraAssociation:
             opens, closes = (known.seen + seconds for seconds in passage.seconds)
             if first in known.tracked.places and opens <= now <= closes:
                 known.announced[camera] = now
-                scale = _scale(passage, camera)
-                return at_place(known, second, 1.0 if scale is None else scale, now, closes)
+                return at_place(known, second, passage.scale_to(camera) or 1.0, now, closes)
         return None
 
     def _inherited(self, camera: str, now: float, born: Sequence[ObjectReport]) -> dict[int, int]:
@@ -313,17 +312,9 @@ def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: floa
     return math.dist(there, other.foot(now)) / (overlap.reach * other.tracked.box.width)
 
 
-def _scale(passage: CameraLink, camera: str) -> float | None:
-    """Return how many times higher an object is in a camera at the end of a passage, if known."""
-    if passage.scale is None:
-        return None
-    onward = passage.between[1].rpartition("/")[0] == camera
-    return passage.scale if onward else 1 / passage.scale
-
-
 def _fits(passage: CameraLink, known: KnownObject, camera: str, born: ObjectReport) -> bool:
     """Return whether a new object has the height that is expected of a known one."""
-    scale = _scale(passage, camera)
+    scale = passage.scale_to(camera)
     if scale is None:
         return True
     ratio = born.box.height / (scale * known.tracked.box.height)

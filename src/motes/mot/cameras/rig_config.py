@@ -83,6 +83,13 @@ class CameraLink(Config, frozen=True):
                 f"seconds: The least time comes first, then a longer one; got {self.seconds}"
             )
 
+    def scale_to(self, camera: str) -> float | None:
+        """Return how many times higher an object is in the camera at one end, if known."""
+        if self.scale is None:
+            return None
+        onward = self.between[1].rpartition("/")[0] == camera
+        return self.scale if onward else 1 / self.scale
+
 
 class Overlap(Config, frozen=True):
     """Two cameras that see the same ground.
