@@ -151,8 +151,6 @@ class Scene:
     ----------
     detector
         The detector.
-    created, terminated
-        How many objects there have been, and how many of them have ended.
     admitted
         The keys of the expected objects that began in the last frame, by their identities; see
         `expect`.
