@@ -85,14 +85,14 @@ class CrossCameraAssociation:
         camera, now = report.camera, report.time
         if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
             reported = {sighting.identity for sighting in report.sightings}
-            for own, each in self._known.items(camera):
+            for own, each in self._known.at(camera).items():
                 each.interrupted |= not each.gone
                 if own not in reported:  # its process died, and another one has objects of its own
                     each.lose()
         self._times[camera], self._sizes[camera] = now, report.size
         born = []
         for sighting in report.sightings:
-            known = self._known.get(camera, sighting.identity)
+            known = self._known.at(camera).get(sighting.identity)
             if known is None:
                 born.append(sighting)
             else:
@@ -112,7 +112,7 @@ class CrossCameraAssociation:
             self._compare(ground, now)
         found = {}
         for sighting in report.sightings:
-            known = self._known.get(camera, sighting.identity)
+            known = self._known.at(camera).get(sighting.identity)
             if known is not None and not known.passed:
                 found[sighting.identity] = known.identity
         self._known.forget(camera, now - self._memory)
@@ -146,7 +146,7 @@ class CrossCameraAssociation:
         """Return the identities of the objects that a camera has."""
         return {
             known.identity
-            for known in self._known.at(camera)
+            for known in self._known.at(camera).values()
             if not (known.gone or known.interrupted)
         }
 
@@ -245,7 +245,8 @@ class CrossCameraAssociation:
         """
         cameras = ground.overlap.cameras
         ones, others = (
-            [each for each in self._known.at(name) if each.visible(now, FRESH)] for name in cameras
+            [each for each in self._known.at(name).values() if each.visible(now, FRESH)]
+            for name in cameras
         )
         apart = [[_apart(ground, one, other, now) for other in others] for one in ones]
         off = np.array(apart, float).reshape(len(ones), len(others))
