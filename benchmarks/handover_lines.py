@@ -23,7 +23,7 @@ import numpy as np
 from motes.cli.watch_cameras import picture
 from motes.cluster.camera_actor import pipe_of
 from motes.core.types import Floats
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady
+from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraReady
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera

@@ -67,7 +67,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("watch film.mkv --tracker.particle 3", "did you mean --tracker.particles?"),
         ("watch film.mkv --min-hit", "did you mean --initiation.min_hits?"),
         ("watch film.mkv --max-age 2", "did you mean --termination.max_age?"),
-        ("watch film.mkv --duplicate-overlap 1", "did you mean --detections.duplicate_overlap?"),
+        ("watch film.mkv --max-gap 1", "did you mean --initiation.max_gap?"),
         ("track film.mkv --preset nummiaro --budget.least 9", "There is no option --budget.least"),
         ("track film.mkv --save-histogram h.json --overwrit", "did you mean --overwrite?"),
     ],

@@ -182,7 +182,7 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     [
         ("--detector gaussian --detector.history 40 --termination.max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
-        ("--detector det.txt --containment 0.8", 'file = "det.txt"'),
+        ("--detector det.txt --detections.limit 8", 'file = "det.txt"'),
         ("--detector faces --detector.upsample 0", "upsample = 0"),
         ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
         ("--detector.type background --detector.rate 0.01", "rate = 0.01"),

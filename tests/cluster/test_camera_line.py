@@ -18,8 +18,14 @@ from motes.cluster.camera_actor import ClusterCamera, pipe_of, reason
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.mot.cameras import rig_camera
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady, Message
+from motes.mot.cameras.camera_report import (
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    CameraReport,
+    Message,
+    ObjectReport,
+)
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
 

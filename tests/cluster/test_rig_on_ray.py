@@ -18,8 +18,7 @@ from motes.cli import main
 from motes.cluster.ray_connection import connected
 from motes.cluster.rig_on_ray import check_nodes, cluster_rig
 from motes.core.errors import ConfigError
-from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraReport
 from motes.mot.cameras.reidentification import REIDENTIFICATION_WINDOW
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig

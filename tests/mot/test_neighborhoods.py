@@ -7,9 +7,8 @@ import heapq
 from test_reidentification import RIG, SHIFT
 
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.neighborhoods import neighbors_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig_config import Camera, Rig
+from motes.mot.cameras.rig_config import Camera, Rig, neighbors_of
 from simulated_cameras import Building, Simulation
 
 

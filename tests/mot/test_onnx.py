@@ -15,12 +15,12 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
-from motes.mot.detection.onnx_heads import IMAGENET, INPUTS, Boxes, suppressed
+from motes.mot.detection.onnx_heads import IMAGENET, KINDS, Boxes, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save
 
 RED, BLUE, GRAY = (255, 20, 20), (10, 10, 250), (60, 60, 60)
-HEADS = list(INPUTS)
+HEADS = list(KINDS)
 
 
 def picture(*blobs: tuple[int, int, int, int, tuple[int, int, int]], size: Any = (96, 64)) -> Frame:
@@ -33,7 +33,7 @@ def picture(*blobs: tuple[int, int, int, int, tuple[int, int, int]], size: Any =
 
 def model(folder: Path, head: str, **how: Any) -> Path:
     """Return a model whose input is scaled as the models of its head have it."""
-    usual = INPUTS[head]
+    usual = KINDS[head]
     mean, deviation = usual.scale
     said = {"head": "RTDETRDecoder"} if head == "rtdetr" else {}
     given = {"order": usual.order, "mean": mean, "deviation": deviation, "metadata": said, **how}
@@ -60,7 +60,7 @@ def test_boxes_of_each_head_are_exact(head: str, tmp_path: Path) -> None:
 def test_frames_of_another_size_are_fitted(head: str, tmp_path: Path) -> None:
     """A frame of 288x96 is a third as large in the input: 96x32, of 64 rows, or stretched."""
     detector = OnnxDetector(str(model(tmp_path, head)))
-    fit = INPUTS[head].fit
+    fit = KINDS[head].fit
     # The frame's row that lies at the input's row 16, 32 or, stretched, 16.
     y, height = {"letterbox": (0, 48), "corner": (48, 48), "stretch": (24, 24)}[fit]
     found = detector(picture((144, y, 48, height, RED), size=(288, 96)))

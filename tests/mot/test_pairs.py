@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
-from motes.mot.association import Association
+from motes.mot.association import PART, near
 from motes.mot.boxes import intersection_over_first
 from motes.mot.overlaps import overlapping_pairs, without_duplicates
 from motes.mot.pairs import candidates, meeting
@@ -55,13 +55,13 @@ def test_without_a_least_overlap_all_pairs_are_possible() -> None:
 
 
 def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
-    rng, rule = np.random.default_rng(0), Association()
+    rng = np.random.default_rng(0)
     places = np.concatenate([rng.uniform(0, 300, (40, 2, 2)), rng.uniform(3, 30, (40, 2, 3))], 2)
     variances, boxes = rng.uniform(0, 4, (40, 2)), boxes_like("alike", rng, 60)
     area = 640 * 480
-    i, j, off = rule.near(places, variances, boxes, area)
+    i, j, off = near(places, variances, boxes, area)
     centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
-    seen = (variances + rule.part**2) * places[:, 0, 2:4].prod(axis=1)[:, None]
+    seen = (variances + PART**2) * places[:, 0, 2:4].prod(axis=1)[:, None]
     squares = (places[:, :, None, :2] - centers) ** 2 / seen[:, None, None]
     as_likely = 2 * np.log(area / (2 * np.pi * np.sqrt(seen.prod(axis=1))))
     shares = np.sqrt(squares.sum(axis=3).min(axis=1) / as_likely[:, None])
@@ -70,10 +70,10 @@ def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
 
 
 def test_an_object_that_may_be_anywhere_is_found_nowhere() -> None:
-    rule, place, area = Association(), np.array([[[100.0, 100, 12, 12, 0]] * 2]), 640 * 360
+    place, area = np.array([[[100.0, 100, 12, 12, 0]] * 2]), 640 * 360
     here, beside = np.array([[94.0, 94, 13, 13], [154, 94, 13, 13]])
     for sigma, found in (0.5, [0]), (5, [0, 1]), (19, []):
-        _, j, _ = rule.near(place, np.full((1, 2), sigma**2), np.stack([here, beside]), area)
+        _, j, _ = near(place, np.full((1, 2), sigma**2), np.stack([here, beside]), area)
         assert j.tolist() == found, sigma
 
 

@@ -21,9 +21,14 @@ import pytest
 from motes.cli import main
 from motes.core.frame import Frame
 from motes.mot.cameras import camera_process, rig_camera
-from motes.mot.cameras.camera_report import Arrival, CameraReport
+from motes.mot.cameras.camera_report import (
+    Arrival,
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    CameraReport,
+)
 from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.messages import CameraEnded, CameraMessage, CameraReady
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig import RigRunner, announce, next_report
 from motes.mot.cameras.rig_camera import RigCamera

@@ -27,7 +27,7 @@ from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.background_models import Method
-from motes.mot.occlusion import occlusion_candidates
+from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob

@@ -14,8 +14,7 @@ from motes.core import interrupts
 from motes.core.errors import SourceError
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check, deferred
-from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.messages import CameraMessage
+from motes.mot.cameras.camera_report import CameraMessage, CameraReport
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 from motes.mot.pipeline_config import check_code

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from motes.mot.cameras.camera_loop import watch_camera
-from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.camera_report import CameraEnded, CameraMessage
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
 from motes.sot.known_target import KnownTarget

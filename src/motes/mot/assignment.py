@@ -33,8 +33,7 @@ def assign_pairs(
 ) -> list[tuple[int, int]]:
     """Return the pairs of the one-to-one assignment of least cost where few are possible, sorted.
 
-    As many pairs as possible are formed of those with finite costs. Each connected component of the
-    graph of pairs is assigned by itself.
+    As many pairs as possible are formed of those with finite costs.
 
     Parameters
     ----------
@@ -45,53 +44,19 @@ def assign_pairs(
     """
     possible = np.isfinite(costs)
     i, j, costs = i[possible], j[possible], costs[possible]
-    if shape[0] * shape[1] <= DENSE:
-        return _dense(i, j, costs, shape)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(i)), (i, j + shape[0])), (sum(shape), sum(shape)))
-    label = connected_components(graph, directed=False)[1][i]
-    order = np.argsort(label, kind="stable")
-    parts = np.split(order, 1 + np.flatnonzero(np.diff(label[order])))
-    return sorted(pair for part in parts for pair in _component(i[part], j[part], costs[part]))
-
-
-def _component(i: Integers, j: Integers, costs: Floats) -> list[tuple[int, int]]:
-    """Return the assignment of one connected component."""
-    if len(i) <= 1:
-        return list(zip(i.tolist(), j.tolist(), strict=True))
-    rows, row = np.unique(i, return_inverse=True)
-    columns, column = np.unique(j, return_inverse=True)
-    solve = _dense if len(rows) * len(columns) <= DENSE else _sparse
-    pairs = solve(row, column, costs, (len(rows), len(columns)))
-    return [(int(rows[a]), int(columns[b])) for a, b in pairs]
-
-
-def _dense(
-    i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
-) -> list[tuple[int, int]]:
-    """Return the assignment with a matrix of all costs."""
-    matrix = np.full(shape, np.inf)
-    matrix[i, j] = costs
-    return assign(matrix)
-
-
-def _sparse(
-    i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
-) -> list[tuple[int, int]]:
-    """Return the assignment without such a matrix.
-
-    Each row also has a column of its own that stands for no pair. It costs more than any number of
-    pairs.
-    """
+    n, m = shape
+    if n * m <= DENSE:
+        matrix = np.full(shape, np.inf)
+        matrix[i, j] = costs
+        return assign(matrix)
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-    n, m = shape
-    none = 1 + 2 * min(n, m) * costs.max()
+    # Each row also has a column of its own that stands for no pair, and costs more than any number
+    # of pairs.
+    none = 1 + 2 * min(n, m) * costs.max(initial=0.0)
     own = np.arange(n)
     values = 1 + np.concatenate([costs, np.full(n, none)])  # a cost of 0 would be no pair
     places = np.concatenate([i, own]), np.concatenate([j, m + own])
     rows, columns = min_weight_full_bipartite_matching(csr_array((values, places), (n, m + n)))
-    return [(a, b) for a, b in zip(rows.tolist(), columns.tolist(), strict=True) if b < m]
+    return sorted((a, b) for a, b in zip(rows.tolist(), columns.tolist(), strict=True) if b < m)

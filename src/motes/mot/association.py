@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated
 
 import numpy as np
-from msgspec import Meta
 
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
@@ -16,6 +14,9 @@ from motes.mot.boxes import search_areas
 from motes.mot.overlaps import grouped
 from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
+
+PART = 0.5
+"""Standard deviation of the center of an object that reappears in part, in mean half-axes."""
 
 
 class Association(Config, frozen=True):
@@ -31,19 +32,11 @@ class Association(Config, frozen=True):
         edge of the gate. With a larger value more detections are accepted.
     appearance
         Weight of the distance in appearance in the cost of a pair; the overlap has weight 1.
-    part
-        Standard deviation of the center of an object that reappears, as it is seen in part, in mean
-        half-axes of the object. With a larger value gates are larger.
-    merged_blob_ratio
-        Least ratio of the size of a detection that contains several objects to the size of each of
-        them. With a larger value fewer detections count as merged.
     """
 
     overlap: Share = 0.3
     distance: Share = 0.45
     appearance: NonNegative = 0.5
-    part: NonNegative = 0.5
-    merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of pairs of a visible object and a detection; infinite for no pair.
@@ -57,45 +50,6 @@ class Association(Config, frozen=True):
         costs = 1 - overlaps + self.appearance * distances
         return np.where(overlaps >= self.overlap, costs, np.inf)
 
-    def near(
-        self, places: Floats, variances: Floats, boxes: Floats, area: float
-    ) -> tuple[Integers, Integers, Floats]:
-        """Return which detections lie in the gates of occluded objects, and how far off they are.
-
-        A gate ends where the object is as likely as a new one, which may come anywhere in the
-        picture: Reid, An algorithm for tracking multiple targets, IEEE Transactions on Automatic
-        Control 1979. So an object whose place is not known any more has none.
-
-        Parameters
-        ----------
-        places
-            (n, p, 5), ellipses where each object may be; the nearest counts. The first is its own.
-        variances
-            (n, 2), of the places in x and y, in squared mean half-axes.
-        boxes
-            (m, 4), of the detections.
-        area
-            Of the picture, in pixels.
-
-        Returns
-        -------
-        i, j, gate_distance
-            (k,) each: object and detection, sorted, and the distance as a share of the largest one.
-        """
-        sizes = np.sqrt(places[:, :1, 2] * places[:, :1, 3])
-        sigmas = np.maximum(sizes * np.sqrt(variances + self.part**2), 1)  # a pixel at least
-        limits = np.maximum(2 * np.log(area / (2 * math.pi * sigmas.prod(axis=1))), 0)
-        reach = (sigmas * np.sqrt(limits)[:, None]).max(axis=1)
-        pairs = [
-            meeting(search_areas(places[:, p, :2], reach), boxes) for p in range(places.shape[1])
-        ]
-        i, j = np.unique(np.hstack(pairs), axis=1)
-        away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
-        squares = ((away / sigmas[i, None]) ** 2).sum(axis=2).min(axis=1)
-        inside = squares < limits[i]
-        i, j, squares = i[inside], j[inside], squares[inside]
-        return i, j, np.sqrt(squares / limits[i])
-
     def recovery_costs(self, gate_distances: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of pairs of an occluded object and a detection; infinite for none.
 
@@ -108,6 +62,44 @@ class Association(Config, frozen=True):
         largest = self.distance + (1 - self.distance) * (1 - gate_distances)
         allowed = (gate_distances <= 1) & (distances <= largest)
         return np.where(allowed, distances + gate_distances, np.inf)
+
+
+def near(
+    places: Floats, variances: Floats, boxes: Floats, area: float
+) -> tuple[Integers, Integers, Floats]:
+    """Return which detections lie in the gates of occluded objects, and how far off they are.
+
+    A gate ends where the object is as likely as a new one, which may come anywhere in the
+    picture: Reid, An algorithm for tracking multiple targets, IEEE Transactions on Automatic
+    Control 1979. So an object whose place is not known any more has none.
+
+    Parameters
+    ----------
+    places
+        (n, p, 5), ellipses where each object may be; the nearest counts. The first is its own.
+    variances
+        (n, 2), of the places in x and y, in squared mean half-axes.
+    boxes
+        (m, 4), of the detections.
+    area
+        Of the picture, in pixels.
+
+    Returns
+    -------
+    i, j, gate_distance
+        (k,) each: object and detection, sorted, and the distance as a share of the largest one.
+    """
+    sizes = np.sqrt(places[:, :1, 2] * places[:, :1, 3])
+    sigmas = np.maximum(sizes * np.sqrt(variances + PART**2), 1)  # a pixel at least
+    limits = np.maximum(2 * np.log(area / (2 * math.pi * sigmas.prod(axis=1))), 0)
+    reach = (sigmas * np.sqrt(limits)[:, None]).max(axis=1)
+    pairs = [meeting(search_areas(places[:, p, :2], reach), boxes) for p in range(places.shape[1])]
+    i, j = np.unique(np.hstack(pairs), axis=1)
+    away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
+    squares = ((away / sigmas[i, None]) ** 2).sum(axis=2).min(axis=1)
+    inside = squares < limits[i]
+    i, j, squares = i[inside], j[inside], squares[inside]
+    return i, j, np.sqrt(squares / limits[i])
 
 
 def model_distances(

@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.mot.boxes import intersection_over_first
+from motes.mot.boxes import intersection_over_first, search_areas
 from motes.mot.pairs import Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
 
+CONTAINED = 0.7
+"""A box lies in another one if that one covers more than this share of it."""
+MERGED = 1.4
+"""A detection that contains several objects is more than this many times as large as each."""
 BLOCK = 500
 """Number of boxes that are compared at a time, to limit memory where most of them overlap."""
 
@@ -49,6 +53,27 @@ def nested_pairs(first: Floats, second: Floats, share: float) -> Overlaps:
     return _where(i, j, shares, shares > share)
 
 
+def occlusion_candidates(boxes: Floats) -> tuple[Integers, Integers]:
+    """Return which objects, in boxes (n, 4), are so near that one may occlude the other.
+
+    Zhao and Pei, equations 18 and 19: the squared distance of their centers is less than
+    A² + B², where A and B are half the sum of their widths and of their heights. The paper compares
+    it with the root of that. No object is a candidate for itself.
+
+    Returns
+    -------
+    i, j
+        (k,) each, indices of both, each pair in both orders, sorted.
+    """
+    centers, sizes = boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:]
+    # The root of A² + B² is at most half the sum of the diagonals.
+    around = search_areas(centers, np.hypot(sizes[:, 0], sizes[:, 1]) / 2)
+    i, j = meeting(around, around)
+    offsets, reach = centers[i] - centers[j], (sizes[i] + sizes[j]) / 2
+    near = ((offsets**2).sum(axis=1) < (reach**2).sum(axis=1)) & (i != j)
+    return i[near], j[near]
+
+
 def best_partners(i: Integers, j: Integers, values: Floats) -> dict[int, int]:
     """Return for each i the j with the largest value; of equal values, the smallest j."""
     order = np.lexsort((j, -values, i))
@@ -74,19 +99,17 @@ def without_duplicates(boxes: Floats, share: float) -> list[int]:
     return kept
 
 
-def merged_blobs(
-    places: Floats, boxes: Floats, share: float, larger: float
-) -> dict[int, list[int]]:
+def merged_blobs(places: Floats, boxes: Floats) -> dict[int, list[int]]:
     """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
 
-    Such a box covers more than a share of two objects or more, and it is more than `larger` times
-    as large as each. An object in several such boxes belongs to the one that covers most of it.
+    In such a box lie two objects or more, and it is more than `MERGED` times as large as each. An
+    object in several such boxes belongs to the one that covers most of it.
     """
-    i, j, shares = covered_pairs(places, boxes, share)
+    i, j, shares = covered_pairs(places, boxes, CONTAINED)
     sizes = np.zeros(len(boxes))
     np.maximum.at(sizes, j, places[i, 2:].prod(axis=1))
     several = np.bincount(j, minlength=len(boxes)) > 1
-    several &= boxes[:, 2:].prod(axis=1) > larger * sizes
+    several &= boxes[:, 2:].prod(axis=1) > MERGED * sizes
     out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
     for place, box in best_partners(*_where(i, j, shares, several[j])).items():
         out[box].append(place)

@@ -110,7 +110,7 @@ def step(
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
     objects, free = reidentify(objects, free, frame, dt, config)
-    free = drop_fragments(objects, free, config.containment)
+    free = drop_fragments(objects, free)
     initiation = state.initiation.with_scores(found)
     arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
     objects, created = objects + arrived, state.created + len(arrived)
@@ -151,8 +151,6 @@ class Scene:
     ----------
     detector
         The detector.
-    created, terminated
-        How many objects there have been, and how many of them have ended.
     admitted
         The keys of the expected objects that began in the last frame, by their identities; see
         `expect`.

@@ -25,9 +25,6 @@ class DetectionSelection(Config, frozen=True):
     limit
         Largest number of detections of a frame that are used: those with the highest scores. With a
         smaller value more are ignored.
-    duplicate_overlap
-        Overlap above which the one of two detections with the lower score is a duplicate: the
-        share of either box that lies in the other. With a larger value fewer are removed.
     classes
         Names of the classes that are used; all if empty.
     least
@@ -38,7 +35,6 @@ class DetectionSelection(Config, frozen=True):
     """
 
     limit: Count = 10_000
-    duplicate_overlap: Share = 0.6
     classes: tuple[str, ...] = ()
     least: float | None = None
     every: Count = 1
@@ -102,25 +98,17 @@ class Initiation(Config, frozen=True):
 class Termination(Config, frozen=True):
     """When an object without a detection ends.
 
-    An occluded object is kept for as long as it was known before, between `min_max_age` and
-    `max_age`; and for twice that time where another object is visible in its place.
+    An occluded object is kept for as long as it was known before, up to `max_age`; and for twice
+    that time where another object is visible in its place.
 
     Attributes
     ----------
     max_age
         Longest time in seconds for which an occluded object is kept. It is doubled where another
         object is visible in its place.
-    max_age_at_border
-        Longest time in seconds for which an occluded object is kept at the border of the frame, or
-        outside.
-    min_max_age
-        Shortest time in seconds for which an occluded object is kept, however short it was visible
-        before.
     """
 
     max_age: Positive = 3.0
-    max_age_at_border: NonNegative = 0.2
-    min_max_age: NonNegative = 0.4
 
 
 class SceneConfig(Config, frozen=True):
@@ -142,9 +130,6 @@ class SceneConfig(Config, frozen=True):
         When detections start a new object.
     termination
         When an object without a detection ends.
-    containment
-        A box lies in another one if that one covers more than this share of it. With a larger value
-        fewer boxes do.
     """
 
     tracker: ParticleFilter
@@ -154,7 +139,6 @@ class SceneConfig(Config, frozen=True):
     occlusion: Occlusion = Occlusion()
     initiation: Initiation = Initiation()
     termination: Termination = Termination()
-    containment: Share = 0.7
 
 
 def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:

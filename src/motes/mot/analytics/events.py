@@ -150,6 +150,11 @@ class _Trajectory:
         share = (now - last) / (last - began)
         return math.dist([place[i] + share * (place[i] - first[i]) for i in range(2)], foot)
 
+    def speed(self, start: Point, end: Point) -> float:
+        """Return the speed of a way that it went in the last half second."""
+        began, now = self.feet[0][0], self.feet[-1][0]
+        return math.dist(start, end) / (now - began) if now > began else 0.0
+
     def counts(self, now: float) -> bool:
         """Return whether it is known well enough for its events to count."""
         return self.walked or now - self.since >= LEAST_AGE
@@ -239,15 +244,13 @@ class EventCounter:
         seen = {place for _, _, place, _, _ in self.counts}
         lines = []
         for name in (*self._lines, *self._zones):
-            said = [] if name in seen else [f"nothing {self._verb(name)}"]
+            verb = "crossed" if name in self._lines else "entered"
+            said = [] if name in seen else [f"nothing {verb} it"]
             said += [
                 f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
             lines += [f"{name}: {', '.join(said)}"] if said else []
         return lines
-
-    def _verb(self, name: str) -> str:
-        return "crossed it" if name in self._lines else "entered it"
 
     def _counted(self, events: list[Event]) -> list[Event]:
         """Return events, which are counted."""
@@ -364,23 +367,16 @@ class EventCounter:
         direction: str | None = None,
         seconds: float | None = None,
     ) -> Event:
-        (began, first), (now, last) = walk.feet[0], walk.feet[-1]
-        speed = math.dist(first, last) / (now - began) if now > began else 0.0
-        track = each.track
+        first, last, track = walk.feet[0][1], walk.feet[-1][1], each.track
+        speed, metres_per_second = walk.speed(first, last), None
+        if self._ground is not None:
+            start, end = self._ground.metres(first), self._ground.metres(last)
+            if start is not None and end is not None:
+                metres_per_second = walk.speed(start, end)
         return Event(
             track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds,
-            self._metres_per_second(walk), each.label,
+            metres_per_second, each.label,
         )  # fmt: skip
-
-    def _metres_per_second(self, walk: _Trajectory) -> float | None:
-        """Return an object's speed on the ground; None if its place or the ground is not known."""
-        (began, first), (now, last) = walk.feet[0], walk.feet[-1]
-        if self._ground is None:
-            return None
-        start, end = self._ground.metres(first), self._ground.metres(last)
-        if start is None or end is None:
-            return None
-        return math.dist(start, end) / (now - began) if now > began else 0.0
 
 
 def _past(walk: _Trajectory, foot: Point, now: float) -> Point:

@@ -119,12 +119,11 @@ class Regions(Config, frozen=True):
 
     def check(self, width: int, height: int) -> None:
         """Raise a ConfigError if a line or a zone lies outside of a picture."""
-        points: dict[str, tuple[float, ...]] = {k: each.points for k, each in self.lines.items()}
-        points |= {name: each.points for name, each in self.zones.items()}
-        for name, corners in points.items():
-            if not len(clipped(np.reshape(corners, (-1, 2)), width - 1, height - 1)):
+        places: dict[str, Line | Zone] = {**self.lines, **self.zones}
+        for name, place in places.items():
+            if not len(clipped(np.reshape(place.points, (-1, 2)), width - 1, height - 1)):
                 raise ConfigError(
-                    f"{name} ({_text(corners)}) lies outside of the picture, {width}x{height} "
+                    f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
                     f"pixels; move it."
                 )
 

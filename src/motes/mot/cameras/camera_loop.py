@@ -13,10 +13,8 @@ import msgspec
 
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
-from motes.mot.cameras.camera_report import Arrival
-from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.known_target import KnownTargetReporter
-from motes.mot.cameras.messages import (
+from motes.mot.cameras.camera_report import (
+    Arrival,
     CameraEnded,
     CameraMessage,
     CameraReady,
@@ -24,6 +22,8 @@ from motes.mot.cameras.messages import (
     Message,
     NextFrame,
 )
+from motes.mot.cameras.camera_reporter import CameraReporter
+from motes.mot.cameras.known_target import KnownTargetReporter
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from motes.core.worker_processes import cause, started
 from motes.mot.cameras.camera_loop import watch_camera
-from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.camera_report import CameraEnded, CameraMessage
 from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
 from motes.sot.known_target import KnownTarget

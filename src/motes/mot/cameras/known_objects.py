@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from msgspec.structs import replace
 
@@ -96,10 +97,6 @@ class KnownObjects:
     def __len__(self) -> int:
         return sum(map(len, self._by_camera.values()))
 
-    def get(self, camera: str, own: int) -> KnownObject | None:
-        """Return the object that has an identity in a camera, if there is one."""
-        return self._by_camera[camera].get(own)
-
     def add(self, own: int, known: KnownObject) -> None:
         """Add a new object, which has an identity in its camera."""
         self._births += 1
@@ -107,23 +104,19 @@ class KnownObjects:
         self._by_camera[known.camera][own] = known
         self._by_identity[known.identity].append(known)
 
-    def at(self, camera: str) -> Iterator[KnownObject]:
-        """Yield the objects of a camera."""
-        return iter(self._by_camera[camera].values())
-
-    def items(self, camera: str) -> Iterator[tuple[int, KnownObject]]:
-        """Yield the objects of a camera with their identities there."""
-        return iter(self._by_camera[camera].items())
+    def at(self, camera: str) -> Mapping[int, KnownObject]:
+        """Return the objects of a camera by their identities there."""
+        return self._by_camera[camera]
 
     def around(self, cameras: tuple[str, ...]) -> list[KnownObject]:
         """Return the objects of some cameras, the oldest first."""
         found = [known for camera in cameras for known in self._by_camera[camera].values()]
-        return sorted(found, key=_birth)
+        return sorted(found, key=attrgetter("birth"))
 
     def named(self, *identities: int) -> list[KnownObject]:
         """Return the objects that have one of some identities in the rig, the oldest first."""
         found = [known for each in identities for known in self._by_identity.get(each, ())]
-        return sorted(found, key=_birth)
+        return sorted(found, key=attrgetter("birth"))
 
     def rename(self, known: KnownObject, identity: int) -> None:
         """Give an object another identity in the rig."""
@@ -143,7 +136,3 @@ class KnownObjects:
         same.remove(known)
         if not same:
             del self._by_identity[known.identity]
-
-
-def _birth(known: KnownObject) -> int:
-    return known.birth

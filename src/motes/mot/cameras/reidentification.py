@@ -18,8 +18,7 @@ from motes.mot.cameras.arrivals import at_place, in_overlap
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, unpacked
 from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.known_objects import KnownObject, KnownObjects
-from motes.mot.cameras.neighborhoods import neighbors_of, ways_of
-from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
+from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig, neighbors_of, ways_of
 
 CAMERA_TIMEOUT = 1.0
 """Seconds without a report after which a camera counts as interrupted."""
@@ -86,14 +85,14 @@ class CrossCameraAssociation:
         camera, now = report.camera, report.time
         if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
             reported = {sighting.identity for sighting in report.sightings}
-            for own, each in self._known.items(camera):
+            for own, each in self._known.at(camera).items():
                 each.interrupted |= not each.gone
                 if own not in reported:  # its process died, and another one has objects of its own
                     each.lose()
         self._times[camera], self._sizes[camera] = now, report.size
         born = []
         for sighting in report.sightings:
-            known = self._known.get(camera, sighting.identity)
+            known = self._known.at(camera).get(sighting.identity)
             if known is None:
                 born.append(sighting)
             else:
@@ -113,7 +112,7 @@ class CrossCameraAssociation:
             self._compare(ground, now)
         found = {}
         for sighting in report.sightings:
-            known = self._known.get(camera, sighting.identity)
+            known = self._known.at(camera).get(sighting.identity)
             if known is not None and not known.passed:
                 found[sighting.identity] = known.identity
         self._known.forget(camera, now - self._memory)
@@ -147,7 +146,7 @@ class CrossCameraAssociation:
         """Return the identities of the objects that a camera has."""
         return {
             known.identity
-            for known in self._known.at(camera)
+            for known in self._known.at(camera).values()
             if not (known.gone or known.interrupted)
         }
 
@@ -172,8 +171,7 @@ class CrossCameraAssociation:
             opens, closes = (known.seen + seconds for seconds in passage.seconds)
             if first in known.tracked.places and opens <= now <= closes:
                 known.announced[camera] = now
-                scale = _scale(passage, camera)
-                return at_place(known, second, 1.0 if scale is None else scale, now, closes)
+                return at_place(known, second, passage.scale_to(camera) or 1.0, now, closes)
         return None
 
     def _inherited(self, camera: str, now: float, born: Sequence[ObjectReport]) -> dict[int, int]:
@@ -247,7 +245,8 @@ class CrossCameraAssociation:
         """
         cameras = ground.overlap.cameras
         ones, others = (
-            [each for each in self._known.at(name) if each.visible(now, FRESH)] for name in cameras
+            [each for each in self._known.at(name).values() if each.visible(now, FRESH)]
+            for name in cameras
         )
         apart = [[_apart(ground, one, other, now) for other in others] for one in ones]
         off = np.array(apart, float).reshape(len(ones), len(others))
@@ -314,17 +313,9 @@ def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: floa
     return math.dist(there, other.foot(now)) / (overlap.reach * other.tracked.box.width)
 
 
-def _scale(passage: CameraLink, camera: str) -> float | None:
-    """Return how many times higher an object is in a camera at the end of a passage, if known."""
-    if passage.scale is None:
-        return None
-    onward = passage.between[1].rpartition("/")[0] == camera
-    return passage.scale if onward else 1 / passage.scale
-
-
 def _fits(passage: CameraLink, known: KnownObject, camera: str, born: ObjectReport) -> bool:
     """Return whether a new object has the height that is expected of a known one."""
-    scale = _scale(passage, camera)
+    scale = passage.scale_to(camera)
     if scale is None:
         return True
     ratio = born.box.height / (scale * known.tracked.box.height)

@@ -14,12 +14,10 @@ from typing import Self
 
 from motes.core.worker_processes import blocked_signals
 from motes.mot.cameras.camera_process import CameraProcess
-from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.messages import CameraEnded, CameraMessage
-from motes.mot.cameras.neighborhoods import neighbors_of
+from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraReport
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_camera import RigCamera
-from motes.mot.cameras.rig_config import Rig
+from motes.mot.cameras.rig_config import Rig, neighbors_of
 from motes.sot.known_target import KnownTarget
 
 LOOK = 0.2

@@ -14,14 +14,16 @@ from multiprocessing.connection import Connection
 import msgspec
 from msgspec.structs import replace
 
-from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.messages import (
+from motes.mot.cameras.camera_report import (
+    Arrival,
     CameraEnded,
     CameraMessage,
     CameraReady,
+    CameraReport,
     Go,
     Message,
     NextFrame,
+    ObjectReport,
 )
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.video.reconnect import LONGEST_PAUSE

@@ -1,6 +1,12 @@
-"""The cameras of a rig, and how they are joined."""
+"""The cameras of a rig, and how they are joined: the graph of doors.
+
+Two cameras are neighbors if a passage or an overlap joins them. Identities move between neighbors
+alone.
+"""
 
 from __future__ import annotations
+
+from collections import defaultdict
 
 import numpy as np
 
@@ -76,6 +82,13 @@ class CameraLink(Config, frozen=True):
             raise ConfigError(
                 f"seconds: The least time comes first, then a longer one; got {self.seconds}"
             )
+
+    def scale_to(self, camera: str) -> float | None:
+        """Return how many times higher an object is in the camera at one end, if known."""
+        if self.scale is None:
+            return None
+        onward = self.between[1].rpartition("/")[0] == camera
+        return self.scale if onward else 1 / self.scale
 
 
 class Overlap(Config, frozen=True):
@@ -153,3 +166,29 @@ class Rig(Config, frozen=True):
         """Return the rig in a TOML text; raise a ConfigError if it is not valid."""
         rig: Rig = from_dict(from_toml(text, "this file"), cls)
         return rig
+
+
+Way = tuple[CameraLink, str, str]
+"""A passage, and its places in the camera that it leaves and in the one that it comes to."""
+
+
+def ways_of(rig: Rig) -> dict[tuple[str, str], list[Way]]:
+    """Return the ways from one camera to another, by the names of the two."""
+    ways: defaultdict[tuple[str, str], list[Way]] = defaultdict(list)
+    for passage in rig.passage:
+        for ends in (passage.between, passage.between[::-1]):
+            (first, _, out), (second, _, into) = (each.rpartition("/") for each in ends)
+            ways[first, second].append((passage, out, into))
+    return dict(ways)
+
+
+def neighbors_of(rig: Rig) -> dict[str, tuple[str, ...]]:
+    """Return the neighbors of each camera, in the order of the rig, by its name."""
+    pairs = set(ways_of(rig))
+    pairs |= {pair for each in rig.overlap for pair in (each.cameras, each.cameras[::-1])}
+    found: dict[str, set[str]] = {camera.name: set() for camera in rig.camera}
+    for one, other in pairs:
+        if one != other:
+            found[one].add(other)
+    order = {camera.name: n for n, camera in enumerate(rig.camera)}
+    return {name: tuple(sorted(near, key=order.__getitem__)) for name, near in found.items()}

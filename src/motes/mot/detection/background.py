@@ -23,7 +23,6 @@ from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
-    BackgroundModel,
     Method,
     Mixture,
     RunningGaussian,
@@ -44,6 +43,8 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
+RECENT = 50
+"""Frames over which the usual brightness is learned."""
 BRIGHTEST = 250
 """A camera shows what is brighter than it can show with this value or more."""
 LEARNED = 3
@@ -104,9 +105,6 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         still. With a larger value it is found for longer.
     exposure
         Largest change of the camera's exposure that is corrected, as a share of the brightness.
-    recent
-        Number of frames over which the usual brightness is learned. With a larger value it changes
-        more slowly.
     speck
         Least width and height of a patch of foreground, in pixels. Smaller patches are noise.
     valley
@@ -146,7 +144,6 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     trial: NonNegative = 10.0
     patience: NonNegative = 60.0
     exposure: Share = 0.5
-    recent: Count = 50
     speck: Literal[1, 3, 5, 7, 9] = 3
     gap: tuple[Share, Share] = (0.03, 0.002)
     valley: Share = 0.1
@@ -333,7 +330,7 @@ class BackgroundDetector:
         gains = _gains(self._usual, sparse)
         if (np.maximum(gains, 1 / gains) > 1 + self.config.exposure).any():
             return planes_of(pixels)
-        self._usual += (gains * sparse - self._usual) / self.config.recent
+        self._usual += (gains * sparse - self._usual) / RECENT
         tables = _tables(gains)
         planes = planes_of(pixels, tables)
         for plane, usual, table in zip(planes, self._background.planes, tables, strict=True):
@@ -387,7 +384,7 @@ def densest(pictures: Sequence[Mask]) -> Mask:
     return np.stack(rows)
 
 
-def _model(config: BackgroundConfig) -> BackgroundModel:
+def _model(config: BackgroundConfig) -> Mixture | RunningGaussian:
     """Return the model of a background."""
     if config.method == "gaussian":
         return RunningGaussian(config.deviations, config.noise)

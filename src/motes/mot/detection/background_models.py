@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -25,26 +25,6 @@ PRUNE = 0.05
 """A mode stays if its weight is at least this share of the rate: Zivkovic's prior c_T."""
 
 
-class BackgroundModel(Protocol):
-    """A background."""
-
-    def begin(self, planes: Planes) -> None:
-        """Start with a picture as background, and forget the frames before."""
-        ...
-
-    def foreground(self, planes: Planes) -> Mask:
-        """Return the pixels that differ from the background, (H, W) of 0 and 1."""
-        ...
-
-    def learn(self, planes: Planes, rate: float) -> None:
-        """Learn from a picture of the background, which has a share of `rate` from then on."""
-        ...
-
-    def picture(self) -> Planes:
-        """Return the learned background."""
-        ...
-
-
 class Mixture:
     """A mixture of Gaussians for each pixel: Zivkovic, ICPR 2004.
 
@@ -58,7 +38,7 @@ class Mixture:
         self._squared = deviations**2
 
     def begin(self, planes: Planes) -> None:
-        """Start a new model."""
+        """Start with a picture as background, and forget the frames before."""
         sizes, (_, height, width) = kernels.mixture, planes.shape
         parts = -(-width // sizes.PART)
         shape = height, sizes.MODES * parts, sizes.FIELDS * sizes.PART
@@ -67,13 +47,13 @@ class Mixture:
             self.learn(planes, 1 / (2 * number))
 
     def foreground(self, planes: Planes) -> Mask:
-        """Return the pixels that no mode of the background is near."""
+        """Return the pixels that no mode of the background is near, (H, W) of 0 and 1."""
         mask = np.empty(planes.shape[1:], np.uint8)
         kernels.mixture.foreground(self._model, planes, SHARE, self._squared, mask)
         return mask
 
     def learn(self, planes: Planes, rate: float) -> None:
-        """Learn."""
+        """Learn from a picture of the background, which has a share of `rate` from then on."""
         how = MixtureLearning(rate, PRUNE, NEAR**2, VARIANCE, LEAST, MOST)
         kernels.mixture.learn(self._model, planes, how)
 
@@ -109,7 +89,7 @@ class RunningGaussian:
         return mask
 
     def learn(self, planes: Planes, rate: float) -> None:
-        """Learn."""
+        """Learn from a picture of the background, which has a share of `rate` from then on."""
         off = planes - self._mean
         self._mean += np.float32(rate) * off
         self._variance += np.float32(rate) * (off * off - self._variance)

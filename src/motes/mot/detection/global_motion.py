@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import MissingDependencyError
+from motes.core.optional import optional
 from motes.core.types import Floats
 from motes.mot.detection.morphology import Mask, opencv
 
@@ -104,10 +104,7 @@ class GlobalMotion:
     """
 
     def __init__(self, model: Model = "similarity") -> None:
-        if opencv() is None:
-            raise MissingDependencyError(
-                "The motion of a camera needs OpenCV; install it with: pip install 'motes[opencv]'."
-            )
+        optional("cv2", "The motion of a camera needs OpenCV", "motes[opencv]")
         self._model = model
         self._gray: Mask | None = None
 

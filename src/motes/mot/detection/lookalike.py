@@ -106,7 +106,7 @@ class LookalikeDetector:
         self._hog, self._distance = like.hog, like.distance
         self._finder = candidates
         self._background = PannedBackground() if candidates is None else None
-        self._model: ColorModel | None = None
+        self._begun = False
         self._least = 0.0
         self._last: list[Box] = []
         self._past: deque[tuple[Frame, Floats]] = deque(maxlen=KNOWN)
@@ -128,7 +128,7 @@ class LookalikeDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""
-        if self._model is None:
+        if not self._begun:
             region = region_within(self._box, frame.width, frame.height)
             self._model = self._distinctive(frame, region)
             self._edges = self._hog.learn(frame, region)
@@ -136,6 +136,7 @@ class LookalikeDetector:
                 self._color, self._model, frame, region, target_in_frame=True
             )
             self._least = self._rule.threshold(background)
+            self._begun = True
         places = self._candidates(frame)  # as many as the box's size allows, which was checked
         motion = self.motion
         if motion is None:
@@ -167,7 +168,6 @@ class LookalikeDetector:
         """
         if len(self._past) < KNOWN or self._known(np.array([place]))[0]:
             return False
-        assert self._model is not None
         before, moved = self._past[0]
         x, y, w = np.linalg.solve(moved, (place.x, place.y, 1))
         there = np.array([place._replace(x=x / w, y=y / w)])
@@ -176,7 +176,6 @@ class LookalikeDetector:
 
     def _apart(self, frame: Frame, place: Ellipse) -> float:
         """Return the mean of the distances in color and in gradients of a place from the target."""
-        assert self._model is not None
         region = np.array([place])
         color = self._color.distances(self._model, frame, region)[0]
         return float(color + self._hog.distances(self._edges, frame, region)[0]) / 2
@@ -186,7 +185,6 @@ class LookalikeDetector:
 
         A part of the target is as similar as the whole, or more.
         """
-        assert self._model is not None
         sides = [(size * self._box.width / 2, size * self._box.height / 2) for size in SIZES]
         regions = np.array([place._replace(a=a, b=b) for a, b in sides])
         rho = 1 - self._color.distances(self._model, frame, regions) ** 2
@@ -255,7 +253,6 @@ class LookalikeDetector:
 
     def _shifted(self, frame: Frame, place: Ellipse) -> Ellipse:
         """Return a place after some iterations of mean shift."""
-        assert self._model is not None
         for _ in range(SHIFTS):
             x, y = self._color.shift(self._model, frame, place)
             place = place._replace(x=x, y=y)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -17,8 +17,7 @@ from motes.core.frame import Frame
 from motes.core.onnx_session import open_session
 from motes.mot.detection.adapters import Names, label_of, to_boxes
 from motes.mot.detection.onnx_heads import (
-    INPUTS,
-    SUPPRESSED,
+    KINDS,
     Boxes,
     Fit,
     Head,
@@ -91,26 +90,8 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     threads: Count | None = None
 
     def detector(self) -> OnnxDetector:
-        """Return the detector.
-
-        Raises
-        ------
-        MissingDependencyError
-            If ONNX Runtime is not installed.
-        SourceError
-            If the file cannot be read, is no ONNX file, or does not run.
-        ConfigError
-            If the form of its outputs is not known.
-        """
+        """Return the detector; raise as it does if the file does not fit."""
         return OnnxDetector(self)
-
-
-class Placement(NamedTuple):
-    """Where a frame lies in an input: x = left + scale[0] * (x in the frame), and so on."""
-
-    scale: tuple[float, float]
-    left: float
-    top: float
 
 
 class OnnxDetector:
@@ -170,24 +151,23 @@ class OnnxDetector:
             decoded(self.head, outputs, self._size)
         except ConfigError as error:
             raise self._error(str(error)) from None
-        usual = INPUTS[self.head]
+        usual = KINDS[self.head]
         self._fit, self._order = config.fit or usual.fit, config.order or usual.order
         self._mean = np.array(config.mean or usual.scale[0])
         self._deviation = np.array(config.deviation or usual.scale[1])
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the objects in a frame, those with the highest scores first."""
-        pixels, placement = self._fitted(frame.pixels)
+        pixels, scale, corner = self._fitted(frame.pixels)
         if self._order == "bgr":
             pixels = pixels[:, :, ::-1]
         found = decoded(self.head, self._run((pixels - self._mean) / self._deviation), self._size)
         order = np.argsort(-found.scores, kind="stable")
         order = order[found.scores[order] >= self.config.score]
         found = Boxes(found.sides[order], found.scores[order], found.classes[order])
-        if self.head in SUPPRESSED:
+        if KINDS[self.head].several:
             found = suppressed(found, self.config.overlap)
-        (across, down), left, top = placement
-        sides = (found.sides - (left, top, left, top)) / (across, down, across, down)
+        sides = (found.sides - (*corner, *corner)) / (*scale, *scale)
         sides = sides.clip(0, (frame.width, frame.height, frame.width, frame.height))
         return [
             Detection(box, score, label_of(number, self.classes))
@@ -197,8 +177,10 @@ class OnnxDetector:
             if box.width > 0 and box.height > 0
         ]
 
-    def _fitted(self, pixels: NDArray[np.uint8]) -> tuple[NDArray[Any], Placement]:
-        """Return a frame in the size of the input, and where it lies there."""
+    def _fitted(
+        self, pixels: NDArray[np.uint8]
+    ) -> tuple[NDArray[Any], tuple[float, float], tuple[int, int]]:
+        """Return a frame in the size of the input; its scale there, and its left upper corner."""
         high, wide = pixels.shape[:2]
         scale = self._size[0] / wide, self._size[1] / high
         if self._fit != "stretch":
@@ -210,12 +192,12 @@ class OnnxDetector:
             image = Image.fromarray(np.ascontiguousarray(pixels))
             pixels = np.asarray(image.resize(size, Image.Resampling.BILINEAR))
         if size == self._size:
-            return pixels, Placement(scale, 0.0, 0.0)
+            return pixels, scale, (0, 0)
         room = self._size[0] - size[0], self._size[1] - size[1]
         left, top = (room[0] // 2, room[1] // 2) if self._fit == "letterbox" else (0, 0)
         whole = np.full((*self._size[::-1], 3), GRAY, np.uint8)
         whole[top : top + size[1], left : left + size[0]] = pixels
-        return whole, Placement(scale, float(left), float(top))
+        return whole, scale, (left, top)
 
     def _run(self, pixels: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         """Return the model's outputs by name, for pixels (H, W, 3) in its units."""

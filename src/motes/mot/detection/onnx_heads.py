@@ -16,7 +16,7 @@ A is the number of cells of grids with steps of 8, 16 and 32 pixels.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -38,27 +38,6 @@ IMAGENET = (123.675, 116.28, 103.53), (58.395, 57.12, 57.375)
 UNIT = (0.0, 0.0, 0.0), (255.0, 255.0, 255.0)
 RAW = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
-
-class Input(NamedTuple):
-    """How models of a head take frames: see `OnnxConfig`."""
-
-    fit: Fit
-    order: str
-    scale: tuple[tuple[float, float, float], tuple[float, float, float]]
-
-
-INPUTS: dict[str, Input] = {
-    "yolox": Input("corner", "bgr", RAW),
-    "yolov5": Input("letterbox", "rgb", UNIT),
-    "yolo": Input("letterbox", "rgb", UNIT),
-    "nms": Input("letterbox", "rgb", UNIT),
-    "detr": Input("stretch", "rgb", IMAGENET),
-    "rfdetr": Input("stretch", "rgb", IMAGENET),
-    "rtdetr": Input("stretch", "rgb", UNIT),
-    "lists": Input("stretch", "rgb", UNIT),
-}
-SUPPRESSED = ("yolox", "yolov5", "yolo")
-"""Heads with several detections of an object."""
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -101,7 +80,7 @@ def recognized(outputs: Arrays, size: tuple[int, int]) -> Head:
     found = ", ".join(f"{name} {tuple(shape)}" for name, shape in shapes.items())
     raise ConfigError(
         f"The form of its outputs is not known: {found}; name it with head in a TOML file beside "
-        f"it, one of {', '.join(INPUTS)}."
+        f"it, one of {', '.join(KINDS)}."
     )
 
 
@@ -114,7 +93,7 @@ def decoded(head: str, outputs: Arrays, size: tuple[int, int]) -> Boxes:
         If the outputs do not have the head's form.
     """
     try:
-        return _DECODERS[head](outputs, size)
+        return KINDS[head].decode(outputs, size)
     except (ValueError, IndexError, KeyError, TypeError):
         found = ", ".join(f"{name} {array.shape}" for name, array in outputs.items())
         raise ConfigError(f"Its outputs are not those of head {head}: {found}.") from None
@@ -174,15 +153,35 @@ def _lists(outputs: Arrays, size: tuple[int, int]) -> Boxes:
     )
 
 
-_DECODERS = {
-    "yolox": _yolox,
-    "yolov5": _yolov5,
-    "yolo": _yolo,
-    "nms": _nms,
-    "detr": _detr,
-    "rfdetr": _rfdetr,
-    "rtdetr": _rtdetr,
-    "lists": _lists,
+class Kind(NamedTuple):
+    """How models of a head take frames (see `OnnxConfig`), and what they give.
+
+    Attributes
+    ----------
+    decode
+        Returns the detections in their outputs, for an input of a width and height.
+    fit, order, scale
+        How they take frames; the scale is the mean and the deviation of the channels.
+    several
+        Whether they have several detections of an object.
+    """
+
+    decode: Callable[[Arrays, tuple[int, int]], Boxes]
+    fit: Fit
+    order: str
+    scale: tuple[tuple[float, float, float], tuple[float, float, float]]
+    several: bool = False
+
+
+KINDS: dict[str, Kind] = {
+    "yolox": Kind(_yolox, "corner", "bgr", RAW, several=True),
+    "yolov5": Kind(_yolov5, "letterbox", "rgb", UNIT, several=True),
+    "yolo": Kind(_yolo, "letterbox", "rgb", UNIT, several=True),
+    "nms": Kind(_nms, "letterbox", "rgb", UNIT),
+    "detr": Kind(_detr, "stretch", "rgb", IMAGENET),
+    "rfdetr": Kind(_rfdetr, "stretch", "rgb", IMAGENET),
+    "rtdetr": Kind(_rtdetr, "stretch", "rgb", UNIT),
+    "lists": Kind(_lists, "stretch", "rgb", UNIT),
 }
 
 

@@ -40,7 +40,7 @@ def associate(
     def detect(i: int, box: Box) -> None:
         after[visible[i]] = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
 
-    blobs = merged_blobs(places, boxes, config.containment, config.association.merged_blob_ratio)
+    blobs = merged_blobs(places, boxes)
     taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
     for j, inside in blobs.items():
         if not inside:  # another such detection covers more of each of its objects

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows, intersection_over_first
-from motes.mot.occlusion import occlusion_candidates
-from motes.mot.overlaps import grouped
+from motes.mot.overlaps import grouped, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
 from motes.mot.tracked_object import TrackedObject

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.mot.assignment import assign_pairs
-from motes.mot.association import model_distances
+from motes.mot.association import model_distances, near
 from motes.mot.boxes import as_rows
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
@@ -42,7 +42,7 @@ def reidentify(
     kept = config.smoothing.velocity
     variances = np.array([each.variance(frame.time, dt, kept) for each in lost])
     area = frame.width * frame.height
-    rows, columns, off = config.association.near(places, variances, boxes, area)
+    rows, columns, off = near(places, variances, boxes, area)
     distances = model_distances(lost, frame, boxes, rows, columns)
     costs = config.association.recovery_costs(off, distances)
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)

@@ -11,6 +11,9 @@ from motes.mot.boxes import as_rows
 from motes.mot.overlaps import without_duplicates
 from motes.mot.scene_config import DetectionSelection
 
+DUPLICATE = 0.6
+"""Of two detections of which one covers more than this share of the other, one is a duplicate."""
+
 
 def suppress_duplicates(
     detections: Sequence[Detection], frame: Frame, config: DetectionSelection
@@ -23,7 +26,7 @@ def suppress_duplicates(
     useful.sort(key=lambda each: (-each.score, -each.box.width * each.box.height))
     surplus = max(len(useful) - config.limit, 0)
     useful = useful[: config.limit]
-    kept = without_duplicates(as_rows(each.box for each in useful), config.duplicate_overlap)
+    kept = without_duplicates(as_rows(each.box for each in useful), DUPLICATE)
     return [useful[i] for i in kept], surplus
 
 
