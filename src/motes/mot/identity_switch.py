@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues.hog import Hog, HogModel
+from motes.cues.histogram_cue import HistogramModel
+from motes.cues.hog import Hog
 from motes.mot.boxes import as_rows
 from motes.mot.tracked_object import TrackedObject
 
@@ -21,9 +22,10 @@ SWAP_MARGIN = 0.2
 """Least difference between the sums of distances for a decision by one cue."""
 
 
-def shape_model(each: TrackedObject, frame: Frame) -> HogModel:
+def shape_model(each: TrackedObject, frame: Frame) -> HistogramModel:
     """Return the edges of an object, learned where it is in a frame."""
-    return EDGES.learn(frame, each.track.ellipse)
+    model: HistogramModel = EDGES.learn(frame, each.track.ellipse)
+    return model
 
 
 def is_identity_switch(one: TrackedObject, other: TrackedObject, frame: Frame) -> bool:

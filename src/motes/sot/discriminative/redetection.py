@@ -18,9 +18,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
-from motes.cues.edge_histogram import Edges, EdgesModel
-from motes.cues.histogram_cue import bhattacharyya
-from motes.cues.hog import Hog, HogModel
+from motes.cues.edge_histogram import Edges
+from motes.cues.histogram_cue import HistogramModel, bhattacharyya
+from motes.cues.hog import Hog
 from motes.sot.filtering.resampling import Systematic, Weights
 
 SYSTEMATIC = Systematic()
@@ -39,8 +39,8 @@ class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
     """The histograms of the target's first region; for the directions, of a circle of its area."""
 
     color: ColorModel
-    edges: EdgesModel
-    directions: HogModel
+    edges: HistogramModel
+    directions: HistogramModel
 
 
 class Redetection(Config, frozen=True):
