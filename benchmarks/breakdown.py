@@ -26,7 +26,6 @@ import numpy as np
 from motes import Tracker, kernels
 from motes.core.frame import Frame
 from motes.cues.color import ColorModel
-from motes.cues.sampling import PROFILES
 from motes.cues.structure_tensor import OrientationModel, filters_of
 from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
@@ -152,7 +151,7 @@ def color_steps(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[st
     assert isinstance(model, ColorModel)
     pixels = frame.pixels.copy()  # just written, as by a decoder
     window = 0, 0, frame.width, frame.height, 3, 3 * frame.width
-    offsets, weights, first = places(window, info.ellipses, cue._reading)
+    offsets, weights, first = places(window, info.ellipses, cue.reading)
     colors = np.empty(offsets.size, np.uint32)
     lanes = np.empty((kernels.histograms.LANES, len(model.roots) + 1))
     histograms, distances = np.ones((len(offsets), lanes.shape[1])), np.empty(len(offsets))
@@ -177,7 +176,7 @@ def edge_places(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[st
     plane = plane_of(frame)
     height, width = plane.bins.shape
     window = plane.column, plane.row, width, height, 1, width
-    reading = Reading(cue.sampling.lattice, cue.sampling.grid, PROFILES[cue.kernel])
+    reading = cue.reading
     ellipses = plane.in_blocks(info.ellipses)
     return {PLACES: places(window, ellipses, reading)[2]}
 

@@ -9,6 +9,7 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
+from motes.cues.base import Cue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes_lab.cli import main
@@ -31,17 +32,16 @@ def _film() -> list[Shot]:
 
 def test_a_cue_fails_where_the_film_says_so(film: list[Shot]) -> None:
     """Distances of the true region, and of one beside it, from the model of the first frame."""
-    color, orientation = Color(bins=(10, 10, 10)), Orientation()
+    cues: list[Cue] = [Color(bins=(10, 10, 10)), Orientation()]
     first = film[0]
-    models = [cue.learn(first.frame, first.target) for cue in (color, orientation)]
+    models = [cue.learn(first.frame, first.target) for cue in cues]
     for index, part in enumerate(PARTS):
         frame, found, target = film[index * FRAMES_OF_PART + FRAMES_OF_PART // 2]
         assert found is part
         beside = Ellipse(target.x + 25, target.y + 15, *target[2:])
         regions = np.array([target, beside])
         colors, edges = (
-            cue.distances(model, frame, regions)
-            for cue, model in zip((color, orientation), models, strict=True)
+            cue.distances(model, frame, regions) for cue, model in zip(cues, models, strict=True)
         )
         assert (colors[1] - colors[0] > 0.1) == (part is not FilmPart.BLUE_LIGHT)
         assert (edges[0] < 0.5) == (part is not FilmPart.FROSTED_GLASS)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues.confined_filter import ConfinedFilter, ConfinedModel
+from motes.cues.confined_filter import REACH, ConfinedFilter, ConfinedModel
 
 FILTER = ConfinedFilter()
 TARGET = Ellipse(120.0, 90.0, 16.0, 20.0, 0.0)
@@ -61,7 +61,7 @@ def test_the_response_is_relative_to_the_first_frames() -> None:
 
 def test_a_place_outside_of_the_window_has_no_response() -> None:
     view = FILTER.view(first(), moved(0, 0), TARGET)
-    far = TARGET._replace(x=TARGET.x + 3 * view.reach * TARGET.side)
+    far = TARGET._replace(x=TARGET.x + 3 * REACH * TARGET.side)
     assert view.near(far) == (0.0, far)
     assert not view.covers(far)
 
@@ -119,12 +119,12 @@ def test_learning_from_a_window_beside_the_target_equals_learning_at_it() -> Non
         assert response > 0.5
 
 
-def test_with_more_inertia_it_changes_less() -> None:
+def test_from_a_smaller_share_of_a_frame_it_changes_less() -> None:
     model, other = first(), Frame(0, 0.0, scene(9))
     view = FILTER.view(model, other, TARGET)
     changes = []
-    for inertia in (5.0, 50.0):
-        learned = ConfinedFilter(inertia=inertia).updated(model, other, view, TARGET)
+    for share in (1.0, 0.1):
+        learned = FILTER.updated(model, other, view, TARGET, share)
         changes.append(np.abs(learned.filter - model.filter).sum())
     assert changes[1] < 0.5 * changes[0]
 

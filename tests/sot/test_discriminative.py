@@ -15,7 +15,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.sot.discriminative.evidence import Evidence
-from motes.sot.discriminative.placing import Placer
+from motes.sot.discriminative.placing import TURN, Placer
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size_estimate import SizeEstimator
@@ -245,7 +245,7 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     sights = config.experts.look(state.experts, frames[1], state.ellipse, np.zeros(2))
     look = config.localizer.localize(rng, state, frames[1], state.ellipse, sights)
     turned = config.placer.turned(rng, state, frames[1], look)
-    assert turned.pose.theta == side * config.turn
+    assert turned.pose.theta == side * TURN
     assert turned.evidence >= look.evidence
     assert turned.pose[:2] == pytest.approx((160, 120), abs=3)
 

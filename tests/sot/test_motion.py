@@ -75,7 +75,7 @@ def matrices(
         return np.eye(5), np.diag(base**2)
     kept = model.persistence**steps
     eye, zero = np.eye(4), np.zeros((4, 4))
-    if isinstance(model, ConstantVelocity):
+    if not isinstance(model, SecondOrder):
         # Position takes the new velocity, and so its noise too.
         step = np.block([[eye, steps * eye], [zero, eye]])
         a = step @ np.block([[eye, zero], [zero, kept * eye]])

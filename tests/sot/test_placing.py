@@ -37,7 +37,7 @@ def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
     here: float, there: float, transition: Transition | None, wins: bool
 ) -> None:
     localizer: Any = SimpleNamespace(localize=lambda *_: estimate(THERE, there))
-    placer = Placer(localizer, Redetection(), 0.25)
+    placer = Placer(localizer, Redetection())
     state: Any = SimpleNamespace(rival=Rival(HERE))
     found = placer._compare(
         np.random.default_rng(0), state, FRAME, estimate(HERE, here), np.zeros(2), [THERE],

@@ -94,7 +94,7 @@ def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
 def test_edges_tell_what_colors_do_not() -> None:
     """Two squares of the same gray values: one striped across, the other along."""
     frame = picture(60, 60)
-    cue = Redetection(edges_gain=0.5)
+    cue = Redetection()
     model = cue.learn(frame, LAST)
     pixels = picture(60, 60).pixels.copy()
     pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)

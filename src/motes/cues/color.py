@@ -11,16 +11,15 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.cues.histogram_cue import HistogramCue, HistogramModel
-from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.kernels.structures import ColorBins, ColorTarget, Reading
+from motes.cues.histogram_cue import HistogramModel, PixelHistogramCue
+from motes.cues.sampling import Profile
+from motes.kernels.structures import ColorBins, ColorTarget
 
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
@@ -45,7 +44,7 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
         return slots
 
 
-class Color(HistogramCue, frozen=True, dict=True):
+class Color(PixelHistogramCue, frozen=True):
     """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7.
 
     Attributes
@@ -58,18 +57,13 @@ class Color(HistogramCue, frozen=True, dict=True):
     bins
         Number of bins of each channel: 8x8x8 for `rgb`, 8x8x4 for `hsv`, 8x8 + 8 for `hsv+v`. More
         bins separate more colors, but the histogram changes more with the light.
-    kernel
-        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
-        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
-        Nummiaro et al.
-    sampling
-        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     space: Literal["rgb", "hsv", "hsv+v"] = "rgb"
     bins: tuple[Bins, Bins, Bins] = (8, 8, 8)
     kernel: Profile = "radial"
-    sampling: Sampling = Lattice()
+
+    model_type = ColorModel
 
     @property
     def size(self) -> int:
@@ -96,15 +90,9 @@ class Color(HistogramCue, frozen=True, dict=True):
         histograms = np.empty((len(ellipses), m))
         slots = np.arange(m, dtype=np.uint32)
         kernels.color.histograms(
-            frame.pixels, ellipses, self._reading, slots, self._bins, histograms
+            frame.pixels, ellipses, self.reading, slots, self._bins, histograms
         )
         return histograms
-
-    def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
-        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
-        cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
-        return ColorModel(histogram, histogram)
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
@@ -114,7 +102,7 @@ class Color(HistogramCue, frozen=True, dict=True):
 
     def target(self, model: ColorModel) -> ColorTarget:
         """Return what kernels need to compare ellipses with a model."""
-        return ColorTarget(self._reading, model.slots, model.roots, self._bins)
+        return ColorTarget(self.reading, model.slots, model.roots, self._bins)
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
         """Return the ellipse's center after one mean-shift iteration.
@@ -134,10 +122,6 @@ class Color(HistogramCue, frozen=True, dict=True):
             self._bins, center,
         )  # fmt: skip
         return float(center[0]), float(center[1])
-
-    @cached_property
-    def _reading(self) -> Reading:
-        return Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel])
 
     @cached_property
     def _bins(self) -> ColorBins:

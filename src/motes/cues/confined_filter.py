@@ -20,7 +20,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.config import Config, Positive
+from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME
@@ -28,6 +28,16 @@ from motes.core.types import Singles, Spectra
 from motes.cues import fourier_ridge as ridge
 from motes.cues.search_window import CELL_SIZE, cut, features
 
+REACH = 5.0
+"""Side of the window, in mean sides of the target. A larger one would find faster targets."""
+SHARPNESS = 1 / 16
+"""Width of the response's peak: standard deviation of the Gaussian that the filter learns, as a
+share of the target's mean side."""
+INERTIA = 15.0
+"""Weight of the filter of the frame before: one wrong frame changes it little."""
+ITERATIONS = 2
+"""Iterations in which a new filter and its confinement come together; twice as many in the first
+frame, as there is no filter before it."""
 LEAST_SAMPLES, MOST_SAMPLES = 120, 200
 """Side of the window in samples: one to a pixel where that lies between these."""
 FIRST_PENALTY, PENALTY = 1.0, 0.1
@@ -124,8 +134,6 @@ class ConfinedView:
     plane
         (CELL_SIZE n, CELL_SIZE n): the response at each sample, relative to that in the first
         frames.
-    reach
-        Side of the window, in mean sides of the target.
     radius
         Within this many pixels of a place, the largest response is that of the place.
     """
@@ -134,7 +142,6 @@ class ConfinedView:
     pixels: float
     spectra: Spectra
     plane: Singles
-    reach: float
     radius: float
 
     def covers(self, place: Ellipse) -> bool:
@@ -143,7 +150,7 @@ class ConfinedView:
         return (
             place.theta == self.place.theta
             and abs(math.log(place.side / self.place.side)) < SAME_SIZE
-            and off < (self.reach / 2 - 1) * self.place.side
+            and off < (REACH / 2 - 1) * self.place.side
         )
 
     def offset(self, place: Ellipse) -> tuple[float, float]:
@@ -186,31 +193,11 @@ class ConfinedView:
 
 
 class ConfinedFilter(Config, frozen=True):
-    """Correlation filter in a wide window, zero outside of the target's box.
-
-    Attributes
-    ----------
-    reach
-        Side of the window, in mean sides of the target. A larger one finds faster targets.
-    sharpness
-        Width of the response's peak: standard deviation of the Gaussian that the filter learns, as
-        a share of the target's mean side.
-    inertia
-        Weight of the filter of the frame before. With a larger value the filter changes more
-        slowly.
-    iterations
-        Iterations in which a new filter and its confinement come together; twice as many in the
-        first frame.
-    """
-
-    reach: Positive = 5.0
-    sharpness: Positive = 1 / 16
-    inertia: Positive = 15.0
-    iterations: Annotated[int, Meta(ge=1, le=20)] = 2
+    """Correlation filter in a wide window, zero outside of the target's box."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
         """Return the filter of the window around `ellipse`."""
-        samples = self.grid(ellipse.a, ellipse.b)
+        samples = _grid(ellipse.a, ellipse.b)
         spectra = self._spectra(samples, frame, ellipse)
         learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
         model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
@@ -221,7 +208,7 @@ class ConfinedFilter(Config, frozen=True):
         """Return what the filter sees around a place, in a target's size and angle there."""
         from scipy import fft  # takes a third of a second to import
 
-        samples = self.grid(model.a, model.b)
+        samples = _grid(model.a, model.b)
         spectra = self._spectra(samples, frame, place)
         n = samples.cells
         response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
@@ -236,7 +223,7 @@ class ConfinedFilter(Config, frozen=True):
         plane *= CELL_SIZE**2 / model.reference
         pixels = samples.step(place)
         radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
-        return ConfinedView(place, pixels, spectra, ridge.centered(plane), self.reach, radius)
+        return ConfinedView(place, pixels, spectra, ridge.centered(plane), radius)
 
     def updated(
         self,
@@ -259,14 +246,12 @@ class ConfinedFilter(Config, frozen=True):
         """
         if not share:
             return model
-        samples, spectra = self.grid(model.a, model.b), view.spectra
+        samples, spectra = _grid(model.a, model.b), view.spectra
         x, y = view.offset(target)
         near = math.hypot(x, y) < 0.4 * math.sqrt(samples.wide * samples.high)
         if not (near and view.covers(target)):
             spectra, x, y = self._spectra(samples, frame, target), 0.0, 0.0
-        learned = self._solve(
-            samples, spectra, model.filter, samples.label(x, y), self.inertia / share
-        )
+        learned = self._solve(samples, spectra, model.filter, samples.label(x, y), INERTIA / share)
         seen, reference = model.seen, model.reference
         if seen < REFERENCE_FRAMES:
             response = view.near(target)[0] * reference
@@ -277,10 +262,6 @@ class ConfinedFilter(Config, frozen=True):
     def learn_also(self, model: ConfinedModel, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
         """Return the filter that has also learned the target in another frame."""
         return self.updated(model, frame, self.view(model, frame, ellipse), ellipse)
-
-    def grid(self, a: float, b: float) -> ConfinedGrid:
-        """Return the window of a target whose half-axes were first a and b pixels."""
-        return _grid(a, b, self.reach, self.sharpness)
 
     def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
         """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
@@ -311,7 +292,7 @@ class ConfinedFilter(Config, frozen=True):
         from scipy import fft
 
         shape = samples.cells, samples.cells
-        rounds = 2 * self.iterations if before is None else self.iterations
+        rounds = 2 * ITERATIONS if before is None else ITERATIONS
         penalty = FIRST_PENALTY
         copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
         before = copied if before is None else before
@@ -329,16 +310,16 @@ class ConfinedFilter(Config, frozen=True):
 
 
 @cache
-def _grid(a: float, b: float, reach: float, sharpness: float) -> ConfinedGrid:
+def _grid(a: float, b: float) -> ConfinedGrid:
     """Return the window of a target whose half-axes were first a and b pixels."""
     from scipy.fft import next_fast_len
 
     target = 2 * math.sqrt(a * b)
-    samples = min(max(reach * target, LEAST_SAMPLES), MOST_SAMPLES)
+    samples = min(max(REACH * target, LEAST_SAMPLES), MOST_SAMPLES)
     cells = next_fast_len(round(samples / CELL_SIZE), real=True)
-    pixels = reach * target / (cells * CELL_SIZE)
+    pixels = REACH * target / (cells * CELL_SIZE)
     wide, high = (2 * half / pixels / CELL_SIZE for half in (a, b))
-    return ConfinedGrid(cells, pixels, target, wide, high, sharpness * math.sqrt(wide * high))
+    return ConfinedGrid(cells, pixels, target, wide, high, SHARPNESS * math.sqrt(wide * high))
 
 
 @cache

@@ -29,6 +29,8 @@ from motes.cues.fourier_ridge import (
 )
 from motes.cues.search_window import CELL_SIZE, SampleGrid, WindowModel, features, grid
 
+RIDGE = 1.0
+"""Energy that is added to every frequency, so that those of low energy have less influence."""
 UPSAMPLING = 2
 """Number of a response's values per side of a cell."""
 
@@ -60,9 +62,6 @@ class Correlation(Cue, Config, frozen=True):
     sharpness
         Width of the response's peak: standard deviation of the Gaussian that the filter learns, as
         a share of the target's mean side. A larger value gives a wider peak.
-    ridge
-        Regularization: energy that is added to every frequency. With a larger value, frequencies of
-        low energy have less influence.
     anchor
         Share of the first frame's filter in the response; the rest is that of the learned filter.
         With a larger value the target's first appearance counts more.
@@ -72,7 +71,6 @@ class Correlation(Cue, Config, frozen=True):
     """
 
     sharpness: Positive = 1 / 6
-    ridge: Positive = 1.0
     anchor: Share = 0.3
     learning_rate: Share = 0.02
 
@@ -144,8 +142,8 @@ class Correlation(Cue, Config, frozen=True):
         """
         from scipy import fft
 
-        first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
-        learned = filtered(model.numerator, model.power + self.ridge, spectra)
+        first = filtered(model.first_numerator, model.first_power + RIDGE, spectra)
+        learned = filtered(model.numerator, model.power + RIDGE, spectra)
         rows, columns = model.grid.rows, model.grid.columns
         padded = np.empty((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
         kernels.fourier_ridge.pad(learned, first, self.anchor, UPSAMPLING**2, padded)

@@ -9,26 +9,18 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from msgspec.structs import replace
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
-from motes.cues.histogram_cue import HistogramCue, HistogramModel
-from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.kernels.structures import Reading
+from motes.cues.histogram_cue import PixelHistogramCue
 
 AT_POINTS = 3
 """Cost of Sobel's operator at a scattered point, relative to a pixel of a whole region."""
 
 
-class EdgesModel(HistogramModel, frozen=True, eq=False, tag="edges"):
-    """A target's edge histogram, (k + 1,); the last bin is 1 for a target without strong edges."""
-
-
-class Edges(HistogramCue, frozen=True):
+class Edges(PixelHistogramCue, frozen=True):
     """Histogram of the orientation of strong edges in an ellipse: Ng and Delp, sections 3.2 to 3.4.
 
     Equations 10 to 15, 18 and 19. A pixel whose edge is no stronger than the threshold is left out;
@@ -49,17 +41,10 @@ class Edges(HistogramCue, frozen=True):
         separate smaller angles. The paper gives no number. The first bin is centered on horizontal
         edges, and one of an even number on vertical edges: noise then rarely moves these two, the
         most frequent ones, to another bin.
-    kernel
-        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
-        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all.
-    sampling
-        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     threshold: Annotated[float, Meta(ge=0, le=1e4)] = 100.0
     bins: Annotated[int, Meta(ge=2, le=180)] = 8
-    kernel: Profile = "epanechnikov"
-    sampling: Sampling = Lattice()
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, k + 1).
@@ -69,7 +54,7 @@ class Edges(HistogramCue, frozen=True):
         """
         ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.bins + 1))
-        lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
+        lattice, _, profile = self.reading
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
         if 0 < AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
             kernels.sobel.histograms_at(
@@ -89,13 +74,7 @@ class Edges(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            Reading(lattice, self.sampling.grid, profile),
+            self.reading,
             histograms,
         )
         return histograms
-
-    def learn(self, frame: Frame, ellipse: Ellipse) -> EdgesModel:
-        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
-        cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
-        return EdgesModel(histogram, histogram)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from motes import kernels
 from motes.core.config import Config
@@ -15,6 +16,7 @@ from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
+from motes.cues.sampling import EllipsePixels
 
 
 class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
@@ -35,6 +37,8 @@ class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
 class HistogramCue(AdaptableCue, Config, frozen=True):
     """The base of a cue that compares histograms; a subclass needs the method `histograms` only."""
 
+    model_type: ClassVar[type[HistogramModel]] = HistogramModel
+
     @abstractmethod
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, m).
@@ -45,7 +49,7 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the target model of the region in `ellipse`."""
         histogram = self.histograms(frame, np.array([ellipse], float))[0]
-        return HistogramModel(histogram, histogram)
+        return self.model_type(histogram, histogram)
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
@@ -55,6 +59,16 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
         """Return the region's histogram, (m,); zeros if no pixel is read."""
         histogram: Floats = self.histograms(frame, np.array([ellipse], float))[0]
         return histogram
+
+
+class PixelHistogramCue(HistogramCue, EllipsePixels, frozen=True):
+    """The base of a histogram of an ellipse's weighted pixels."""
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
+        return super(PixelHistogramCue, replace(self, sampling=self.sampling.dense)).learn(
+            frame, ellipse
+        )
 
 
 def bhattacharyya(histograms: Floats, model: Floats) -> Floats:

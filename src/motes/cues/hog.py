@@ -10,16 +10,13 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from msgspec.structs import replace
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
-from motes.cues.histogram_cue import HistogramCue, HistogramModel
-from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.kernels.structures import Reading
+from motes.cues.histogram_cue import PixelHistogramCue
+from motes.cues.sampling import Profile
 
 SMOOTH = np.array([0.75, 0.125, 0], np.float32)
 """Smoothing filter: taps at 0, 1 and 2, to both sides.
@@ -33,10 +30,6 @@ AT_POINTS = 5
 """Cost of a gradient at a scattered point, relative to a pixel of a whole region."""
 
 
-class HogModel(HistogramModel, frozen=True, eq=False, tag="hog"):
-    """A target's histogram of oriented gradients, cell by cell; zeros if there is no gradient."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class GradientPlane(Plane):
     """Direction of the gradient, with its strength: (H, W)."""
@@ -44,7 +37,7 @@ class GradientPlane(Plane):
     strength: Singles
 
 
-class Hog(HistogramCue, frozen=True):
+class Hog(PixelHistogramCue, frozen=True):
     """Histogram of the directions of gradients in an ellipse: Zhao and Pei, section 2.1.
 
     As in SIFT (Lowe, IJCV 2004), which the paper follows, a pixel counts by the strength of its
@@ -66,19 +59,12 @@ class Hog(HistogramCue, frozen=True):
         If true, a histogram is rotated so that its strongest direction comes first: a target that
         turns keeps its histogram, up to half a bin. If false, a target that stays upright is
         separated better from others.
-    kernel
-        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
-        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `gaussian` is equation 1 of
-        Zhao and Pei.
-    sampling
-        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     cells: Annotated[int, Meta(ge=1, le=4)] = 1
     bins: Annotated[int, Meta(ge=2, le=16)] = 8
     rotation_normalized: bool = True
     kernel: Profile = "gaussian"
-    sampling: Sampling = Lattice()
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, cells² bins).
@@ -87,7 +73,7 @@ class Hog(HistogramCue, frozen=True):
         """
         ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
-        lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
+        lattice, _, profile = self.reading
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
         if 0 < AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
             kernels.hog.histograms_at(
@@ -112,15 +98,9 @@ class Hog(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            Reading(lattice, self.sampling.grid, profile),
+            self.reading,
             self.cells,
             self.rotation_normalized,
             histograms,
         )
         return histograms
-
-    def learn(self, frame: Frame, ellipse: Ellipse) -> HogModel:
-        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
-        cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
-        return HogModel(histogram, histogram)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Annotated, Literal
+from functools import cache, cached_property
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from msgspec import Meta
@@ -11,7 +11,7 @@ from msgspec import Meta
 from motes import kernels
 from motes.core.config import Config
 from motes.core.types import Singles
-from motes.kernels.structures import PixelGrid
+from motes.kernels.structures import PixelGrid, Reading
 
 Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
@@ -35,12 +35,12 @@ DENSE = 4096
 """Number of points of the lattice that reads a target model."""
 
 
-class EveryPixel(Config, frozen=True, tag="every_pixel"):
-    """Every pixel whose center lies inside the ellipse; the cost grows with the ellipse's area."""
+class _OfTheImage(Config, frozen=True):
+    """The base of samplings of the image's own grid of pixels."""
 
     @property
-    def dense(self) -> EveryPixel:
-        """The sampling that reads a target model: the same."""
+    def dense(self) -> Self:
+        """The sampling that reads a target model: the same, so that both are comparable."""
         return self
 
     @property
@@ -54,7 +54,11 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         return PixelGrid(1, 1)
 
 
-class Checkerboard(Config, frozen=True, tag="checkerboard"):
+class EveryPixel(_OfTheImage, frozen=True, tag="every_pixel"):
+    """Every pixel whose center lies inside the ellipse; the cost grows with the ellipse's area."""
+
+
+class Checkerboard(_OfTheImage, frozen=True, tag="checkerboard"):
     """Half or a quarter of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
 
     They are fixed in the image, not in the ellipse: where two ellipses overlap, they read the same
@@ -68,16 +72,6 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
     """
 
     share: Literal["half", "quarter"] = "half"
-
-    @property
-    def dense(self) -> Checkerboard:
-        """The sampling that reads a target model: the same, so that both are comparable."""
-        return self
-
-    @property
-    def lattice(self) -> Singles:
-        """No lattice: (2, 0)."""
-        return np.empty((2, 0), np.float32)
 
     @property
     def grid(self) -> PixelGrid:
@@ -118,6 +112,28 @@ class Lattice(Config, frozen=True, tag="lattice"):
 
 
 Sampling = EveryPixel | Checkerboard | Lattice
+
+
+class EllipsePixels(Config, frozen=True, dict=True):
+    """The base of cues that weigh the pixels of an ellipse.
+
+    Attributes
+    ----------
+    kernel
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
+        Nummiaro et al., `gaussian` equation 1 of Zhao and Pei.
+    sampling
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
+    """
+
+    kernel: Profile = "epanechnikov"
+    sampling: Sampling = Lattice()
+
+    @cached_property
+    def reading(self) -> Reading:
+        """Kernel and sampling in the form that kernels of the compiled code take."""
+        return Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel])
 
 
 @cache

@@ -13,7 +13,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.config import Config, NonNegative, Positive
+from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
@@ -30,6 +30,10 @@ from motes.cues.search_window import CELL_SIZE, sectors
 
 SIDE = 32
 """Mean side of a target in samples; a target with fewer pixels has one sample to a pixel."""
+SHARPNESS = 0.7
+"""Standard deviation of the Gaussian that the filter learns, in steps from one size to the next."""
+RIDGE = 0.01
+"""Energy that is added to every frequency, so that those of low energy have less influence."""
 
 
 class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
@@ -60,18 +64,10 @@ class ScaleFilter(Config, frozen=True):
         Number of sizes that are compared. More sizes follow faster growth and take more time.
     step
         Factor from one size to the next. A larger value follows faster growth, in coarser steps.
-    sharpness
-        Width of the response's peak: standard deviation of the Gaussian that the filter learns, in
-        steps from one size to the next. A larger value gives a wider peak.
-    ridge
-        Regularization: energy that is added to every frequency. With a larger value, frequencies of
-        low energy have less influence.
     """
 
     count: Annotated[int, Meta(ge=1, le=33)] = 13
     step: Annotated[float, Meta(gt=1, le=2)] = 1.06
-    sharpness: Positive = 0.7
-    ridge: NonNegative = 0.01
 
     @property
     def factors(self) -> Floats:
@@ -105,7 +101,7 @@ class ScaleFilter(Config, frozen=True):
         """Return the filter's response at each size, (count,)."""
         from scipy import fft
 
-        learned = filtered(model.numerator, model.power + self.ridge, spectra)
+        learned = filtered(model.numerator, model.power + RIDGE, spectra)
         # The label's peak is at the first size; it belongs to the middle one.
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
@@ -123,6 +119,6 @@ class ScaleFilter(Config, frozen=True):
 
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
         """Return the filter moved by a share `rate` towards a target, given by its spectra."""
-        label = gaussian(half_frequencies(self.count), self.sharpness)
+        label = gaussian(half_frequencies(self.count), SHARPNESS)
         numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)

@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Meta
 
 from motes import kernels
-from motes.core.config import Config, Share
+from motes.core.config import Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
@@ -24,8 +24,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import bhattacharyya
-from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.kernels.structures import Reading
+from motes.cues.sampling import PROFILES, EllipsePixels
 
 FINEST = 0.7
 """Least scale in pixels: a narrower derivative filter is too coarse when sampled at pixels."""
@@ -84,7 +83,7 @@ class CertainPlane(Plane):
     certainty: Singles
 
 
-class Orientation(AdaptableCue, Config, frozen=True):
+class Orientation(AdaptableCue, EllipsePixels, frozen=True):
     """Histogram of the orientation of edges in an ellipse, weighted by their certainty.
 
     Attributes
@@ -109,11 +108,6 @@ class Orientation(AdaptableCue, Config, frozen=True):
     kept_fraction
         Share of the target's pixels that count: those with the highest certainty of their
         orientation. It sets the threshold T. A larger value counts weaker edges too.
-    kernel
-        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
-        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all.
-    sampling
-        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     bins: Annotated[int, Meta(ge=4, le=180)] = 36
@@ -122,8 +116,6 @@ class Orientation(AdaptableCue, Config, frozen=True):
     window: Annotated[float, Meta(ge=0.01, le=8)] = 1.0
     scale_selection: bool = True
     kept_fraction: Share = 0.5
-    kernel: Profile = "epanechnikov"
-    sampling: Sampling = Lattice()
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
@@ -169,7 +161,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
-            Reading(self.sampling.lattice, self.sampling.grid, PROFILES["uniform"]),
+            self.reading._replace(profile=PROFILES["uniform"]),
         )  # fmt: skip
         below = int((1 - self.kept_fraction) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
@@ -190,7 +182,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
             plane.column,
             plane.row,
             plane.in_blocks(ellipses),
-            Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]),
+            self.reading,
             threshold,
             shifts,
             histograms,

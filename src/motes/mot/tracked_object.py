@@ -15,7 +15,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.cues.hog import HogModel
+from motes.cues.histogram_cue import HistogramModel
 from motes.mot.expected import CUE, Expected
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
@@ -136,7 +136,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     detected: bool = True
     occluded_by: int | None = None
     near_other: bool = False
-    shape_model: HogModel | None = None
+    shape_model: HistogramModel | None = None
     occluder_candidate: int | None = None
     votes: dict[str, int] = {}
     origin: tuple[float, float] = (0.0, 0.0)

@@ -370,7 +370,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 10
+FORMAT = 11
 """Version of the format of saved trackers."""
 
 

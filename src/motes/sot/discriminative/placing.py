@@ -20,6 +20,8 @@ from motes.sot.discriminative.state import DiscriminativeState
 CLEAR = 1.0
 """Log odds above which a place is clear: it is not looked at elsewhere or turned, and what the
 search finds must have them, since it has had more than one chance to be wrong."""
+TURN = 0.25
+"""Angle of the turned windows to either side, in radians."""
 TURN_GAIN = 0.3
 """A turned window must have so much more evidence; otherwise noise would turn the target."""
 FAR = 0.25
@@ -56,7 +58,6 @@ class Placer:
 
     localizer: Localizer
     redetection: Redetection
-    turn: float
 
     def place(
         self,
@@ -140,7 +141,7 @@ class Placer:
                 look.pose._replace(theta=look.pose.theta + turn),
                 look.sights,
             )
-            for turn in (-self.turn, self.turn)
+            for turn in (-TURN, TURN)
         ]
         best = max(looks, key=lambda look: look.evidence)
         return best if best.evidence > look.evidence + TURN_GAIN else look

@@ -18,9 +18,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
-from motes.cues.edge_histogram import Edges, EdgesModel
-from motes.cues.histogram_cue import bhattacharyya
-from motes.cues.hog import Hog, HogModel
+from motes.cues.edge_histogram import Edges
+from motes.cues.histogram_cue import HistogramModel, bhattacharyya
+from motes.cues.hog import Hog
 from motes.sot.filtering.resampling import Systematic, Weights
 
 SYSTEMATIC = Systematic()
@@ -31,6 +31,10 @@ PLACES = 5
 """Places that a frame's search proposes: in a first look a target is missed more often than not."""
 RESTART_EVERY = 4
 """One of this many search particles restarts in each frame."""
+COLOR, EDGES = Color(), Edges()
+"""The histograms of colors and of edges, as the papers have them."""
+EDGES_GAIN = 0.5
+"""Weight of the distance by edges; that by color has weight 1."""
 DIRECTIONS = Hog(bins=16, rotation_normalized=False)
 """Histogram of gradient directions over a full turn; a turned target has a shifted histogram."""
 
@@ -39,8 +43,8 @@ class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
     """The histograms of the target's first region; for the directions, of a circle of its area."""
 
     color: ColorModel
-    edges: EdgesModel
-    directions: HogModel
+    edges: HistogramModel
+    directions: HistogramModel
 
 
 class Redetection(Config, frozen=True):
@@ -48,12 +52,6 @@ class Redetection(Config, frozen=True):
 
     Attributes
     ----------
-    color
-        Cue of the search: the color histogram of the first region.
-    edges
-        Cue of the search: the edge histogram of the first region; see `edges_gain`.
-    edges_gain
-        Weight of the edge distance; the color distance has weight 1.
     sigma
         The weight of a particle is exp(-distance / sigma).
     speed
@@ -66,9 +64,6 @@ class Redetection(Config, frozen=True):
         directions in the frame and the model turned by this angle.
     """
 
-    color: Color = Color()
-    edges: Edges = Edges()
-    edges_gain: NonNegative = 0.5
     sigma: Positive = 0.1
     speed: Positive = 0.5
     growth: NonNegative = 0.4
@@ -77,8 +72,8 @@ class Redetection(Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> RedetectionModel:
         """Return the histograms of the region in `ellipse`."""
         return RedetectionModel(
-            self.color.learn(frame, ellipse),
-            self.edges.learn(frame, ellipse),
+            COLOR.learn(frame, ellipse),
+            EDGES.learn(frame, ellipse),
             DIRECTIONS.learn(frame, circle(ellipse)),
         )
 
@@ -118,8 +113,8 @@ class Redetection(Config, frozen=True):
         factors = np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
         fresh[:, 2:4] = last[2:4] * np.clip(factors, *limits(last, frame))
         moved[:, :2] = np.clip(moved[:, :2], 0, ends)
-        distances = self.color.distances(model.color, frame, moved)
-        distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
+        distances = COLOR.distances(model.color, frame, moved)
+        distances += EDGES_GAIN * EDGES.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[SYSTEMATIC.ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]

@@ -90,8 +90,6 @@ class Discriminative(
     border_gain
         Weight of the posterior at the border in the estimate of the size; the scale filter has
         weight 1.
-    turn
-        Angle of the turned windows that are tried when the tracker is not certain, in radians.
     evidence
         What the near window says of a place; the experts add to it.
     confined
@@ -113,7 +111,6 @@ class Discriminative(
     scale: ScaleFilter = ScaleFilter()
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
-    turn: Positive = 0.25
     evidence: Evidence = Evidence()
     confined: Confined = Confined()
     network: Network | None = None
@@ -154,7 +151,7 @@ class Discriminative(
     @cached_property
     def placer(self) -> Placer:
         """The finder of the place, with the values of this configuration."""
-        return Placer(self.localizer, self.redetection, self.turn)
+        return Placer(self.localizer, self.redetection)
 
     @cached_property
     def sizes(self) -> SizeEstimator:

@@ -155,11 +155,6 @@ class RandomWalk(Walking, frozen=True, tag="random_walk"):
     """Random walk: the target stays where it was, plus noise.
 
     A model of zero order. State: x, y, a, b, theta.
-
-    Attributes
-    ----------
-    noise
-        Noise of the center, the size, the proportions and the angle in 1/25 s.
     """
 
 
@@ -171,8 +166,6 @@ class ConstantVelocity(Walking, frozen=True, tag="constant_velocity"):
 
     Attributes
     ----------
-    noise
-        Noise of the center, the size, the proportions and the angle in 1/25 s.
     velocity
         Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
         and of the proportions. A larger value follows faster changes of velocity.
@@ -195,7 +188,7 @@ class ConstantVelocity(Walking, frozen=True, tag="constant_velocity"):
         return self.persistence
 
 
-class SecondOrder(Walking, frozen=True, tag="second_order"):
+class SecondOrder(ConstantVelocity, frozen=True, tag="second_order"):
     """Second order: accelerations change the velocities, and noise changes both.
 
     The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
@@ -203,11 +196,6 @@ class SecondOrder(Walking, frozen=True, tag="second_order"):
 
     Attributes
     ----------
-    noise
-        Noise of the center, the size, the proportions and the angle in 1/25 s.
-    velocity
-        Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
-        and of the proportions. A larger value follows faster changes of velocity.
     acceleration
         Noise of the accelerations: standard deviation in 1/25 s, as a share of the noise of the
         center and of the proportions. A larger value follows faster changes of acceleration.
@@ -216,19 +204,13 @@ class SecondOrder(Walking, frozen=True, tag="second_order"):
         target keeps its motion for longer.
     """
 
-    velocity: Scale = 0.5
-    acceleration: Scale = 0.2
     persistence: Share = 0.9
+    acceleration: Scale = 0.2
 
     @property
     def changes(self) -> tuple[float, ...]:
         """The shares of velocities and accelerations."""
         return self.velocity, self.acceleration
-
-    @property
-    def kept(self) -> float:
-        """The persistence."""
-        return self.persistence
 
 
 class EllipseWalk(Motion, Config, frozen=True, tag="ellipse_walk"):
