@@ -13,7 +13,7 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch_counting import table
+from motes.cli.watch_loop import table
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
