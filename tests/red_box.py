@@ -1,6 +1,8 @@
-"""A red box that goes to and fro before a camera, and a detector that finds it."""
+"""A red box that goes to and fro before a camera, or walks by, and a detector that finds it."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.video.writer import VideoWriter
 
 
 def moving(index: int) -> NDArray[np.uint8]:
@@ -16,6 +19,17 @@ def moving(index: int) -> NDArray[np.uint8]:
     x = 60 + round(20 * np.sin(index / 40))
     pixels[30:60, x : x + 16] = (230, 40, 40)
     return pixels
+
+
+def walk(path: Path, frames: int, enters: int) -> None:
+    """Write a film of a red box that walks over noise after a frame, to the right, and out."""
+    rng = np.random.default_rng(0)
+    with VideoWriter(path, 25) as writer:
+        for index in range(frames):
+            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+            x = 4 * (index - enters) - 16
+            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+            writer.write(pixels)
 
 
 def red(frame: Frame) -> list[Detection]:

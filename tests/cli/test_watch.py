@@ -13,12 +13,13 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch_counting import table
+from motes.cli.watch_loop import table
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.rows.schema import COLUMNS
 from motes.video.writer import VideoWriter
+from red_box import walk
 from sightings import seen, told
 
 Go = Callable[..., tuple[int, str, str]]
@@ -29,13 +30,7 @@ FRAMES = 90
 def film(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Return a film of a red box that walks over noise from frame 35 on, to the right, and out."""
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    rng = np.random.default_rng(0)
-    with VideoWriter(path, 25) as writer:
-        for index in range(FRAMES):
-            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-            x = 4 * (index - 35) - 16
-            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-            writer.write(pixels)
+    walk(path, FRAMES, enters=35)
     return str(path)
 
 

@@ -12,7 +12,6 @@ import threading
 import urllib.request
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from brokers import Broker, Listener, free_port, wait_until
@@ -23,7 +22,7 @@ from motes.output.delivery import Delivery
 from motes.output.event_queue import MessageQueue
 from motes.output.live_picture import Page
 from motes.output.mqtt import Mqtt
-from motes.video.writer import VideoWriter
+from red_box import walk
 
 FRAMES = 70
 PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"
@@ -33,13 +32,7 @@ PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"
 def film(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Return a film of a red box that walks over noise from frame 15 on, to the right, and out."""
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    rng = np.random.default_rng(0)
-    with VideoWriter(path, 25) as writer:
-        for index in range(FRAMES):
-            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-            x = 4 * (index - 15) - 16
-            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-            writer.write(pixels)
+    walk(path, FRAMES, enters=15)
     return str(path)
 
 

@@ -19,6 +19,7 @@ from motes.output.scene_overlay import color_of
 from motes.output.slit_scan import COLORS, LONGEST, MARGIN, SCALE, SlitScan
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
+from red_box import walk
 from sightings import seen
 
 
@@ -100,13 +101,8 @@ def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
 
 
 def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rng, film = np.random.default_rng(0), tmp_path / "film.mkv"
-    with VideoWriter(film, 25) as writer:
-        for index in range(50):
-            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-            x = 4 * (index - 8)
-            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-            writer.write(pixels)
+    film = tmp_path / "film.mkv"
+    walk(film, 50, enters=4)
     out = [str(tmp_path / name) for name in ("s.png", "h.png", "p.png")]
     pictures = ["--slit", out[0], "--heatmap", out[1], "--paths", out[2]]
     lines = ["--line", "80,0,80,95", "--line", "0,20,159,20", "--detector", "gaussian"]

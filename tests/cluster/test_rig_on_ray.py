@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from motes.cli import main
@@ -22,8 +21,7 @@ from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraRe
 from motes.mot.cameras.reidentification import REIDENTIFICATION_WINDOW
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
-from motes.video.writer import VideoWriter
-from red_box import moving
+from red_box import moving, walk
 from streams import camera
 
 LIVES = re.compile("its process ended|its node died|it is back")
@@ -57,14 +55,8 @@ seconds = [0.5, 4]
 def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with a rig of three recordings."""
     folder = tmp_path_factory.mktemp("rooms")
-    rng = np.random.default_rng(0)
     for name, enters in (("hall", 4), ("office", 14)):
-        with VideoWriter(folder / f"{name}.mkv", 25) as writer:
-            for index in range(52):
-                pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-                x = 4 * (index - enters) - 16
-                pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-                writer.write(pixels)
+        walk(folder / f"{name}.mkv", 52, enters)
     (folder / "rig.toml").write_text(ROOMS)
     return folder
 

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from motes.cli.moment import Moment
 from motes.cli.options import OutputOptions
-from motes.cli.watch_counting import table
+from motes.cli.watch_loop import table
 from motes.cli.watch_outputs import rows_output
 from motes.core.detection import Detection
 from motes.core.frame import Frame

@@ -38,8 +38,7 @@ from motes.mot.scene import Scene
 from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
-from motes.video.writer import VideoWriter
-from red_box import moving, red
+from red_box import moving, red, walk
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -75,14 +74,8 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     a film that begins 2 s after the hall's.
     """
     folder = tmp_path_factory.mktemp("rig")
-    rng = np.random.default_rng(0)
     for name, enters in (("hall", 20), ("office", 30)):
-        with VideoWriter(folder / f"{name}.mkv", 25) as writer:
-            for index in range(70):
-                pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-                x = 4 * (index - enters) - 16
-                pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-                writer.write(pixels)
+        walk(folder / f"{name}.mkv", 70, enters)
     return folder
 
 

@@ -23,17 +23,25 @@ Exit codes:
 With the last three, the outputs are finished and kept, and the summary is printed.
 """
 
-app = App(
-    name="motes",
-    version=__version__,
-    help="Track objects in video with particle filters: without training, in real time.",
-    help_epilogue=EXIT_CODES,
-    help_format="plaintext",
-    result_action="return_value",
-    exit_on_error=False,
-    print_error=False,
-    suppress_keyboard_interrupt=False,
-    config=(refuse_clashes,),
+
+def program(name: str, what: str) -> App:
+    """Return a program without commands, whose errors are raised."""
+    return App(
+        name=name,
+        version=__version__,
+        help=what,
+        help_epilogue=EXIT_CODES,
+        help_format="plaintext",
+        result_action="return_value",
+        exit_on_error=False,
+        print_error=False,
+        suppress_keyboard_interrupt=False,
+        config=(refuse_clashes,),
+    )
+
+
+app = program(
+    "motes", "Track objects in video with particle filters: without training, in real time."
 )
 app.command(
     "motes.cli.track:app", name="track", help="Track one object, or several, through a video."

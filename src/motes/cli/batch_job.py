@@ -16,11 +16,9 @@ from motes.cli.load_config import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
-from motes.cli.track_options import TrackOutputs
-from motes.cli.track_target import TargetOptions
+from motes.cli.track_options import TargetOptions, TrackOutputs
 from motes.cli.watch import PRESET, watch
-from motes.cli.watch_counting import CountingOptions
-from motes.cli.watch_options import ObjectOptions, WatchOutputs
+from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
 from motes.cluster.work import Made
 from motes.correction.history import ENDING

@@ -1,7 +1,6 @@
-"""`motes draw`: overlay, figures and masks of any rows, whatever has made or changed them.
+"""`motes draw`: overlay, figures and masks of any rows, whatever has made or changed them."""
 
-Annotations are evaluated here: the parser would look for their names in another module.
-"""
+from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,7 +56,7 @@ class DrawOutputs:
     ] = None
     overwrite: Overwrite = False
 
-    def of_target(self, film: "Source", name: str, *, metres: bool) -> "list[Sink]":
+    def of_target(self, film: Source, name: str, *, metres: bool) -> list[Sink]:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_target
         from motes.cli.masks import masks_output
@@ -74,7 +73,7 @@ class DrawOutputs:
             opened.append(masks_output(self.masks, film, self.label, overwrite=anew))
         return opened
 
-    def of_objects(self, film: "Source", name: str, regions: "Regions") -> "list[Sink]":
+    def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:
         """Return the outputs of rows of several objects."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_scene
         from motes.cli.watch_pictures import Heatmap, Paths, Slits
@@ -155,7 +154,7 @@ def draw(
         return run(film, opened, object_moments(film, given, regions), Tally())
 
 
-def _units(rows: Path, options: UnitOptions, known: "History | None") -> "RealUnits | None":
+def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits | None:
     """Return how pixels become metres; None if they do not.
 
     Raises
@@ -171,7 +170,7 @@ def _units(rows: Path, options: UnitOptions, known: "History | None") -> "RealUn
     return known.real_units
 
 
-def _opened(source: str, fps: float | None, known: "History | None") -> "Source":
+def _opened(source: str, fps: float | None, known: History | None) -> Source:
     """Return the film of rows, with the frames of their run.
 
     Raises

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
@@ -107,6 +108,15 @@ def read_text(path: Path) -> str:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file; check the name.") from None
+
+
+@contextlib.contextmanager
+def error_context(where: Path | str) -> Iterator[None]:
+    """Add the file or option to the message of a configuration's error."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{where}: {error}") from None
 
 
 def checked_output(

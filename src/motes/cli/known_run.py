@@ -87,19 +87,19 @@ def rows_outputs(
     from motes.correction.history import History, Remembered
 
     rows = rows_output(output, film, outputs, further=further, resume=resume)
-    beside = history_beside_rows(output, outputs)
-    if beside is None:
+    path = history_file(output, outputs)
+    if path is None:
         return [rows]
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
     )  # fmt: skip
     if resume:  # what a killed run has left of it
-        remove_leftovers(beside.with_name(glob.escape(beside.name)))
+        remove_leftovers(path.with_name(glob.escape(path.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
 
 
-def history_beside_rows(output: str, outputs: OutputOptions) -> Path | None:
+def history_file(output: str, outputs: OutputOptions) -> Path | None:
     """Return the file that remembers how rows are made; streams and documents have none."""
     from motes.cli.watch_outputs import STREAMED, format_of
     from motes.correction.history import history_path

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motes.cli.input_checks import numbers_of, read_text
+from motes.cli.input_checks import error_context, numbers_of, read_text
 from motes.cli.settings import as_keys, check_settings
 from motes.core.errors import ConfigError, FormatError, SourceError
 
@@ -168,15 +167,6 @@ def open_network(config: TrackerConfig) -> None:
     network = getattr(config, "network", None)
     if network is not None:
         network.open()
-
-
-@contextlib.contextmanager
-def error_context(where: Path | str) -> Iterator[None]:
-    """Add the file or option to the message of a configuration's error."""
-    try:
-        yield
-    except ConfigError as error:
-        raise ConfigError(f"{where}: {error}") from None
 
 
 def load_target(path: Path) -> KnownTarget:

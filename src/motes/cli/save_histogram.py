@@ -12,8 +12,7 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.options import FrameOptions
-    from motes.cli.track_options import TrackOutputs
-    from motes.cli.track_target import TargetOptions
+    from motes.cli.track_options import TargetOptions, TrackOutputs
     from motes.sot.presets import TrackerConfig
 
 

@@ -16,8 +16,7 @@ from motes.cli.options import (
     TrackPreset,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
-from motes.cli.track_options import TrackOutputs, TrackRequest
-from motes.cli.track_target import TargetOptions
+from motes.cli.track_options import TargetOptions, TrackOutputs, TrackRequest
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 

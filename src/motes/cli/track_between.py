@@ -17,7 +17,7 @@ from motes.cli.annotated_video import drawn, painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Tally, summarize
-from motes.cli.known_run import history_beside_rows
+from motes.cli.known_run import history_file
 from motes.cli.messages import counted
 from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.options import say_rate
@@ -59,7 +59,7 @@ def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | N
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     check_size(asked.units, film)
     output, outputs, units = asked.output, asked.outputs, asked.units
-    path = None if output is None else history_beside_rows(output, outputs)
+    path = None if output is None else history_file(output, outputs)
     if path is not None:
         for each in (Path(str(output)), path):
             check_writable(each, outputs.overwrite)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
 
 from motes.cli.annotated_video import drawn, painted_scene, painted_target
@@ -12,12 +12,12 @@ from motes.cli.frame_loop import Tally, run
 from motes.cli.known_run import rows_outputs
 from motes.cli.moment import Moment, Moments
 from motes.cli.options import say_rate
-from motes.cli.track_options import TrackRequest
+from motes.cli.track_options import Begin, TrackRequest
 from motes.cli.track_units import check_size, measured
 from motes.cli.watch_outputs import check_several, format_of
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
+from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import FORMS, GROUND
@@ -25,8 +25,6 @@ from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 
-Begin = Callable[[Tracker, Frame], Track | None]
-"""Tries to start a tracker on a frame; returns its track, or None if it has not started."""
 EVENTS = 6
 """Most losses and recoveries that are listed."""
 

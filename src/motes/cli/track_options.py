@@ -1,19 +1,160 @@
-"""The outputs of `motes track`, as options, and a request for a run.
+"""The target and the outputs of `motes track`, as options, and a request for a run.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.options import FLAG, OUTPUT, FrameOptions, OutputOptions
+from motes.cli.input_checks import error_context, read_text, region_of
+from motes.cli.load_config import load_target
+from motes.cli.options import (
+    FLAG,
+    HYPHEN,
+    OUTPUT,
+    REPEATED,
+    TARGET,
+    FrameOptions,
+    OutputOptions,
+)
+from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from motes.core.frame import Frame
+    from motes.core.track import Track
     from motes.mot.analytics.real_units import RealUnits
+    from motes.sot.known_target import KnownTarget
+    from motes.sot.places import Place
     from motes.sot.presets import TrackerConfig
+    from motes.sot.tracker import Tracker
+
+Begin = Callable[["Tracker", "Frame"], "Track | None"]
+"""Tries to start a tracker on a frame; returns its track, or None if it has not started."""
+
+
+@Parameter(name="*", group=TARGET)
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions:
+    """The object that is tracked, given in one of three ways."""
+
+    init: Annotated[
+        list[str] | None,
+        REPEATED,
+        HYPHEN,
+        Parameter(
+            help="The target in the first frame: a box x,y,width,height, or an ellipse "
+            "x,y,a,b,theta (center, half-axes, and the angle from the x axis towards y in "
+            "radians). Repeat it to track several objects."
+        ),
+    ] = None
+    histogram: Annotated[
+        Path | None,
+        Parameter(help="Search for the target in this file, which --save-histogram has written."),
+    ] = None
+    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
+        None
+    )
+    face_model: Annotated[
+        Path | None,
+        Parameter(help="With --detect face: a detector that motes-lab faces train has written."),
+    ] = None
+    places: Annotated[
+        Path | None,
+        Parameter(
+            help="With --histogram: where the target may appear, a TOML file with [[place]], each "
+            "with box or border."
+        ),
+    ] = None
+    background: Annotated[
+        Path | None, Parameter(help="With --histogram: a picture without the target.")
+    ] = None
+
+    def regions(self) -> list[list[float]]:
+        """Return the regions of --init; raise a ConfigError for a text that is none."""
+        return [region_of("--init", text) for text in self.init or []]
+
+    def known(self) -> "KnownTarget | None":
+        """Return the target of --histogram; raise a SourceError if it cannot be read."""
+        return None if self.histogram is None else load_target(self.histogram)
+
+    def region(self) -> list[float] | None:
+        """Return the numbers of one --init, for a target with keyframes; None without it.
+
+        Raises
+        ------
+        ConfigError
+            If the target is given in another way, or there are several.
+        """
+        others = (self.histogram, self.detect, self.face_model, self.places, self.background)
+        if any(other is not None for other in others):
+            raise ConfigError("Keyframes go with --init; omit other targets.")
+        regions = self.regions()
+        if len(regions) > 1:
+            raise ConfigError("Keyframes are of one object; give one --init.")
+        return regions[0] if regions else None
+
+    def begin(self, known: "KnownTarget | None") -> Begin:
+        """Return how tracking begins.
+
+        Parameters
+        ----------
+        known
+            The target of --histogram.
+
+        Raises
+        ------
+        ConfigError
+            If the target is not given in exactly one way, or a value makes no sense.
+        SourceError
+            If a file cannot be read.
+        """
+        ways = {
+            "--init": self.init or None,
+            "--histogram": known,
+            "--detect": self.detect,
+        }
+        given = [flag for flag, value in ways.items() if value is not None]
+        if not given:
+            raise ConfigError(
+                f"The target is missing. Give one of {', '.join(ways)}, "
+                f"for example --init 300,200,60,80 (x, y, width, height in the first frame)."
+            )
+        if len(given) > 1:
+            raise ConfigError(f"{' and '.join(given)} contradict each other; give one of them.")
+        if known is None and (self.places or self.background):
+            raise ConfigError(
+                "--places and --background belong to --histogram; give it, or omit them."
+            )
+        if self.detect is None and self.face_model:
+            raise ConfigError("--face-model belongs to --detect face; give it, or omit it.")
+
+        if self.init:
+            region = self.regions()[0]
+            return lambda tracker, frame: tracker.init(frame, region)
+        if known is None:
+            from motes.mot.detection.pretrained import FacesConfig
+
+            model = None if self.face_model is None else str(self.face_model)
+            faces = FacesConfig(model=model).detector()
+            return lambda tracker, frame: tracker.detect(frame, faces)
+        return self._search(known)
+
+    def _search(self, known: "KnownTarget") -> Begin:
+        """Return the search for a known target, in the places and before the background given."""
+        from motes.sot.places import load_places
+        from motes.video.image_files import read_image
+
+        places: tuple[Place, ...] = ()
+        if self.places is not None:
+            read_text(self.places)  # a file that is missing is an error of its own
+            with error_context(self.places):
+                places = load_places(self.places)
+        background = None if self.background is None else read_image(self.background)
+        return lambda tracker, frame: tracker.search(frame, known, places, background)
 
 
 @Parameter(name="*", group=OUTPUT)

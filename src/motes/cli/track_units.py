@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
-from motes.cli.input_checks import read_text
-from motes.cli.load_config import error_context
+from motes.cli.input_checks import error_context, read_text
 from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError
 

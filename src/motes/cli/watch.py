@@ -23,8 +23,7 @@ from motes.cli.options import (
     say_rate,
 )
 from motes.cli.settings import HELP, Settings
-from motes.cli.watch_counting import CountingOptions
-from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
+from motes.cli.watch_options import QUEUE, CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
-from motes.cli.input_checks import check_not_source, default_output, read_text
-from motes.cli.load_config import error_context, load_target
+from motes.cli.input_checks import check_not_source, default_output, error_context, read_text
+from motes.cli.load_config import load_target
 from motes.cli.messages import counted, log
 from motes.core import interrupts
 from motes.core.errors import SourceError

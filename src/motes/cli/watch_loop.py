@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from motes.cli.frame_loop import Tally, run
 from motes.cli.messages import counted, log
 from motes.cli.moment import Moment, Sink
-from motes.cli.watch_counting import table
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.formats.recording import ANONYMOUS
@@ -92,3 +92,12 @@ class SceneTally(Tally):
             f"{super().__str__()}, {counted(scene.created, 'object')}, {scene.terminated} of them "
             f"gone; each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}"
         )
+
+
+def table(counts: Counter[tuple[int, str, str, str, str]]) -> list[str]:
+    """Return a line for each minute with events: the number of events of each kind."""
+    minutes: dict[int, list[str]] = {}
+    for (minute, *parts), count in sorted(counts.items()):
+        what = " ".join(part for part in parts if part)
+        minutes.setdefault(minute, []).append(f"{what} {count}")
+    return [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]

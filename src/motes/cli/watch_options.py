@@ -1,16 +1,20 @@
-"""The objects and the outputs of `motes watch`, as options.
+"""The objects, the counting and the outputs of `motes watch`, as options.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from motes.cli.input_checks import error_context, numbers_of, read_text
 from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions
 from motes.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from motes.mot.analytics.regions import Regions
 
 QUEUE = "motes-events.sqlite"
 """Default file in which events wait."""
@@ -72,6 +76,91 @@ class ObjectOptions:
             "the others.",
         ),
     ] = None
+
+
+@Parameter(name="*", group=Group("Counting", sort_key=1))
+@dataclass(frozen=True, kw_only=True)
+class CountingOptions:
+    """The lines and zones of counting, and the scale of speeds."""
+
+    line: Annotated[
+        list[str] | None,
+        REPEATED,
+        HYPHEN,
+        Parameter(help="Count the objects that cross this line: x1,y1,x2,y2. May be repeated."),
+    ] = None
+    zone: Annotated[
+        list[str] | None,
+        REPEATED,
+        HYPHEN,
+        Parameter(
+            help="Count the objects that enter and leave this polygon: x1,y1,x2,y2,x3,y3,... May "
+            "be repeated."
+        ),
+    ] = None
+    dwell: Annotated[
+        float | None,
+        Parameter(
+            help="Count the objects that stay in a zone for this time, in seconds. A dwell of "
+            "the zone in --places has priority."
+        ),
+    ] = None
+    places: Annotated[
+        Path | None,
+        Parameter(
+            help="TOML file with [[line]] and [[zone]], each with points and name, a zone also "
+            "with dwell; and [ground], for speeds in metres per second: scale, homography (9 "
+            "numbers), or points (four or more [x, y, X, Y])."
+        ),
+    ] = None
+    scale: Annotated[
+        float | None, Parameter(help="Pixels per metre, for speeds in metres per second.")
+    ] = None
+
+    def regions(self) -> "Regions":
+        """Return the lines, the zones and the ground of the options and of the file.
+
+        Raises
+        ------
+        ConfigError
+            For a value that does not fit, or options that contradict each other.
+        SourceError
+            If the file cannot be read.
+        """
+        from msgspec.structs import replace
+
+        from motes.mot.analytics.ground_plane import Ground
+        from motes.mot.analytics.regions import Line, Regions, Zone
+
+        given = Regions()
+        if self.places is not None:
+            text = read_text(self.places)
+            with error_context(self.places):
+                given = Regions.parse(text)
+        lines = (numbers_of("--line", text, "x1,y1,x2,y2") for text in self.line or ())
+        added = Regions(
+            tuple(Line(tuple(points)) for points in lines),  # type: ignore[arg-type]
+            tuple(Zone(tuple(_corners(text))) for text in self.zone or ()),
+        )
+        ground = given.ground
+        if self.scale is not None:
+            if ground is not None:
+                raise ConfigError(f"--scale and [ground] in {self.places} contradict each other.")
+            with error_context("--scale"):
+                ground = Ground(self.scale)
+        zones = given.zone + added.zone
+        if self.dwell is not None:
+            if not zones:
+                raise ConfigError("--dwell is for zones; give one with --zone or --places.")
+            with error_context("--dwell"):
+                zones = tuple(replace(zone, dwell=zone.dwell or self.dwell) for zone in zones)
+        return Regions(given.line + added.line, zones, ground)
+
+
+def _corners(text: str) -> list[float]:
+    """Return the numbers of --zone, those of at least three corners."""
+    form = ",".join("xy"[i % 2] for i in range(max(6, text.count(",") + 1)))
+    return numbers_of("--zone", text, form)
 
 
 @Parameter(name="*", group=OUTPUT)

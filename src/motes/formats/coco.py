@@ -19,17 +19,9 @@ from motes import __version__
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats import runs
+from motes.formats import runs, shapes
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.regions import region_of_corners
-from motes.formats.shapes import (
-    Corners,
-    classes_of,
-    frame_name,
-    label_or_none,
-    labels_of,
-    visible_box,
-)
 from motes.formats.text import at, read_json
 from motes.rows.journal import FrameRow, Header, ObjectRow
 
@@ -55,9 +47,9 @@ def write(recorded: Recording) -> Iterator[bytes]:
         "video": head.source,
     }
     yield b'{"info": ' + msgspec.json.encode(about) + b',\n"licenses": [],\n"categories": '
-    names = classes_of(recorded)
+    names = shapes.classes_of(recorded)
     every = [_class(each, names, head) for row in recorded for each in row.objects]
-    numbers = {name: number for number, name in enumerate(labels_of(every, head), start=1)}
+    numbers = {name: number for number, name in enumerate(shapes.labels_of(every, head), start=1)}
     yield msgspec.json.encode(
         [{"id": number, "name": name, "supercategory": ""} for name, number in numbers.items()]
     )
@@ -76,7 +68,7 @@ def _json_list(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
 def _image(row: FrameRow, head: Header) -> dict[str, object]:
     return {
         "id": row.frame + 1,
-        "file_name": row.file or frame_name(row.frame) + ".png",
+        "file_name": row.file or shapes.frame_name(row.frame) + ".png",
         "width": head.width,
         "height": head.height,
         "frame": row.frame,
@@ -94,7 +86,7 @@ def _annotations(
     number, head = 0, recorded.head
     for row in recorded:
         for each in row.objects:
-            corners = visible_box(each, head)
+            corners = shapes.visible_box(each, head)
             if corners is None:
                 continue
             number += 1
@@ -110,7 +102,7 @@ def _annotations(
             }
 
 
-def _place(each: ObjectRow, corners: Corners, head: Header) -> dict[str, object]:
+def _place(each: ObjectRow, corners: shapes.Corners, head: Header) -> dict[str, object]:
     width, height = corners.right - corners.left, corners.bottom - corners.top
     bbox = [corners.left, corners.top, round(width, 2), round(height, 2)]
     if each.mask is None:
@@ -199,7 +191,7 @@ def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) 
         _ellipse(each, image),
         each.score,
         Status.OCCLUDED if each.attributes.get("occluded") else Status.TRACKING,
-        label=label_or_none(label, facts.label),
+        label=shapes.label_or_none(label, facts.label),
         mask=mask,
     )
     return sound(row)
@@ -219,15 +211,14 @@ def _frames(images: list[_Image]) -> dict[int, int]:
 
 def _identity(each: _Annotation) -> int:
     stated = (each.attributes.get("track_id"), each.track_id, each.instance_id)
-    known = [value for value in stated if isinstance(value, int)]
-    return known[0] if known else ANONYMOUS
+    return next((value for value in stated if isinstance(value, int)), ANONYMOUS)
 
 
 def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     x, y, width, height = each.bbox or _around(each.segmentation)
     if not (width > 0 and height > 0):
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
-    box = Corners(x, y, x + width, y + height)
+    box = shapes.Corners(x, y, x + width, y + height)
     polygon = each.segmentation
     # A polygon that is cut at a border of the picture has other moments than its ellipse.
     cut = x <= 0 or y <= 0 or box.right >= image.width or box.bottom >= image.height
@@ -242,10 +233,9 @@ def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     return box.ellipse._replace(a=scale * turned.a, b=scale * turned.b, theta=turned.theta)
 
 
-def _around(polygons: Any) -> tuple[float, float, float, float]:
+def _around(polygons: Any) -> list[float]:
     """Return the box around all corners of polygons."""
     if not (isinstance(polygons, list) and polygons):
         raise ValueError("it has neither bbox nor polygon")
     corners = np.concatenate([np.reshape(each, (-1, 2)) for each in polygons]).astype(np.float64)
-    (left, top), (width, height) = corners.min(axis=0).tolist(), np.ptp(corners, axis=0).tolist()
-    return left, top, width, height
+    return [*corners.min(axis=0).tolist(), *np.ptp(corners, axis=0).tolist()]

@@ -2,24 +2,9 @@
 
 from __future__ import annotations
 
-from cyclopts import App
+from motes.cli.app import program
 
-from motes import __version__
-from motes.cli.app import EXIT_CODES
-from motes.cli.settings import refuse_clashes
-
-app = App(
-    name="motes-lab",
-    version=__version__,
-    help="Measure trackers, and reproduce the tables and figures of the papers.",
-    help_epilogue=EXIT_CODES,
-    help_format="plaintext",
-    result_action="return_value",
-    exit_on_error=False,
-    print_error=False,
-    suppress_keyboard_interrupt=False,
-    config=(refuse_clashes,),
-)
+app = program("motes-lab", "Measure trackers, and reproduce the tables and figures of the papers.")
 app.command("motes_lab.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
 app.command("motes_lab.cli.compare:app", name="compare", help="Compare evaluations.")
 app.command(

@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts, read_text
-from motes.cli.load_config import error_context
+from motes.cli.input_checks import check_counts, error_context, read_text
 from motes.cli.options import RUN
 from motes.core.errors import ConfigError
 from motes_lab.cli.dataset_options import Seeds

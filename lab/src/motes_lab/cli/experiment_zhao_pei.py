@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import numbers_of, read_text
-from motes.cli.load_config import error_context
+from motes.cli.input_checks import error_context, numbers_of, read_text
 from motes.cli.options import HYPHEN, RUN, ObjectPreset, Seed
 from motes.core.errors import SourceError
 from motes_lab.cli.dataset_options import FirstPixel
