@@ -128,7 +128,7 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
     for index in range(crowd.frames):
         running.feed(frame(index))
     running.close()
-    return running.tracks
+    return running.trace
 
 
 # Trackers

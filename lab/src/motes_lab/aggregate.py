@@ -11,24 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
+from motes_lab.metrics.statistics import Difference, Mean, over, paired_difference
 from motes_lab.scores import PROTOCOL_NAMES, E, Outcome, in_order
 
 Quantity = Callable[[Outcome], ArrayLike]
 """A function that returns a number or an array for a pass that finished."""
-
-
-class Mean(NamedTuple):
-    """Mean and sample standard deviation over seeds; the deviation is NaN for one seed."""
-
-    mean: float
-    deviation: float = np.nan
-
-    @classmethod
-    def over(cls, values: Floats) -> Mean:
-        """Return the mean of the values (seeds,) that are not NaN; NaN if all are."""
-        known = values[np.isfinite(values)]
-        mean = float(known.mean()) if known.size else np.nan
-        return cls(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
 
 
 class Comparison(NamedTuple):
@@ -48,7 +35,7 @@ class Comparison(NamedTuple):
 
     tracker: str
     sequences: int
-    difference: metrics.Difference
+    difference: Difference
     won: int
     drawn: int
 
@@ -173,7 +160,7 @@ class Passes(ABC, Generic[E]):
         self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
     ) -> Mean:
         """Return mean and standard deviation over seeds of `per_seed`."""
-        return Mean.over(self.per_seed(tracker, protocol, quantity, sequences))
+        return over(self.per_seed(tracker, protocol, quantity, sequences))
 
 
 class Evaluation(Passes[Outcome]):
@@ -215,7 +202,7 @@ class Evaluation(Passes[Outcome]):
         for outcomes in self.seeds(tracker, protocol).values():
             if (values := _aucs(outcomes)).size:
                 lowest.append(values[: -(-values.size // 10)].mean())
-        return Mean.over(np.array(lowest))
+        return over(np.array(lowest))
 
     def aucs(self, tracker: str, protocol: str) -> Floats:
         """Return the AUC of each pass that has one, of all seeds, in increasing order."""
@@ -248,8 +235,7 @@ class Evaluation(Passes[Outcome]):
         return Comparison(
             tracker,
             len(pairs),
-            # A new generator for each row, so that it does not depend on the rows before.
-            metrics.paired_difference(np.random.default_rng(0), ours, theirs),
+            paired_difference(ours, theirs),
             int(np.count_nonzero(ours > theirs)),
             int(np.count_nonzero(ours == theirs)),
         )
@@ -272,7 +258,7 @@ class Evaluation(Passes[Outcome]):
                     metrics.detection_f1(reported, true),
                 )
                 rows.append((true.mean(), reported.mean(), *scores))
-        return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
+        return LostStatus(*map(over, np.array(rows, np.float64).reshape(-1, 5).T))
 
     def recovery(self, tracker: str, protocol: str) -> Share:
         """Return the number of losses, and the share after which the target was found again."""
@@ -300,7 +286,7 @@ class Evaluation(Passes[Outcome]):
         for outcomes in self.seeds(tracker, protocol).values():
             whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
             rows.append((whole, part / whole if whole else np.nan))
-        return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
+        return Share(*map(over, np.array(rows, np.float64).reshape(-1, 2).T))
 
     def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
         """Return a tracker's reliability over all passes; None if it gives no confidence.
@@ -312,7 +298,7 @@ class Evaluation(Passes[Outcome]):
     def calibration(self, tracker: str, protocol: str) -> Mean:
         """Return the calibration error, each seed's over all sequences; NaN without confidence."""
         found = map(_reliability, self.seeds(tracker, protocol).values())
-        return Mean.over(np.array([seed.error for seed in found if seed is not None]))
+        return over(np.array([seed.error for seed in found if seed is not None]))
 
 
 def success_curve(outcome: Outcome) -> Floats:

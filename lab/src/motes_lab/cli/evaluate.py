@@ -11,7 +11,6 @@ from cyclopts import App
 from motes.core.errors import ConfigError, SourceError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-from motes_lab.cli.dataset_options import first_pixels
 from motes_lab.cli.evaluate_options import (
     DatasetOptions,
     ReportOptions,
@@ -22,6 +21,7 @@ from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.inputs import first_pixels
 from motes_lab.report.speed_ratio import PEER, Comparisons
 from motes_lab.run_folder import prepare, record
 from motes_lab.runner import Pass
@@ -76,9 +76,7 @@ def evaluate(
     if many:
         films, problems = load_mot_dataset(dataset)
     else:
-        films, problems = load_dataset(
-            dataset, first_pixels(data.first_pixel or []), data.annotation
-        )
+        films, problems = load_dataset(dataset, first_pixels(data.first_pixel), data.annotation)
     films, problems = _chosen(films, problems, data.sequence or ["*"])
     entries, unusable = resolve(run.tracker or ["nummiaro"], mot_tracker_spec if many else None)
     if not entries:
@@ -101,7 +99,7 @@ def evaluate(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     # Results are in the order of the trackers.
-    jobs = [job for entry in entries for job in jobs if job.spec is entry]
+    jobs = [job for entry in entries for job in jobs if entry in job.specs]
     title = f"Trackers on {dataset.resolve().name}"
     if many:
         return write_crowds(jobs, report.out, errors, problems, title, interrupted)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,14 +13,21 @@ from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes.formats.mot_files import MotRows
 from motes.mot.assignment import assign
-from motes_lab.adapters.registry import TrackerSpec
+from motes_lab.adapters.registry import mot_tracker_spec, resolve
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.finished_passes import finished_passes
+from motes_lab.datasets.sot import Problem
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.finished_jobs import finished_jobs
+from motes_lab.inputs import crowds_of
+from motes_lab.metrics.statistics import over
 from motes_lab.mot_scores import MotOutcome
-from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report import sections as report_sections
 from motes_lab.report.tables import Cell, Row, Table, number
+from motes_lab.runner import Job, plan
+
+TRACKERS = ("motes:scene", "trackers:sort", "trackers:bytetrack")
+SEEDS = 5
 
 COVERED = 0.5
 """An occlusion covers at least this share of the farther box in some frame."""
@@ -35,6 +43,21 @@ NOTE = (
     f"farther one, and before and after that they are apart for {APART} frames or more. Kept, "
     f"changed and not followed: the identity of the farther person. Numbers are means over runs."
 )
+
+
+def real_occlusions(dataset: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+    """Zhao and Pei, section 3: occlusions on film.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences of many objects, as for motes-lab evaluate.
+    """
+    trackers, unusable = resolve(TRACKERS, mot_tracker_spec)
+    crowds, problems = crowds_of(dataset)
+    jobs, unreadable = plan(trackers, crowds, ["mot"], SEEDS)
+    steps = kept_identities(crowds, [each.name for each in trackers], jobs)
+    return results.show("real-occlusions", steps, [*unusable, *problems, *unreadable])
 
 
 class Occlusion(NamedTuple):
@@ -152,8 +175,8 @@ def _most_frequent(names: dict[tuple[int, int], int], person: int, frames: range
     return max(found, key=found.count) if found else None
 
 
-def real_occlusions(
-    sequences: Sequence[MotSequence], trackers: Sequence[TrackerSpec], seeds: int, workers: int
+def kept_identities(
+    sequences: Sequence[MotSequence], trackers: Sequence[str], jobs: Sequence[Job]
 ) -> Experiment:
     """Yield after each job how many occlusions the identities of each tracker survive.
 
@@ -162,29 +185,25 @@ def real_occlusions(
     sequences
         Frames, truth, and the detections that all trackers get.
     trackers
-        Trackers of many objects; those that are stochastic run once for each seed.
-    seeds, workers
-        Numbers of seeds and of processes.
-
-    Raises
-    ------
-    SourceError
-        If no sequence can be opened.
+        Names of trackers of many objects.
+    jobs
+        Their passes over the sequences.
     """
     occlusions: dict[str, list[Occlusion]] = {}
     for each in sequences:
         truth, _ = evaluated_rows(each.truth, each.truth, ())
         occlusions[each.name] = occlusions_of(truth, each.frames)
     counts: dict[MotOutcome, Counts] = {}
-    for done in finished_passes(MotOutcome, trackers, sequences, seeds, workers):
-        for outcome in done.outcomes:
-            if outcome not in counts and outcome.trace is not None:
+    problems: list[Problem] = []
+    for results, progress, share in finished_jobs(jobs):
+        problems += report_sections.problems((), results)
+        for outcome in results:
+            if outcome.trace is not None:
                 sequence = outcome.sequence
                 rows = evaluated_rows(sequence.truth, outcome.trace.rows, sequence.distractors)
                 counts[outcome] = count(occlusions[sequence.name], identities(*rows))
-        problems = tuple(report_sections.problems(done.problems, done.outcomes))
-        table = _table(occlusions, [each.name for each in trackers], counts)
-        yield Result({"": table}, None, problems, done.progress)
+        table = _table(occlusions, trackers, counts)
+        yield Result({"": table}, None, tuple(problems), progress, share)
 
 
 def _table(

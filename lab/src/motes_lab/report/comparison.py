@@ -10,14 +10,12 @@ import numpy as np
 from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes_lab.adapters.networks import short_name
-from motes_lab.metrics.sot import Difference, paired_difference, unpaired_difference
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result
+from motes_lab.metrics.statistics import Difference, paired_difference, unpaired_difference
 from motes_lab.report.sections import NAMES
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes_lab.saved_scores import SavedScores
 
-KEYS = ("trackers", "versions", "optimism")
-"""The tables: pairs of trackers in a run, a tracker in two runs, and two sets of sequences."""
 INTERVAL = "The interval is a bootstrap over sequences, each with its mean over starts and seeds."
 
 
@@ -121,7 +119,7 @@ def _head(column: str, other: str) -> tuple[str, str, str, str]:
 def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
     yield Cell(str(ours.size), ours.size)
     yield from map(number, (_mean(ours), _mean(theirs)))
-    yield from _difference(paired_difference(np.random.default_rng(0), ours, theirs))
+    yield from _difference(paired_difference(ours, theirs))
     won = int(np.count_nonzero(ours > theirs))
     yield Cell(f"{won} of {ours.size}", won)
 
@@ -153,7 +151,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
             here = pairs(first, tracker, first, against)
             there = pairs(run, tracker, run, tracker_named(run, reference))
             leads = here[0] - here[1], there[0] - there[1]
-            found = unpaired_difference(np.random.default_rng(0), *leads)
+            found = unpaired_difference(*leads)
             drops = (_mean(here[side]) - _mean(there[side]) for side in (0, 1))
             cells = (*map(number, drops), *_difference(found))
             rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from motes_lab.aggregate import Mean
+from motes_lab.metrics.statistics import Mean
 
 NO_VALUE = "–"
 """The text of a cell without a number."""
