@@ -11,33 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
-from motes_lab.metrics.statistics import Difference, Mean, over, paired_difference
+from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import PROTOCOL_NAMES, E, Outcome, in_order
 
 Quantity = Callable[[Outcome], ArrayLike]
 """A function that returns a number or an array for a pass that finished."""
-
-
-class Comparison(NamedTuple):
-    """A tracker compared with the first one.
-
-    Attributes
-    ----------
-    tracker
-        The name of the tracker.
-    sequences
-        Number of sequences that both finished.
-    difference
-        The tracker's mean over these sequences minus that of the first tracker.
-    won, drawn
-        Number of sequences on which it is better, and on which both are equal.
-    """
-
-    tracker: str
-    sequences: int
-    difference: Difference
-    won: int
-    drawn: int
 
 
 class LostStatus(NamedTuple):
@@ -215,30 +193,6 @@ class Evaluation(Passes[Outcome]):
             return _column(outcome, "auc") if outcome.item.start.label == start else np.nan
 
         return self.mean(tracker, protocol, auc)
-
-    def comparisons(self, protocol: str) -> list[Comparison]:
-        """Compare each tracker with the first one, on the sequences that both finished.
-
-        The value of a sequence is its mean over seeds of the `ranking_column`; the 95 % interval is
-        over sequences.
-        """
-        return [self._compare(tracker, protocol) for tracker in self.trackers[1:]]
-
-    def _compare(self, tracker: str, protocol: str) -> Comparison:
-        first, column = self.trackers[0], ranking_column(protocol)
-        pairs = []
-        for name in self.finished(tracker, protocol):
-            pair = [self.mean(each, protocol, column, [name]).mean for each in (tracker, first)]
-            if np.isfinite(pair).all():
-                pairs.append(pair)
-        ours, theirs = np.array(pairs, np.float64).reshape(-1, 2).T
-        return Comparison(
-            tracker,
-            len(pairs),
-            paired_difference(ours, theirs),
-            int(np.count_nonzero(ours > theirs)),
-            int(np.count_nonzero(ours == theirs)),
-        )
 
     def lost_status(self, tracker: str, protocol: str) -> LostStatus:
         """Return how well a tracker reports its losses; each seed over the frames of all passes."""

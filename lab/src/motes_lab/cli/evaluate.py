@@ -17,7 +17,7 @@ from motes_lab.cli.evaluate_options import (
     RunOptions,
     check_kind,
 )
-from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
+from motes_lab.cli.evaluate_run import run_jobs, write_all
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
@@ -101,10 +101,8 @@ def evaluate(
     # Results are in the order of the trackers.
     jobs = [job for entry in entries for job in jobs if entry in job.specs]
     title = f"Trackers on {dataset.resolve().name}"
-    if many:
-        return write_crowds(jobs, report.out, errors, problems, title, interrupted)
     comparisons = Comparisons(published, report.peer or PEER)
-    return write_single(jobs, report.out, errors, problems, comparisons, title, interrupted)
+    return write_all(jobs, report.out, errors, problems, comparisons, title, interrupted)
 
 
 def _chosen(

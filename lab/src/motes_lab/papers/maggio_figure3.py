@@ -30,7 +30,7 @@ from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.papers.pairs import shortened
 from motes_lab.protocols.perturbations import perturbed_frames
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.report.tables import Cell, Row, Table, difference, number
 
 CUES = ("color", "orientation")
 MOST = 1000
@@ -191,9 +191,7 @@ def _row(film: str, name: str, runs: Floats, groups: Sequence[Parts]) -> Row:
     for parts in groups:
         values = [runs[:, first : last + 1] for first, last in parts]
         means.append(np.array([v[np.isfinite(v)].mean() for v in values if np.isfinite(v).any()]))
-    difference, low, high = unpaired_difference(means[0], means[1])
-    between = Cell(f"{low:+.2f} to {high:+.2f}" if np.isfinite(low) else NO_VALUE)
     counts = (number(len(group), 0) for group in means)
     weights = (number(float(group.mean()) if group.size else None, 2) for group in means)
-    change = Cell(f"{difference:+.2f}" if np.isfinite(difference) else NO_VALUE, difference)
-    return Cell(film), Cell(name), number(len(runs), 0), *counts, *weights, change, between
+    change = difference(unpaired_difference(means[0], means[1]), 2)
+    return Cell(film), Cell(name), number(len(runs), 0), *counts, *weights, *change

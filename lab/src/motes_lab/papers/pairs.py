@@ -26,7 +26,7 @@ from motes_lab.protocols.perturbations import PerturbedSequence
 from motes_lab.protocols.sot import Start
 from motes_lab.report import sections as report_sections
 from motes_lab.report.sections import lost_track
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, difference, number
 from motes_lab.runner import Job
 from motes_lab.scores import Outcome
 
@@ -157,8 +157,7 @@ def _each(evaluation: Evaluation, tracker: str, measure: Measure) -> Floats:
 
 
 def _difference(values: Floats, others: Floats) -> list[Cell]:
-    mean, low, high = paired_difference(values, others)
     _, least, most = paired_difference(values, others, level=0.9)
     alike = least > -MARGIN and most < MARGIN
-    interval = Cell(f"{low:+.3f} to {high:+.3f}") if np.isfinite(low) else Cell(NO_VALUE)
-    return [Cell(f"{mean:+.3f}", mean), interval, Cell("yes" if alike else "not shown")]
+    cells = difference(paired_difference(values, others))
+    return [*cells, Cell("yes" if alike else "not shown")]

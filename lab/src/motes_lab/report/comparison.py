@@ -11,9 +11,9 @@ from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes_lab.adapters.networks import short_name
 from motes_lab.experiment import Experiment, Result
-from motes_lab.metrics.statistics import Difference, paired_difference, unpaired_difference
+from motes_lab.metrics.statistics import paired_difference, unpaired_difference
 from motes_lab.report.sections import NAMES
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.report.tables import Cell, Row, Table, difference, number
 from motes_lab.saved_scores import SavedScores
 
 INTERVAL = "The interval is a bootstrap over sequences, each with its mean over starts and seeds."
@@ -119,19 +119,13 @@ def _head(column: str, other: str) -> tuple[str, str, str, str]:
 def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
     yield Cell(str(ours.size), ours.size)
     yield from map(number, (_mean(ours), _mean(theirs)))
-    yield from _difference(paired_difference(ours, theirs))
+    yield from difference(paired_difference(ours, theirs))
     won = int(np.count_nonzero(ours > theirs))
     yield Cell(f"{won} of {ours.size}", won)
 
 
 def _mean(values: Floats) -> float:
     return float(values.mean()) if values.size else math.nan
-
-
-def _difference(found: Difference) -> Iterator[Cell]:
-    mean, low, high = found
-    yield Cell(NO_VALUE) if math.isnan(mean) else Cell(f"{mean:+.3f}", mean)
-    yield Cell(NO_VALUE) if math.isnan(low) else Cell(f"{low:+.3f} to {high:+.3f}", low)
 
 
 def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) -> Table:
@@ -153,7 +147,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
             leads = here[0] - here[1], there[0] - there[1]
             found = unpaired_difference(*leads)
             drops = (_mean(here[side]) - _mean(there[side]) for side in (0, 1))
-            cells = (*map(number, drops), *_difference(found))
+            cells = (*map(number, drops), *difference(found))
             rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     name = NAMES.get(first.column, first.column)
     return Table(

@@ -14,6 +14,7 @@ from motes import __version__
 from motes_lab.aggregate import Evaluation, Passes, Quantity, ranking_column
 from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
+from motes_lab.metrics.statistics import paired_difference
 from motes_lab.report.reference import Reference
 from motes_lab.report.tables import (
     NO_VALUE,
@@ -23,6 +24,7 @@ from motes_lab.report.tables import (
     bars,
     best,
     count_noun,
+    difference,
     number,
     three_digits,
 )
@@ -155,36 +157,36 @@ def per_view(evaluation: Evaluation) -> Table:
 
 
 def comparisons(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table in which each tracker is compared with the first one."""
+    """Return a table in which each tracker is compared with the first one.
+
+    The value of a sequence is its mean over seeds of the `ranking_column`.
+    """
+    first, *others = evaluation.trackers
+    column = ranking_column(protocol)
     rows: list[Row] = []
-    for tracker, sequences, difference, won, drawn in evaluation.comparisons(protocol):
-        mean, low, high = difference
-        interval = f"{low:+.3f} to {high:+.3f}" if math.isfinite(low) else NO_VALUE
+    for tracker in others:
+        pairs = [
+            [evaluation.mean(each, protocol, column, [name]).mean for each in (tracker, first)]
+            for name in evaluation.finished(tracker, protocol)
+        ]
+        known = [pair for pair in pairs if np.isfinite(pair).all()]
+        ours, theirs = np.array(known, np.float64).reshape(-1, 2).T
+        won, drawn = (int(np.count_nonzero(each)) for each in (ours > theirs, ours == theirs))
+        counts = [Cell(f"{won} of {ours.size}", won), Cell(str(drawn), drawn)]
         rows.append(
             (
                 Cell(tracker),
-                Cell(f"{mean:+.3f}" if sequences else NO_VALUE, mean if sequences else None),
-                Cell(interval, low if math.isfinite(low) else None),
-                Cell(f"{won} of {sequences}" if sequences else NO_VALUE, won),
-                Cell(str(drawn) if sequences else NO_VALUE, drawn),
+                *difference(paired_difference(ours, theirs)),
+                *(counts if known else [Cell(NO_VALUE)] * 2),
             )
         )
-    return Table(
-        f"Compared with {evaluation.trackers[0]}",
-        (
-            "tracker",
-            f"difference of {NAMES[ranking_column(protocol)]}",
-            "95 % interval",
-            "sequences won",
-            "drawn",
-        ),
-        rows,
-        note=(
-            f"A positive difference means better than {evaluation.trackers[0]}, over the sequences "
-            f"that both finished. The interval is a paired bootstrap over sequences, each with its "
-            f"mean over seeds. If it contains 0, these sequences do not show which one is better."
-        ),
+    head = ("tracker", f"difference of {NAMES[column]}", "95 % interval", "sequences won", "drawn")
+    note = (
+        f"A positive difference means better than {first}, over the sequences that both finished. "
+        f"The interval is a paired bootstrap over sequences, each with its mean over seeds. If it "
+        f"contains 0, these sequences do not show which one is better."
     )
+    return Table(f"Compared with {first}", head, rows, note=note)
 
 
 def lost_status(evaluation: Evaluation, protocol: str) -> Table:
