@@ -182,21 +182,7 @@ def measured(
 ) -> Experiment:
     """Render films and run trackers over them, once each; yield the results after each step.
 
-    Parameters
-    ----------
-    trackers, grid
-        What is measured.
-    material
-        What the films are made of.
-    frames
-        Length of a film.
-    films
-        A folder for the films, which are kept there; None to keep none.
-
-    Raises
-    ------
-    FormatError
-        If a film cannot be written.
+    `films` is a folder in which the films are kept; None to keep none.
     """
     names = tuple(each.name for each in trackers)
     aucs: dict[str, dict[str, float]] = {name: {} for name in names}

@@ -175,20 +175,7 @@ class _Arm(NamedTuple):
 
 
 def moving_cameras(sequences: Sequence[MotSequence], drones: Sequence[Film]) -> Experiment:
-    """Yield the tables of moving cameras: motions, identities, drones.
-
-    Parameters
-    ----------
-    sequences
-        Films of still cameras, with truth and detections.
-    drones
-        Films of moving cameras with the truth of one object.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
-    """
+    """Yield the tables of moving cameras: motions, identities, drones."""
     tables: dict[str, Table] = {}
     errors: dict[str, list[Floats]] = {}
     rows: list[Row] = []

@@ -104,14 +104,7 @@ def shortened(film: Film, frames: int, every: int) -> PerturbedSequence | None:
 def compared_pairs(jobs: Sequence[Job], films: str, measure: Measure, note: str) -> Experiment:
     """Yield the scores of trackers over films, and their differences from the first tracker.
 
-    Parameters
-    ----------
-    jobs
-        All trackers on each film; one in which any of them fails is left out.
-    films
-        The name of their set.
-    measure, note
-        What is compared, and what the table says of the films.
+    A job has all trackers on a film; a film on which any of them fails is left out.
     """
     outcomes, problems = list[Outcome](), list[Problem]()
     for results, progress, share in finished_jobs(jobs):

@@ -178,17 +178,7 @@ def _most_frequent(names: dict[tuple[int, int], int], person: int, frames: range
 def kept_identities(
     sequences: Sequence[MotSequence], trackers: Sequence[str], jobs: Sequence[Job]
 ) -> Experiment:
-    """Yield after each job how many occlusions the identities of each tracker survive.
-
-    Parameters
-    ----------
-    sequences
-        Frames, truth, and the detections that all trackers get.
-    trackers
-        Names of trackers of many objects.
-    jobs
-        Their passes over the sequences.
-    """
+    """Yield after each job how many occlusions the identities of each tracker survive."""
     occlusions: dict[str, list[Occlusion]] = {}
     for each in sequences:
         truth, _ = evaluated_rows(each.truth, each.truth, ())
@@ -212,20 +202,22 @@ def _table(
     counts: dict[MotOutcome, Counts],
 ) -> Table:
     """Return the counts by sequence and tracker, and those of the sequences together."""
-    rows, foot = list[Row](), list[Row]()
-    by_run: dict[tuple[str, str], dict[int, Floats]] = {}
+    runs: dict[tuple[str, str], dict[int, Floats]] = {}
     for outcome, each in counts.items():
         item = outcome.item
-        by_run.setdefault((item.sequence, item.tracker), {})[item.seed] = np.array(each)
-    for sequence, found in occlusions.items():
-        for tracker in trackers:
-            if runs := by_run.get((sequence, tracker)):
-                rows.append(_row(sequence, tracker, len(found), list(runs.values())))
+        runs.setdefault((item.sequence, item.tracker), {})[item.seed] = np.array(each)
+    rows = [
+        _row(sequence, tracker, len(found), [*runs[sequence, tracker].values()])
+        for sequence, found in occlusions.items()
+        for tracker in trackers
+        if (sequence, tracker) in runs
+    ]
+    foot = []
     for tracker in trackers:
-        ended = {name: runs for (name, each), runs in by_run.items() if each == tracker}
-        seeds = set[int]().union(*ended.values()).intersection(*ended.values())
-        sums = [sum((runs[seed] for runs in ended.values()), np.zeros(4)) for seed in seeds]
-        if sums:
+        ended = {name: by_seed for (name, each), by_seed in runs.items() if each == tracker}
+        seeds = set[int].intersection(*map(set, ended.values())) if ended else set()
+        if seeds:
+            sums = [np.sum([each[seed] for each in ended.values()], axis=0) for seed in seeds]
             foot.append(_row("all", tracker, sum(len(occlusions[name]) for name in ended), sums))
     return Table("Identities kept through occlusions on film", HEAD, rows, tuple(foot), NOTE)
 

@@ -128,20 +128,7 @@ def compare_crossings(
 
 
 def figure10(clips: CountedClips, folder: Path) -> Experiment:
-    """Yield the crossings that a scene counts, film by film, beside the true ones.
-
-    Parameters
-    ----------
-    clips
-        The films and their true crossings.
-    folder
-        Where the films are.
-
-    Raises
-    ------
-    SourceError
-        If a film cannot be read.
-    """
+    """Yield the crossings that a scene counts in a folder's films, beside the true ones."""
     rows, total = list[Row](), Compared([], [], [])
     for done, clip in enumerate(clips.clip, start=1):
         events = _events(clip, str(folder / clip.file))

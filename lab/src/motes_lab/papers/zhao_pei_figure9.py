@@ -112,21 +112,8 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
 
     An object is detected accurately if a track matches it, one to one, with an overlap of
     `MATCH_IOU` or more. While it is hidden, the position of the track is its prediction. The rules
-    of the MOTChallenge decide which objects count (`evaluated_rows`).
-
-    Parameters
-    ----------
-    sequence
-        Frames and truth.
-    scene
-        A new scene, with its detector.
-    found_by
-        The detector's name.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
+    of the MOTChallenge decide which objects count (`evaluated_rows`). `found_by` is the name of the
+    scene's detector.
     """
     if isinstance(scene.detector, PreparedDetector):
         prepare(scene.detector, sequence.source, sequence.rate)

@@ -92,18 +92,6 @@ def team(truth: Team, pictures: Path) -> Experiment:
 
     An object is right if a visible track matches it, one to one, with an overlap of `MATCH_IOU` or
     more.
-
-    Parameters
-    ----------
-    truth
-        The chosen object, and the boxes of all.
-    pictures
-        The source of the frames.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
     """
     config = for_lookalikes(scene_config())
     scene = Scene(LookalikeConfig(truth.like).detector(), config)
