@@ -109,4 +109,4 @@ def test_nothing_to_compare(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
         assert why in capfd.readouterr().err
     line = ["experiment", "pairs", str(tmp_path), "nummiaro", "mean_shift", "--sequence", "x*"]
     assert main(line) == 2
-    assert "fits x*; it has Book and others." in capfd.readouterr().err
+    assert "--sequence x* fits none of Book" in capfd.readouterr().err

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backgrounds import NO_CV2
 from motes.video.writer import VideoWriter
 from motes_lab.cli import main
 from motes_lab.papers.zhao_pei_figure10 import compare_crossings, figure10, parse_crossings
@@ -67,7 +66,6 @@ def test_a_truth_that_is_none_is_one_clear_line(
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(NO_CV2, reason="no OpenCV")
 def test_those_who_walk_through_the_hall_are_counted(data: Path) -> None:
     """Of the crossings by eye of the shortest film, over the line along which they walk."""
     clips = parse_crossings(TRUTH.read_text(), str(TRUTH))

@@ -208,7 +208,6 @@ def real_film(folder: Path, seed: int) -> Sequence:
 
 
 def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
-    pytest.importorskip("cv2")
     from motes_lab.datasets.film_cutouts import cut_out
 
     films = [real_film(tmp_path / str(seed), seed) for seed in range(3)]

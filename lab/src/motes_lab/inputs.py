@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
+import fnmatch
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from cyclopts import Group, Parameter
 
@@ -15,6 +15,7 @@ from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
 
+S = TypeVar("S", Film, MotSequence)
 DATASET = Group("Dataset", sort_key=1)
 FirstPixel = Annotated[
     list[str] | None,
@@ -65,29 +66,52 @@ def films_of(
     SourceError
         If none can be read.
     ConfigError
-        If patterns are given, and no sequence has a name that fits one.
+        If no sequence has a name that fits one of the patterns.
     """
-    films, problems = load_dataset(dataset, first_pixels(first_pixel))
-    _refuse_none(dataset, films, problems)
-    if patterns:
-        known = films[0].name
-        films = [film for film in films if any(fnmatchcase(film.name, each) for each in patterns)]
-        if not films:
-            raise ConfigError(
-                f"No sequence of {dataset} fits {', '.join(patterns)}; it has {known} and others."
-            )
+    films, problems = chosen(*load_dataset(dataset, first_pixels(first_pixel)), patterns)
+    refuse_none(dataset, films, problems)
     return films, problems
 
 
 def crowds_of(dataset: Path) -> tuple[list[MotSequence], list[Problem]]:
     """Return the sequences of many objects, and those that cannot be read; raise if none can."""
     crowds, problems = load_mot_dataset(dataset)
-    _refuse_none(dataset, crowds, problems)
+    refuse_none(dataset, crowds, problems)
     return crowds, problems
 
 
-def _refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
+def chosen(
+    films: Sequence[S], problems: Sequence[Problem], patterns: Sequence[str] | None
+) -> tuple[list[S], list[Problem]]:
+    """Return the sequences that fit one of the patterns, and their problems; all without patterns.
+
+    Raises
+    ------
+    ConfigError
+        If a pattern fits no sequence.
+    """
+    named = {film.name for film in films}
+    named |= {problem.where.removeprefix("sequence ") for problem in problems}
+    fitting = set[str]()
+    for pattern in patterns or ["*"]:
+        if not (found := fnmatch.filter(named, pattern)):
+            raise ConfigError(
+                f"--sequence {pattern} fits none of {', '.join(sorted(named)[:9])}"
+                + " …." * (len(named) > 9)
+            )
+        fitting.update(found)
+    return (
+        [film for film in films if film.name in fitting],
+        [each for each in problems if each.where.removeprefix("sequence ") in fitting],
+    )
+
+
+def lines(problems: Iterable[Problem]) -> str:
+    """Return problems as one line."""
+    return "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems) + "."
+
+
+def refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
     """Raise a SourceError if no sequence can be used."""
     if not usable:
-        why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
-        raise SourceError(f"No sequence of {dataset} can be used. {why}")
+        raise SourceError(f"No sequence of {dataset} can be used. {lines(problems)}")

@@ -273,7 +273,6 @@ def test_a_tracker_of_opencv_that_fails_is_left_out(
 
 @pytest.mark.parametrize(("growths", "peers"), [(0, False), (3, True)])
 def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
-    pytest.importorskip("matplotlib")
     seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
     steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
     whats = ("targets", "threads", "processes")[:growths]
@@ -325,8 +324,6 @@ def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 def test_the_command_writes_all_there_is(
     small: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("cv2")
-    pytest.importorskip("matplotlib")
     line = ["bench", "--rounds", "1", "--plot", "--out", "new"]
     assert main(line) == 0
     out, error = capfd.readouterr()
@@ -377,7 +374,6 @@ def test_one_part_is_measured(small: Path, capfd: pytest.CaptureFixture[str]) ->
 
 
 def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("cv2")
     table = trackers_table({job: [times[0] / 1e4] * 3 for job, times in SECONDS.items()}, "")
     fast = re.sub(r"(nummiaro \| 60x100 .*\| )[\d.]+( \| [\d.]+ \|)$", r"\g<1>1e-9\2",
                   markdown.table(table), flags=re.MULTILINE)  # fmt: skip
@@ -397,7 +393,6 @@ def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixtu
 def test_real_sequences_are_measured_too(
     small: Path, sequences: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("cv2")
     monkeypatch.setattr(speed, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed_report, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed, "RIVALS", ("cv2:mosse",))
