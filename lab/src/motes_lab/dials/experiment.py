@@ -216,8 +216,7 @@ def of_evaluation(scores: SavedScores) -> Measured:
     SourceError
         If it is one of other sequences.
     """
-    names = {name for values in scores.values.values() for name in values}
-    settings = [setting_of(name) for name in names]
+    settings = [setting_of(name) for name in scores.values.index]
     known = [setting for setting in settings if setting is not None]
     levels = tuple(sorted({0.0, *(level for _, level, _ in known)}))
     used = {dial for dial, _, _ in known}
@@ -225,7 +224,8 @@ def of_evaluation(scores: SavedScores) -> Measured:
     if len(known) < len(settings) or not dials:
         raise SourceError(f"{scores.name} is not an evaluation of films with dials, see --films.")
     grid = Grid(dials, levels, 1 + max(scene for _, _, scene in known))
-    return Measured(grid, tuple(scores.values), scores.values)
+    aucs = {tracker: values.dropna().to_dict() for tracker, values in scores.values.items()}
+    return Measured(grid, tuple(aucs), aucs)
 
 
 def interval(values: Floats) -> tuple[float, float, float]:

@@ -25,7 +25,6 @@ from motes_lab.metrics.statistics import over, paired_difference
 from motes_lab.protocols.perturbations import PerturbedSequence
 from motes_lab.protocols.sot import Start
 from motes_lab.report import sections as report_sections
-from motes_lab.report.sections import lost_track
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, difference, number
 from motes_lab.runner import Job
 from motes_lab.scores import Outcome
@@ -125,7 +124,7 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
     for tracker in evaluation.trackers:
         scores = [number(evaluation.mean(tracker, "ope", measure))]
         if measure == "od":
-            lost = evaluation.per_seed(tracker, "ope", lost_track, names) * len(names)
+            lost = evaluation.per_seed(tracker, "ope", "lost_track", names) * len(names)
             scores.append(number(over(lost), 1))
         f1 = number(evaluation.lost_status(tracker, "ope").f1)
         ends = [Cell(NO_VALUE)] * 3

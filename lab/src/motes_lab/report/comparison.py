@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+import pandas as pd
 
 from motes.core.errors import ConfigError
 from motes.core.types import Floats
@@ -54,7 +55,7 @@ def tracker_named(run: SavedScores, name: str) -> str:
     """Return the tracker of a run by its short name; raise a ConfigError if there is none."""
     for tracker in run.values:
         if name in (tracker, short_name(tracker)):
-            return tracker
+            return str(tracker)
     raise ConfigError(
         f"{run.name} has no tracker {name}; it has {', '.join(map(short_name, run.values))}."
     )
@@ -64,18 +65,14 @@ def pairs(
     run: SavedScores, tracker: str, other: SavedScores, against: str
 ) -> tuple[Floats, Floats]:
     """Return the values of two trackers on the sequences that both finished, (n,) each."""
-    ours, theirs = run.values.get(tracker, {}), other.values.get(against, {})
-    names = [name for name in ours if name in theirs]
-    return np.array([ours[name] for name in names]), np.array([theirs[name] for name in names])
+    both = pd.concat([run.values[tracker], other.values[against]], axis=1, join="inner").dropna()
+    ours, theirs = both.to_numpy(float).T
+    return ours, theirs
 
 
 def _common(run: SavedScores, other: SavedScores) -> bool:
     """Return whether two runs have a sequence in common."""
-    return bool(_sequences(run) & _sequences(other))
-
-
-def _sequences(run: SavedScores) -> set[str]:
-    return {name for values in run.values.values() for name in values}
+    return bool(run.values.index.intersection(other.values.index).size)
 
 
 def trackers(runs: list[SavedScores], reference: str) -> Table:
@@ -99,7 +96,7 @@ def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
     """Return a table of each tracker's difference from itself in the first run."""
     rows: list[Row] = []
     for run in others:
-        for tracker in run.values:
+        for tracker in run.values.columns.intersection(first.values.columns, sort=False):
             found = pairs(run, tracker, first, tracker)
             if found[0].size:
                 rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))

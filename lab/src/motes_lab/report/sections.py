@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes import __version__
-from motes_lab.aggregate import Evaluation, Passes, Quantity, ranking_column
+from motes_lab.aggregate import Evaluation, Passes, ranking_column
 from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import paired_difference
@@ -29,7 +29,7 @@ from motes_lab.report.tables import (
     three_digits,
 )
 from motes_lab.runner import Pass
-from motes_lab.scores import PROTOCOL_NAMES, Outcome, PassResult
+from motes_lab.scores import PROTOCOL_NAMES, PassResult
 
 NAMES = {"auc": "AUC", "accuracy": "Accuracy", "hota": "HOTA"}
 """Titles of the columns by which trackers are ranked."""
@@ -62,9 +62,6 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
     def mean(name: str, digits: int = 3) -> Callable[[str], Cell]:
         return lambda tracker: number(evaluation.mean(tracker, protocol, name), digits)
 
-    def lost(tracker: str) -> Cell:
-        return number(evaluation.mean(tracker, protocol, lost_track), 2)
-
     def worst(tracker: str) -> Cell:
         return number(evaluation.worst_tenth(tracker, protocol))
 
@@ -82,7 +79,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         Column("AUC", mean("auc"), 1),
         Column("precision at 20 px", mean("precision_20"), 1),
         Column("OD", mean("od"), -1),
-        Column("tracks lost", lost, -1),
+        Column("tracks lost", mean("lost_track", 2), -1),
     ]
     if protocol == "robust":
         columns.insert(1, Column("AUC of the worst tenth", worst, 1))
@@ -113,11 +110,6 @@ def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Co
         rows.append((Cell(tracker), Cell(share, finished), *(column[i] for column in cells)))
     head = ("tracker", "sequences", *(column.title for column in columns))
     return Table(title, head, rows)
-
-
-def lost_track(outcome: Outcome) -> float:
-    """Return 1 if the track was lost in any frame, else 0."""
-    return float(outcome.scores["lost_frame"] is not None)
 
 
 def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
@@ -295,13 +287,13 @@ def reference(evaluation: Evaluation, other: Reference) -> Table:
 
 def details(evaluation: Evaluation, protocol: str) -> Table:
     """Return a table with a row for each tracker on each sequence."""
-    columns: dict[str, tuple[str | Quantity, int]] = {"frames": ("frames", 0)}
+    columns: dict[str, tuple[str, int]] = {"frames": ("frames", 0)}
     if protocol == "reset":
         columns |= {"accuracy": ("accuracy", 3), "robustness": ("robustness", 3)}
         columns |= {"failures": ("failures", 1)}
     else:
         columns |= {"AUC": ("auc", 3), "precision at 20 px": ("precision_20", 3)}
-        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (lost_track, 2)}
+        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": ("lost_track", 2)}
     columns |= {"F1 of lost": ("lost_f1", 2), "ECE": ("ece", 3), "ms": ("ms_median", 2)}
 
     def cells(tracker: str, sequence: str) -> Iterable[Cell]:
