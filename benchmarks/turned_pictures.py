@@ -21,13 +21,14 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.video.sources import open_source
 from motes_lab.datasets.sot import load_dataset
-from motes_lab.papers.rendered_claims import FOLLOWED
-from motes_lab.papers.result import over
+from motes_lab.metrics.statistics import over
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table, number
 
 PRESETS = "maggio", "maggio:C", "maggio:O-FOH", "maggio:O-ROH"
 FRAMES = 100
+FOLLOWED = 45.0
+"""Degrees; a tracker has followed the whole turn if its error is always smaller."""
 
 
 def first_of(folder: Path) -> tuple[Image.Image, Ellipse]:

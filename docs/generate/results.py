@@ -5,7 +5,7 @@ beginning of the titles of the tables that are shown. The commands that make it 
 
     <!-- results campus | 2 min | All frames -->
 
-        motes-lab experiment zhao-figure9 MOT/TUD-Campus --full
+        motes-lab experiment zhao-figure9 MOT/TUD-Campus
 
     | sequence | frames | ...
 

@@ -15,8 +15,6 @@ from motes_lab.cli import main
 from motes_lab.datasets.mot import load_mot_dataset
 from motes_lab.papers.moving_camera import motion_errors, rows_in, seen, view_of
 
-pytest.importorskip("cv2", reason="the motion of a camera needs OpenCV")
-
 
 def test_boxes_are_where_the_view_shows_their_object(tmp_path: Path) -> None:
     crowd = write_crowd(tmp_path / "crowd")

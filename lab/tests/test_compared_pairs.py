@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import evaluations
-from motes_lab.adapters.registry import resolve
+from motes_lab.adapters.registry import TrackerSpec, resolve
 from motes_lab.cli import main
-from motes_lab.papers import pairs
-from motes_lab.papers.pairs import Shortened, compared, outcomes_of, shortened
+from motes_lab.finished_jobs import run
+from motes_lab.papers.pairs import compared, compared_pairs, shortened
+from motes_lab.protocols.perturbations import PerturbedSequence
+from motes_lab.protocols.sot import starts
+from motes_lab.runner import Job
 from motes_lab.scores import Outcome
 
 
@@ -63,18 +66,22 @@ def test_a_small_difference_that_is_not_sure_is_not_alike() -> None:
     assert [cell.text for cell in table.rows[1]][5:] == ["+0.000", "-0.400 to +0.400", "not shown"]
 
 
+def job(film: PerturbedSequence | None, trackers: Sequence[TrackerSpec], seeds: int) -> Job:
+    assert film is not None
+    return Job.of(trackers, film, starts("ope", film, 0, 0), seeds)
+
+
 @pytest.mark.slow
 def test_passes_are_those_of_a_tracker_alone(tmp_path: Path) -> None:
     """Films are decoded once; a tracker neither sees nor disturbs the others."""
     film = evaluations.sequence(frames=6, source=evaluations.pictures(tmp_path / "Book", 6))
     short = shortened(film, 3, 2)
-    assert short is not None
     trackers, _ = resolve(["nummiaro", "maggio", "mean_shift"])
-    together = outcomes_of(Shortened(short, trackers, 2))
+    together = run(job(short, trackers, 2))
     assert [(each.item.tracker, each.item.seed) for each in together] == [
         *(("nummiaro", 0), ("nummiaro", 1), ("maggio", 0), ("maggio", 1), ("mean_shift", 0)),
     ]
-    (alone, _) = outcomes_of(Shortened(short, trackers[1:2], 2))
+    (alone, _) = run(job(short, trackers[1:2], 2))
     assert alone.trace is not None
     assert together[2].trace is not None
     np.testing.assert_array_equal(alone.trace.ellipses, together[2].trace.ellipses)
@@ -85,11 +92,12 @@ def test_a_film_that_fails_is_a_problem(tmp_path: Path) -> None:
     good = evaluations.sequence("Book", 4, source=evaluations.pictures(tmp_path / "Book", 4))
     bad = evaluations.sequence("Gone", 4, source=tmp_path / "Gone")
     trackers, _ = resolve(["mean_shift", "nummiaro"])
-    films = [each for film in (good, bad) if (each := shortened(film, 4, 1))]
-    tasks = [Shortened(film, trackers, 1) for film in films]
-    *_, result = pairs.pairs(tasks, "set", "auc", "Every frame.", 1)
+    jobs = [job(shortened(film, 4, 1), trackers, 1) for film in (good, bad)]
+    *_, result = compared_pairs(jobs, "set", "iou", "Every frame.")
     assert result.share == 1
-    assert [problem.where for problem in result.problems] == ["film Gone"]
+    assert [problem.where for problem in result.problems] == [
+        "mean_shift, nummiaro on Gone, 2 passes"
+    ]
     assert result.tables[""].rows[0][1].text == "1"
 
 
@@ -101,5 +109,4 @@ def test_nothing_to_compare(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
         assert why in capfd.readouterr().err
     line = ["experiment", "pairs", str(tmp_path), "nummiaro", "mean_shift", "--sequence", "x*"]
     assert main(line) == 2
-    assert "fits x*; it has Book and others." in capfd.readouterr().err
-    assert pairs.MARGIN == 0.03
+    assert "--sequence x* fits none of Book" in capfd.readouterr().err

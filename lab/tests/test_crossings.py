@@ -7,13 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backgrounds import NO_CV2
-from motes.mot.pipeline_config import named_detector
 from motes.video.writer import VideoWriter
 from motes_lab.cli import main
-from motes_lab.datasets.crossings import parse_crossings
-from motes_lab.metrics.crossings import compare_crossings
-from motes_lab.papers.zhao_pei_figure10 import figure10
+from motes_lab.papers.zhao_pei_figure10 import compare_crossings, figure10, parse_crossings
 
 TRUTH = Path(__file__).parent / "truth" / "crossings.toml"
 
@@ -49,7 +45,7 @@ def test_a_film_is_counted(films: Path, capsys: pytest.CaptureFixture[str]) -> N
         "[[clip.line]]\npoints = [0, 20, 159, 20]\nright = [7]\n"
         "[[clip.line]]\npoints = [80, 0, 80, 95]\nright = [33]\n"
     )
-    arguments = [str(films / "truth.toml"), str(films), "--detector", "gaussian"]
+    arguments = [str(films / "truth.toml"), str(films)]
     assert main(["experiment", "zhao-figure10", *arguments, "--out", str(films / "out")]) == 0
     lines = (films / "out" / "zhao-figure10.csv").read_text().splitlines()
     rows = [line.rsplit(",", 6)[1:5] for line in lines[1:]]
@@ -70,15 +66,11 @@ def test_a_truth_that_is_none_is_one_clear_line(
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(NO_CV2, reason="no OpenCV")
 def test_those_who_walk_through_the_hall_are_counted(data: Path) -> None:
     """Of the crossings by eye of the shortest film, over the line along which they walk."""
     clips = parse_crossings(TRUTH.read_text(), str(TRUTH))
     (hall,) = (clip for clip in clips.clip if clip.file == "pycv_movie.mpg")
     across = type(hall)(hall.file, hall.line[1:])
-    *_, result = figure10(
-        type(clips)((across,)), data / "video", lambda: named_detector("mog2"),
-        "nummiaro:adaptive", 0,
-    )  # fmt: skip
+    *_, result = figure10(type(clips)((across,)), data / "video")
     (table,) = result.tables.values()
     assert [cell.value for cell in table.foot[0][1:5]] == [2, 2, 0, 0]

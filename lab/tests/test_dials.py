@@ -16,12 +16,12 @@ from PIL import Image
 from motes.core.errors import ConfigError, SourceError
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Sequence, load_dataset
-from motes_lab.dials import report
+from motes_lab.dials import experiment
 from motes_lab.dials.cutout import Cutout, Pose
 from motes_lab.dials.dial_clips import clip_name, dial_clips, write_clip
 from motes_lab.dials.dial_film import DialFilm, scene_of
 from motes_lab.dials.dials import Dials
-from motes_lab.dials.measure import Grid, Measured
+from motes_lab.dials.experiment import Grid, Measured
 from motes_lab.dials.scenes import FilmMaterials, Garden, SceneMaterials
 
 SIZE = (220, 180)
@@ -208,7 +208,6 @@ def real_film(folder: Path, seed: int) -> Sequence:
 
 
 def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
-    pytest.importorskip("cv2")
     from motes_lab.datasets.film_cutouts import cut_out
 
     films = [real_film(tmp_path / str(seed), seed) for seed in range(3)]
@@ -257,7 +256,7 @@ def by_hand(*names: str) -> Measured:
 def test_tables_of_dials() -> None:
     nano = "cv2:nano=a.onnx,b.onnx"
     now = by_hand("default", nano)
-    table = report.means(now)
+    table = experiment.means(now)
     assert table.head == ("dial", "default", "cv2:nano", "default minus cv2:nano")
     rows = {row[0].text: [cell.value for cell in row[1:]] for row in (*table.rows, *table.foot)}
     assert list(rows) == ["easy", "light", "noise", "mean of the dials"]
@@ -265,14 +264,16 @@ def test_tables_of_dials() -> None:
     assert rows["light"] == pytest.approx([0.55, 0.7, -0.15])
     assert rows["mean of the dials"] == pytest.approx([0.55, 0.7, -0.15])
     assert table.rows[1][3].text == "-0.150 (-0.150 to -0.150)"
-    assert len(report.levels(now).rows) == 6
-    assert report.levels(now).rows[2][2].value == pytest.approx(0.45)
+    assert len(experiment.levels(now).rows) == 6
+    assert experiment.levels(now).rows[2][2].value == pytest.approx(0.45)
 
 
-def test_dials_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib")
+def test_dials_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(experiment, "DIALS", ("gray",))
     out, films = tmp_path / "out", tmp_path / "films"
-    words = "experiment dials --tracker mean_shift --dial gray --scenes 1 --frames 10 --workers 1"
+    words = "experiment dials --tracker mean_shift --scenes 1 --frames 10"
     line = [*words.split(), "--out", str(out), "--films", str(films)]
     code = main(line)
     printed = capfd.readouterr()

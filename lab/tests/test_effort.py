@@ -96,22 +96,20 @@ def test_the_annotator_stops_when_enough_is_right(sequence: Path) -> None:
         asked.append([*keys])
         return interpolated(work, keys)
 
-    for rule in ("check", "worst"):
-        asked.clear()
-        effort = annotate(work, truth, method, rule)
-        assert asked[0] == [0]
-        assert effort.corrections == len(asked) - 1 <= 3
-        assert effort.overlaps[-1] > 0.9 > effort.overlaps[0]
-    assert asked[1] == [0, FRAMES - 1]  # the worst frame is the last one
+    effort = annotate(work, truth, method)
+    assert asked[0] == [0]
+    assert effort.corrections == len(asked) - 1 <= 3
+    assert effort.overlaps[-1] > 0.9 > effort.overlaps[0]
     assert annotate_equidistant(work, truth).corrections == 1
     truth[10:20] = np.nan
     assert annotate_equidistant(work, truth).corrections == 1
     assert equidistant(range(5, 26), 2) == [5, 15, 25]
 
 
+@pytest.mark.slow
 def test_the_command(sequence: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
-    line = f"experiment effort {sequence.parent} --preset mean_shift --workers 1 --out {out}"
+    line = f"experiment effort {sequence.parent} --out {out}"
     assert main(line.split()) == 0
     said = capsys.readouterr().out
     assert "motes smoothed" in said

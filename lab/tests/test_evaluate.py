@@ -280,8 +280,6 @@ def test_every_preset_is_a_tracker_to_evaluate() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
-    if name in PEERS:
-        pytest.importorskip("cv2")
     (home / "changed.toml").write_text('preset = "mean_shift"\nscale = 0.07\n')
     clip = film()
     entered = tracker_spec(name)
@@ -311,8 +309,6 @@ def test_contestants_follow(name: str, home: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
 def test_stochastic_contestants(name: str, home: Path) -> None:
-    if name in PEERS:
-        pytest.importorskip("cv2")
     assert tracker_spec(name).stochastic
     one, same, other = ([a.ellipse for a in answers(name, seed=seed)] for seed in (1, 1, 2))
     assert one == same
@@ -537,7 +533,6 @@ class _Recorder:
 def test_peers_get_whole_pixels_and_bgr(
     box: Any, whole: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("cv2")
     recorder = _Recorder()
     monkeypatch.setattr("motes_lab.adapters.sot.peer", lambda name, seed: recorder)
     contestant = tracker_spec("cv2:kcf").begin(0)

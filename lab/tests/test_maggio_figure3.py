@@ -1,121 +1,69 @@
-"""The weights of the cues on a film in which each cue fails."""
+"""The weight of orientation on film: the parts that are compared, and where they come from."""
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import evaluations
 from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse
-from motes.cues.base import Cue
-from motes.cues.color import Color
-from motes.cues.structure_tensor import Orientation
 from motes_lab.cli import main
-from motes_lab.papers import maggio_figure3
-from motes_lab.papers.failing_cues import (
-    FRAMES_OF_PART,
-    PARTS,
-    FilmPart,
-    Shot,
-    blue_light,
-    failing_cues,
-    frosted_glass,
+from motes_lab.papers.maggio_figure3 import (
+    Marks,
+    figure3,
+    parse_marks,
+    sharpness_of,
+    thirds,
 )
 
-
-@pytest.fixture(name="film", scope="module")
-def _film() -> list[Shot]:
-    return list(failing_cues())
+TRUTH = Path(__file__).parent / "truth" / "covered.toml"
 
 
-def test_a_cue_fails_where_the_film_says_so(film: list[Shot]) -> None:
-    """Distances of the true region, and of one beside it, from the model of the first frame."""
-    cues: list[Cue] = [Color(bins=(10, 10, 10)), Orientation()]
-    first = film[0]
-    models = [cue.learn(first.frame, first.target) for cue in cues]
-    for index, part in enumerate(PARTS):
-        frame, found, target = film[index * FRAMES_OF_PART + FRAMES_OF_PART // 2]
-        assert found is part
-        beside = Ellipse(target.x + 25, target.y + 15, *target[2:])
-        regions = np.array([target, beside])
-        colors, edges = (
-            cue.distances(model, frame, regions) for cue, model in zip(cues, models, strict=True)
-        )
-        assert (colors[1] - colors[0] > 0.1) == (part is not FilmPart.BLUE_LIGHT)
-        assert (edges[0] < 0.5) == (part is not FilmPart.FROSTED_GLASS)
+def test_the_marks_by_eye() -> None:
+    marks = parse_marks(TRUTH.read_text(), "covered.toml")
+    parts = sorted([*marks.covered, *marks.clear])
+    assert all(first <= last for first, last in parts)
+    assert all(one[1] < other[0] for one, other in itertools.pairwise(parts))
+    for text in ("covered = [[1, 2], [3, 4]]", "covered = [[1]]\nclear = [[1, 2], [5, 6]]"):
+        with pytest.raises(ConfigError):
+            parse_marks(text, "bad.toml")
 
 
-def test_blue_light_has_no_color_of_before() -> None:
-    pixels = np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)
-    lit = blue_light(pixels)
-    assert (lit[..., 0] == 0).all()
-    assert (lit[..., 2] == 255).all()
+def test_thirds_are_the_least_and_the_greatest_parts() -> None:
+    values = np.repeat([3.0, 1.0, np.nan, 2.0, 5.0, 4.0, 6.0], 5)
+    assert thirds(values) == [((5, 9), (15, 19)), ((20, 24), (30, 34))]
 
 
-def test_frosted_glass_moves_pixels_by_the_reach_at_most() -> None:
-    y, x = np.mgrid[:20, :30].astype(np.uint8)
-    moved = frosted_glass(np.stack([y, x, y], axis=2), np.random.default_rng(0), 3).astype(int)
-    off = np.abs(moved[..., :2] - np.stack([y, x], axis=2))
-    assert off.max() == 3
+def test_a_blurred_region_is_less_sharp() -> None:
+    rng = np.random.default_rng(0)
+    pixels = rng.integers(0, 256, (40, 40, 3), np.uint8)
+    soft = (pixels.astype(float) + np.roll(pixels, 1, axis=1) + np.roll(pixels, 1, axis=0)) / 3
+    box = np.array([-5.0, 5, 30, 20])
+    assert sharpness_of(soft.astype(np.uint8), box) < 0.5 * sharpness_of(pixels, box)
 
 
-def test_the_weights_follow_within_10_frames(film: list[Shot]) -> None:
-    *_, result = maggio_figure3.figure3(["maggio:C+O-A-SS-ROH"], [film], 2)
-    assert result.share == 1
-    (row,) = result.tables[""].rows
-    name, runs, before, during, frames, clear, failed, until, error = (cell.value for cell in row)
-    assert name is None
-    assert runs == 2
-    assert before is not None
-    assert during is not None
-    assert clear is not None
-    assert failed is not None
-    assert before - during > 0.1
-    assert failed - clear > 0.1
-    assert frames is not None
-    assert until is not None
-    assert max(frames, until) <= 10
-    assert error is not None
-    assert error < 0.3
-    assert result.draw is not None
-    (axes,) = result.draw().axes
-    (line,) = axes.lines
-    assert len(np.asarray(line.get_xdata())) == len(film)
-
-
-def test_the_response_is_read_from_the_weights() -> None:
-    clear, low = np.full(FRAMES_OF_PART, 0.5), np.full(FRAMES_OF_PART, 0.1)
-    low[:4], low[5] = 0.5, 0.5  # below the middle in frame 4, and for 3 frames from frame 6 on
-    weights = np.concatenate([clear, low, clear, clear - 0.2])
-    before, during, frames = maggio_figure3.response(weights, 1)
-    assert (before, frames) == (0.5, 6)
-    assert during == pytest.approx(low.mean())
-    assert maggio_figure3.response(weights, 3)[2] is None  # the wrong way
+@pytest.mark.slow
+def test_marked_parts_are_compared(tmp_path: Path) -> None:
+    film = evaluations.sequence(frames=8, source=evaluations.pictures(tmp_path / "Book", 8))
+    marks = Marks(covered=((0, 1), (2, 3)), clear=((4, 5), (6, 7)))
+    names = ["maggio:printed", "maggio"]
+    *_, result = figure3(names, film, marks, "size", 2)
+    table = result.tables[""]
+    assert table.head[3:7] == ("covered parts", "clear parts", "covered", "clear")
+    _, fixed = table.rows
+    assert [cell.text for cell in fixed[1:3]] == ["maggio", "2"]
+    assert [cell.text for cell in fixed[3:8]] == ["2", "2", "0.34", "0.34", "+0.00"]
 
 
 @pytest.mark.parametrize("name", ["nummiaro", "maggio:C", "ng_delp", "mean_shift"])
-def test_presets_without_both_cues_are_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match="does not fuse color and orientation"):
-        next(maggio_figure3.figure3([name], [], 1))
-
-
-def test_the_command_writes_table_and_plot(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, film: list[Shot]
+def test_presets_without_both_cues_are_refused(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("motes_lab.papers.failing_cues.failing_cues", lambda seed: iter(film))
-    line = [
-        "maggio-figure3",
-        "maggio:printed",
-        "--seeds",
-        "1",
-        "--clips",
-        "1",
-        "--out",
-        str(tmp_path),
-    ]
-    assert main(["experiment", *line]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {
-        f"maggio-figure3.{ending}" for ending in ("md", "csv", "png")
-    }
+    folder = tmp_path / "Book"
+    evaluations.pictures(folder / "img", 3)
+    (folder / "groundtruth_rect.txt").write_text("1,1,9,9\n" * 3)
+    assert main(["experiment", "maggio-figure3", name, "--film", str(folder)]) == 2
+    assert "does not fuse color and orientation" in capfd.readouterr().err

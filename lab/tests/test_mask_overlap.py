@@ -43,7 +43,7 @@ def sequence(tmp_path: Path) -> Path:
 
 
 def run(sequence: Path, out: Path) -> int:
-    line = f"experiment masks {sequence.parent} --preset mean_shift --every 2 --out {out}"
+    line = f"experiment masks {sequence.parent} --every 2 --out {out}"
     return main(line.split())
 
 

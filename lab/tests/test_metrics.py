@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes_lab.metrics import sot as metrics
+from motes_lab.metrics.statistics import paired_difference, wilson_interval
 
 shares = st.floats(0, 1)
 flags = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30)
@@ -316,13 +317,9 @@ def test_reset_robustness() -> None:
 # Differences
 
 
-def rng() -> np.random.Generator:
-    return np.random.default_rng(7)
-
-
 def test_difference_of_two_pairs() -> None:
     """Means of two draws are 0.1 or 0.3 with probability 1/4 each, so the interval is both."""
-    found = metrics.paired_difference(rng(), np.array([0.5, 0.7]), np.array([0.4, 0.4]))
+    found = paired_difference(np.array([0.5, 0.7]), np.array([0.4, 0.4]))
     assert found == pytest.approx((0.2, 0.1, 0.3))
 
 
@@ -330,7 +327,7 @@ def test_difference_against_all_resamples() -> None:
     differences = [0.1, -0.05, 0.3, 0.02, 0.11]
     means = sorted(sum(draw) / 5 for draw in itertools.product(differences, repeat=5))
     at = [means[round(share * len(means))] for share in (0.02, 0.03, 0.97, 0.98)]
-    found = metrics.paired_difference(rng(), np.array(differences), np.zeros(5))
+    found = paired_difference(np.array(differences), np.zeros(5))
     assert found.mean == pytest.approx(sum(differences) / 5)
     assert at[0] - 1e-9 <= found.low <= at[1] + 1e-9
     assert at[2] - 1e-9 <= found.high <= at[3] + 1e-9
@@ -339,17 +336,17 @@ def test_difference_against_all_resamples() -> None:
 @given(st.lists(st.tuples(shares, shares), min_size=2, max_size=12))
 def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     ours, theirs = np.array(pairs).T
-    found = metrics.paired_difference(rng(), ours, theirs)
+    found = paired_difference(ours, theirs)
     tiny = 1e-12
     assert (ours - theirs).min() - tiny <= found.low <= found.high <= (ours - theirs).max() + tiny
-    assert found == metrics.paired_difference(rng(), ours, theirs)
-    mirrored = metrics.paired_difference(rng(), theirs, ours)
+    assert found == paired_difference(ours, theirs)
+    mirrored = paired_difference(theirs, ours)
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
 
 
 def test_difference_of_too_few_pairs() -> None:
-    assert np.isnan(metrics.paired_difference(rng(), np.empty(0), np.empty(0))).all()
-    one = metrics.paired_difference(rng(), np.array([0.5]), np.array([0.2]))
+    assert np.isnan(paired_difference(np.empty(0), np.empty(0))).all()
+    one = paired_difference(np.array([0.5]), np.array([0.2]))
     assert one.mean == pytest.approx(0.3)
     assert np.isnan(one[1:]).all()
 
@@ -361,3 +358,9 @@ def test_time_quantiles() -> None:
     assert metrics.time_quantiles(np.arange(1, 102) / 1000) == pytest.approx((51, 96))
     assert metrics.time_quantiles(np.array([0.002, 0.001])) == pytest.approx((1.5, 1.95))
     assert np.isnan(metrics.time_quantiles(np.empty(0))).all()
+
+
+def test_wilsons_interval() -> None:
+    assert wilson_interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
+    assert wilson_interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
+    assert wilson_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)

@@ -128,7 +128,7 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
     for index in range(crowd.frames):
         running.feed(frame(index))
     running.close()
-    return running.tracks
+    return running.trace
 
 
 # Trackers
@@ -249,7 +249,6 @@ def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
 
 
 def test_the_background_detector(home: Path) -> None:
-    pytest.importorskip("cv2")
     [entry] = with_detector([mot_tracker_spec("many:Echo")], "background")
     assert entry.configuration.startswith(
         mot_tracker_spec("many:Echo").configuration + "; background"
@@ -597,7 +596,6 @@ def test_the_best_are_marked() -> None:
 
 
 def test_the_report(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
     write_report(tmp_path, MotEvaluation(OUTCOMES), [], "Trackers & more")
     text = (tmp_path / "summary.md").read_text()
     assert "## All objects (MOT)" in text

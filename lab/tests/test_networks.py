@@ -22,7 +22,6 @@ def _home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_networks_need_their_files() -> None:
-    pytest.importorskip("cv2")
     Path("a.onnx").write_text("no network")
     for files in ("", "=a.onnx", "=a.onnx,none.onnx"):
         ((_, problem),) = [resolve([f"cv2:nano{files}"])]
@@ -61,7 +60,6 @@ def test_a_network_is_the_same_with_the_same_files(monkeypatch: pytest.MonkeyPat
 
 def test_vit_follows_what_its_network_sees() -> None:
     """The target has a white spot in its middle; cells of the network are 7.5 pixels wide."""
-    pytest.importorskip("cv2")
     brightness_network(Path("white.onnx"))
     adapter = tracker_spec("cv2:vit=white.onnx").begin(0)
     for i in range(10):
@@ -77,7 +75,6 @@ def test_vit_follows_what_its_network_sees() -> None:
 
 def test_a_network_of_another_kind_is_refused() -> None:
     """OpenCV reads it, and fails on the first frame."""
-    pytest.importorskip("cv2")
     brightness_network(Path("white.onnx"))
     _, (problem,) = resolve(["cv2:nano=white.onnx,white.onnx"])
     assert "cannot use white.onnx or white.onnx; give BACKBONE,HEAD of NanoTrack" in problem.what

@@ -11,6 +11,7 @@ import pytest
 from crowds import rows, write_crowd
 from motes.formats.mot_files import MotRows
 from motes_lab.cli import main
+from motes_lab.papers import real_occlusions
 from motes_lab.papers.real_occlusions import (
     Counts,
     Occlusion,
@@ -97,7 +98,9 @@ def test_a_box_is_the_person_that_it_overlaps_by_half() -> None:
 
 
 @pytest.mark.slow
-def test_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     film = write_crowd(tmp_path / "data" / "film", frames=FRAMES)
     there = truth(PASSING)
     for name, first, flag in (("gt", 0, 1), ("kept", 0, 0.9), ("swapped", 20, 0.9)):
@@ -110,8 +113,8 @@ def test_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) 
         path.write_text("".join(lines))
     saved = [f"results={tmp_path / name}" for name in ("kept", "swapped")]
     line = ["experiment", "real-occlusions", str(film.parent), "--out", str(tmp_path / "out")]
-    trackers = [part for name in saved for part in ("--tracker", name)]
-    assert main([*line, "--workers", "1", *trackers]) == 0, capfd.readouterr().err
+    monkeypatch.setattr(real_occlusions, "TRACKERS", saved)
+    assert main(line) == 0, capfd.readouterr().err
     table = csv.DictReader((tmp_path / "out" / "real-occlusions.csv").read_text().splitlines())
     columns = ("sequence", "occlusions", "kept", "changed", "not followed", "both kept")
     found = [(row["tracker"], *(row[name] for name in columns)) for row in table]
@@ -121,21 +124,3 @@ def test_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) 
         (saved[0], "all", "1", "1", "0", "0", "1"),
         (saved[1], "all", "1", "0", "1", "0", "0"),
     ]
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "why"),
-    [
-        (["--tracker", "dog"], 2, "There is no tracker of this name for many objects"),
-        (["--tracker", "motes:scene", "--detector", "dog"], 2, "There is no detector dog"),
-        (["--seeds", "0"], 2, "--seeds is 0"),
-    ],
-)
-def test_bad_input_is_answered_in_one_line(
-    options: list[str], code: int, why: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    folder = write_crowd(tmp_path / "film")
-    assert main(["experiment", "real-occlusions", str(folder), *options]) == code
-    out, error = capfd.readouterr()
-    assert (out, error.count("\n")) == ("", 1)
-    assert why in error

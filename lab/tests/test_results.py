@@ -43,7 +43,7 @@ PAGE = """Before.
 
 <!-- results one | 2 min | All -->
 
-    motes-lab experiment nummiaro-leaps \\
+    motes-lab experiment ng-delp-figure3 \\
         --seeds 1
     motes-lab evaluate MOT/a --tracker x
 
@@ -57,7 +57,7 @@ Measured on 2026-01-31.
 
 <!-- results other | 1 min | All -->
 
-    motes-lab experiment nummiaro-leaps
+    motes-lab experiment ng-delp-figure3
 
 <!-- end other -->
 
@@ -254,7 +254,7 @@ def test_files_in_the_names_of_trackers_have_their_names_on_a_page() -> None:
 
 
 @pytest.mark.slow
-def test_a_page_has_the_form_that_the_command_writes(tmp_path: Path) -> None:
+def test_a_page_has_the_form_that_the_command_writes(data: Path, tmp_path: Path) -> None:
     shortest = min(BLOCKS, key=lambda block: block.minutes)
     assert shortest.minutes <= 0.1
     (found,), date = results.measure(shortest, tmp_path)
@@ -315,7 +315,7 @@ def ran(docs: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
 def test_a_table_is_replaced_by_what_its_commands_write(docs: Path, ran: Lines) -> None:
     assert results.main(["one"]) == 0
     assert [line[: line.index("--out")] for line in ran] == [
-        ["experiment", "nummiaro-leaps", "--seeds", "1"],
+        ["experiment", "ng-delp-figure3", "--seeds", "1"],
         ["evaluate", "films/mot/a", "--tracker", "x"],
     ]
     text = docs.read_text()

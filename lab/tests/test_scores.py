@@ -16,6 +16,7 @@ from motes_lab.aggregate import Evaluation, success_curve
 from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace
 from motes_lab.report.reference import Reference
+from motes_lab.report.sections import comparisons
 from motes_lab.scores import COLUMNS, Outcome, score, write_results
 
 # A pass
@@ -324,19 +325,18 @@ def test_mean_over_starts() -> None:
 
 
 def test_comparisons_are_over_common_sequences() -> None:
-    (found,) = Evaluation(two_trackers()).comparisons("ope")
-    assert (found.tracker, found.sequences, found.won, found.drawn) == ("b", 2, 1, 1)
-    assert found.difference.mean == pytest.approx(UNIT * ((0.9 - 0.75) + 0) / 2)
-    assert found.difference.low == pytest.approx(0)
-    assert found.difference.high == pytest.approx(UNIT * 0.15)
+    (row,) = comparisons(Evaluation(two_trackers()), "ope").rows
+    tracker, mean, interval, won, drawn = row
+    assert (tracker.text, won.text, drawn.text) == ("b", "1 of 2", "1")
+    assert mean.value == pytest.approx(UNIT * ((0.9 - 0.75) + 0) / 2)
+    assert interval.text == f"+0.000 to {UNIT * 0.15:+.3f}"
 
 
 def test_comparisons_of_what_cannot_be_compared() -> None:
     book = sequence()
     outcomes = [outcome("a", book, "broken"), outcome("b", book, trace(fits(3)))]
-    (found,) = Evaluation(outcomes).comparisons("ope")
-    assert (found.sequences, found.won) == (0, 0)
-    assert np.isnan(found.difference).all()
+    (row,) = comparisons(Evaluation(outcomes), "ope").rows
+    assert [cell.text for cell in row] == ["b", *["–"] * 4]
 
 
 def test_lost_status_is_over_all_frames() -> None:

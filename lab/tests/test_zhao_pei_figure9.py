@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-import re
 import shutil
+from collections.abc import Iterator
 from itertools import permutations
 from pathlib import Path
 
@@ -20,10 +20,10 @@ from motes.formats.mot_files import MotRows
 from motes.mot.association import Association
 from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
 from motes.mot.scene import Scene
-from motes_lab.cli import experiment_scenes, experiment_zhao_pei, main
+from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.experiment import Result
 from motes_lab.papers import zhao_pei_figure9
-from motes_lab.papers.result import Result
 
 
 def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
@@ -37,7 +37,7 @@ def counted(
 ) -> tuple[Result, list[list[float]]]:
     """Return the last result, and there, followed and detected of every frame."""
     finder = detector or zhao_pei_figure9.default_detector(each)
-    steps = zhao_pei_figure9.figure9(each, lambda seed: Scene(finder), "it", 0, each.frames)
+    steps = zhao_pei_figure9.figure9(each, Scene(finder), "it")
     *_, result = steps
     assert result.share == 1
     table, all_frames = result.tables.values()
@@ -151,32 +151,22 @@ def test_many_objects_on_the_command_line(
     (row,) = csv.DictReader((out / "zhao-figure9-all.csv").read_text().splitlines())
     assert (row["found by"], row["ratio"]) == ("det.txt", "0.833333")
     assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
-    assert main([*line, "--overwrite", "--preset", "nummiaro", "--seed", "3"]) == 0
 
 
-def test_lookalikes_are_associated_as_motes_watch_does() -> None:
-    overlaps = [
-        experiment_scenes.scene_factory(None, "nummiaro:adaptive", lookalikes=likes)(
-            0
-        ).config.association.overlap
-        for likes in (False, True)
-    ]
-    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
-
-
-def test_a_part_of_the_film_unless_full(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+def test_lookalikes_are_associated_as_motes_watch_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(experiment_zhao_pei, "FIGURE9_FRAMES", 5)
-    line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path))]
-    assert main(line) == 0
-    out, error = capfd.readouterr()
-    assert "first 5 of 12 frames" in out
-    assert re.match(r"motes: 5 frames: about \d+ s\. The whole table: --full\.\n", error)
-    assert main([*line, "--full"]) == 0
-    out, error = capfd.readouterr()
-    assert "first" not in out
-    assert re.match(r"motes: 12 frames: about \d+ s\.\n", error)
+    overlaps: list[float] = []
+
+    def figure9(_: MotSequence, scene: Scene, found_by: str) -> Iterator[Result]:
+        overlaps.append(scene.config.association.overlap)
+        yield Result({})
+
+    monkeypatch.setattr(zhao_pei_figure9, "figure9", figure9)
+    line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path / "film"))]
+    for more in ([], ["--like", "10,10,9,9"]):
+        assert main([*line, *more]) == 0
+    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
 
 
 @pytest.mark.parametrize(
@@ -186,9 +176,6 @@ def test_a_part_of_the_film_unless_full(
         (["nowhere"], 3, "no file or folder nowhere"),
         (["empty"], 3, "No sequence of empty can be used. sequence empty: it has no seqinfo.ini"),
         (["a", "--detector", "dog"], 2, "A detector is mog2"),
-        (["a", "--preset", "dog"], 2, "No preset 'dog'"),
-        (["a", "--preset", "mean_shift"], 2, "Objects are followed by particle filters"),
-        (["a", "--seed", "-1"], 2, "A seed is a whole number"),
     ],
 )
 def test_bad_input_is_answered_in_one_line(

@@ -122,7 +122,7 @@ def _resumed(
             path.parent.mkdir(parents=True, exist_ok=True)
             (path.with_suffix(ending) if ending else path).write_bytes(data)
     read = False
-    for ended in kind.of(Job(tracker_spec("nummiaro"), where, tuple(passes)), out, {}):
+    for ended in kind.of(Job((tracker_spec("nummiaro"),), where, tuple(passes)), out, {}):
         if ended.trace is None:
             check_message(ended.error)
         else:

@@ -14,7 +14,7 @@ from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
-from motes_lab.datasets.team import parse_team
+from motes_lab.papers.zhao_pei_team import parse_team
 from motes_lab.papers.zhao_pei_team import team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
@@ -163,7 +163,7 @@ def test_the_players_of_a_team_are_followed(data: Path) -> None:
     """Boxes by hand in twelve frames of a film whose camera pans."""
     text = (Path(__file__).parents[2] / "lab/tests/truth/team.toml").read_text()
     marked = parse_team(text, "team.toml")
-    *_, result = follow_team(marked, data / "sot" / marked.sequence / "img", "nummiaro:adaptive", 0)
+    *_, result = follow_team(marked, data / "sot" / marked.sequence / "img")
     (table,) = result.tables.values()
     objects, _, _, precision, recall = (cell.value or 0 for cell in table.foot[0][1:])
     assert objects == 54

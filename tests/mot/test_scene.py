@@ -34,8 +34,8 @@ from motes.mot.stages.associate import split_merged_blob
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
+from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
-from motes_lab.papers.occlusion_clips import EMPTY, occlusion_clip
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]
@@ -259,10 +259,26 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
     return out
 
 
+EMPTY = 300
+"""Frames before anybody comes, in which a background is learned."""
+
+
+def passing() -> Clip:
+    """Return a clip in which one walks behind a longer one for 30 frames, and onwards."""
+    x = np.concatenate([np.full(EMPTY, -45.6), np.arange(-45.6, 200, 0.8)])
+    behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
+    before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
+    coats = (
+        ((120, 190, 110), (30, 70, 40), (240, 240, 120)),
+        ((200, 80, 80), (90, 20, 20), (250, 180, 120)),
+    )
+    return Clip((240, 150), (Target(behind, coats[0]), Target(before, coats[1])), seed=30)
+
+
 @pytest.mark.slow
 def test_identities_survive_full_occlusion() -> None:
     pytest.importorskip("cv2")
-    clip = occlusion_clip("passing", 30, seed=30).clip
+    clip = passing()
     who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
     visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])

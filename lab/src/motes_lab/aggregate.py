@@ -1,4 +1,4 @@
-"""Means over sequences and seeds, and comparisons of trackers."""
+"""Means over sequences and seeds."""
 
 from __future__ import annotations
 
@@ -7,50 +7,16 @@ from collections.abc import Callable, Iterable
 from typing import Any, Generic, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
-from motes_lab.scores import PROTOCOL_NAMES, E, Outcome, in_order
+from motes_lab.metrics.statistics import Mean, over
+from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
 
 Quantity = Callable[[Outcome], ArrayLike]
-"""A function that returns a number or an array for a pass that finished."""
-
-
-class Mean(NamedTuple):
-    """Mean and sample standard deviation over seeds; the deviation is NaN for one seed."""
-
-    mean: float
-    deviation: float = np.nan
-
-    @classmethod
-    def over(cls, values: Floats) -> Mean:
-        """Return the mean of the values (seeds,) that are not NaN; NaN if all are."""
-        known = values[np.isfinite(values)]
-        mean = float(known.mean()) if known.size else np.nan
-        return cls(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
-
-
-class Comparison(NamedTuple):
-    """A tracker compared with the first one.
-
-    Attributes
-    ----------
-    tracker
-        The name of the tracker.
-    sequences
-        Number of sequences that both finished.
-    difference
-        The tracker's mean over these sequences minus that of the first tracker.
-    won, drawn
-        Number of sequences on which it is better, and on which both are equal.
-    """
-
-    tracker: str
-    sequences: int
-    difference: metrics.Difference
-    won: int
-    drawn: int
+"""A function that returns an array for a pass that finished."""
 
 
 class LostStatus(NamedTuple):
@@ -103,55 +69,56 @@ class Passes(ABC, Generic[E]):
     ----------
     outcomes
         All results, in order.
+    table
+        A row for each of them: what names it, and whether it failed.
     trackers, sequences, protocols
         Their names; trackers and sequences in the order of their first results.
     """
 
     def __init__(self, outcomes: Iterable[E]) -> None:
         self.outcomes = in_order(outcomes)
-        self.trackers = list(dict.fromkeys(o.item.tracker for o in self.outcomes))
-        self.sequences = list(dict.fromkeys(o.item.sequence for o in self.outcomes))
-        used = {o.item.start.protocol for o in self.outcomes}
-        self.protocols = [protocol for protocol in PROTOCOL_NAMES if protocol in used]
-        self._outcomes: dict[tuple[str, str], dict[str, list[E]]] = {
-            (tracker, protocol): {} for tracker in self.trackers for protocol in self.protocols
-        }
-        for outcome in self.outcomes:
-            item = outcome.item
-            by_sequence = self._outcomes[item.tracker, item.start.protocol]
-            by_sequence.setdefault(item.sequence, []).append(outcome)
+        items = [each.item for each in self.outcomes]
+        self.table = pd.DataFrame(
+            {
+                "tracker": [item.tracker for item in items],
+                "protocol": [item.start.protocol for item in items],
+                "sequence": [item.sequence for item in items],
+                "start": [item.start.label for item in items],
+                "seed": [item.seed for item in items],
+                "failed": [each.trace is None for each in self.outcomes],
+                "outcome": self.outcomes,
+            }
+        )
+        self.trackers: list[str] = self.table.tracker.unique().tolist()
+        self.sequences: list[str] = self.table.sequence.unique().tolist()
+        self.protocols = [name for name in PROTOCOL_NAMES if name in set(self.table.protocol)]
+
+    def _of(self, tracker: str, protocol: str) -> Any:
+        return self.table[(self.table.tracker == tracker) & (self.table.protocol == protocol)]
 
     def attempted(self, tracker: str, protocol: str) -> list[str]:
         """Return the sequences on which a tracker was run."""
-        return list(self._outcomes[tracker, protocol])
+        names: list[str] = self._of(tracker, protocol).sequence.unique().tolist()
+        return names
 
     def finished(self, tracker: str, protocol: str) -> list[str]:
         """Return the sequences that a tracker finished."""
-        return [
-            name
-            for name, outcomes in self._outcomes[tracker, protocol].items()
-            if all(outcome.trace is not None for outcome in outcomes)
-        ]
+        rows = self._of(tracker, protocol)
+        failed = set(rows.sequence[rows.failed])
+        return [name for name in self.attempted(tracker, protocol) if name not in failed]
 
-    def passes(self, tracker: str, protocol: str) -> list[E]:
-        """Return the passes over the sequences that a tracker finished."""
-        by_sequence = self._outcomes[tracker, protocol]
-        return [o for name in self.finished(tracker, protocol) for o in by_sequence[name]]
-
-    def seeds(self, tracker: str, protocol: str) -> dict[int, list[E]]:
-        """Return the passes of `passes` by seed."""
-        by_seed: dict[int, list[E]] = {}
-        for outcome in self.passes(tracker, protocol):
-            by_seed.setdefault(outcome.item.seed, []).append(outcome)
-        return dict(sorted(by_seed.items()))
+    def passes(self, tracker: str, protocol: str, sequences: Iterable[str] | None = None) -> Any:
+        """Return the rows of `table` for the sequences that a tracker finished, or some of them."""
+        rows, finished = self._of(tracker, protocol), self.finished(tracker, protocol)
+        wanted = finished if sequences is None else set(finished).intersection(sequences)
+        return rows[rows.sequence.isin(wanted)]
 
     def seconds(
         self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
     ) -> Floats:
         """Return the running times of all updates, or of those on some sequences, (n,)."""
-        wanted = set(self.sequences if sequences is None else sequences)
-        passes = (o for o in self.passes(tracker, protocol) if o.item.sequence in wanted)
-        return np.concatenate([[], *(o.seconds for o in passes)])
+        passes = self.passes(tracker, protocol, sequences)
+        return np.concatenate([[], *(outcome.seconds for outcome in passes.outcome)])
 
     @abstractmethod
     def per_seed(
@@ -166,21 +133,27 @@ class Passes(ABC, Generic[E]):
         quantity
             A column of results.csv, or a function.
         sequences
-            Only these sequences, all of which the tracker finished; by default all.
+            Only these sequences; by default all.
         """
 
     def mean(
         self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
     ) -> Mean:
         """Return mean and standard deviation over seeds of `per_seed`."""
-        return Mean.over(self.per_seed(tracker, protocol, quantity, sequences))
+        return over(self.per_seed(tracker, protocol, quantity, sequences))
 
 
 class Evaluation(Passes[Outcome]):
-    """Results of passes with one object.
+    """Results of passes with one object; the table has their scores and counts too.
 
     A mean is taken over the starts of each sequence, then over sequences, then over seeds.
     """
+
+    def __init__(self, outcomes: Iterable[Outcome]) -> None:
+        super().__init__(outcomes)
+        numbers = [each.scores | each.counts for each in self.outcomes]
+        columns = [*COLUMNS[5:-1], *COUNTS]
+        self.table = self.table.join(pd.DataFrame(numbers, columns=columns, dtype=float))
 
     def per_seed(
         self,
@@ -193,126 +166,61 @@ class Evaluation(Passes[Outcome]):
 
         As in `Passes`; the quantity is a column, or a function of the result of a pass.
         """
-        wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
-        means = []
-        for outcomes in self.seeds(tracker, protocol).values():
-            values: dict[str, list[ArrayLike]] = {}
-            for outcome in outcomes:
-                if outcome.item.sequence in wanted:
-                    value = (
-                        _column(outcome, quantity)
-                        if isinstance(quantity, str)
-                        else quantity(outcome)
-                    )
-                    values.setdefault(outcome.item.sequence, []).append(value)
-            if values:
-                means.append(_mean([_mean(starts) for starts in values.values()]))
-        return np.array(means)
+        rows = self.passes(tracker, protocol, sequences)
+        if isinstance(quantity, str):
+            return _mean(rows, rows[[quantity]])[:, 0]
+        return _mean(rows, pd.DataFrame([quantity(each) for each in rows.outcome], rows.index))
 
     def worst_tenth(self, tracker: str, protocol: str) -> Mean:
         """Return the mean of the lowest tenth of AUC (rounded up) among the passes of each seed."""
-        lowest = []
-        for outcomes in self.seeds(tracker, protocol).values():
-            if (values := _aucs(outcomes)).size:
-                lowest.append(values[: -(-values.size // 10)].mean())
-        return Mean.over(np.array(lowest))
+        aucs = self.passes(tracker, protocol).groupby("seed").auc
+        return over(each.nsmallest(-(-each.count() // 10)).mean() for _, each in aucs)
 
     def aucs(self, tracker: str, protocol: str) -> Floats:
         """Return the AUC of each pass that has one, of all seeds, in increasing order."""
-        return _aucs(self.passes(tracker, protocol))
+        return np.sort(self.passes(tracker, protocol).auc.dropna().to_numpy(float))
 
     def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
         """Return the AUC of one start of a protocol: the mean over sequences, then over seeds."""
-
-        def auc(outcome: Outcome) -> float:
-            return _column(outcome, "auc") if outcome.item.start.label == start else np.nan
-
-        return self.mean(tracker, protocol, auc)
-
-    def comparisons(self, protocol: str) -> list[Comparison]:
-        """Compare each tracker with the first one, on the sequences that both finished.
-
-        The value of a sequence is its mean over seeds of the `ranking_column`; the 95 % interval is
-        over sequences.
-        """
-        return [self._compare(tracker, protocol) for tracker in self.trackers[1:]]
-
-    def _compare(self, tracker: str, protocol: str) -> Comparison:
-        first, column = self.trackers[0], ranking_column(protocol)
-        pairs = []
-        for name in self.finished(tracker, protocol):
-            pair = [self.mean(each, protocol, column, [name]).mean for each in (tracker, first)]
-            if np.isfinite(pair).all():
-                pairs.append(pair)
-        ours, theirs = np.array(pairs, np.float64).reshape(-1, 2).T
-        return Comparison(
-            tracker,
-            len(pairs),
-            # A new generator for each row, so that it does not depend on the rows before.
-            metrics.paired_difference(np.random.default_rng(0), ours, theirs),
-            int(np.count_nonzero(ours > theirs)),
-            int(np.count_nonzero(ours == theirs)),
-        )
+        rows = self.passes(tracker, protocol)
+        rows = rows[rows.start == start]
+        return over(_mean(rows, rows[["auc"]])[:, 0])
 
     def lost_status(self, tracker: str, protocol: str) -> LostStatus:
         """Return how well a tracker reports its losses; each seed over the frames of all passes."""
-        rows = []
-        for outcomes in self.seeds(tracker, protocol).values():
-            lost, missed = [], []
-            for outcome in outcomes:
-                assert outcome.fit is not None
-                assert outcome.trace is not None
-                lost.append(outcome.trace.lost[outcome.fit.rows])
-                missed.append(outcome.fit.missed)
-            reported, true = np.concatenate(lost), np.concatenate(missed)
-            if reported.size:
-                scores = (
-                    metrics.detection_recall(reported, true),
-                    metrics.detection_precision(reported, true),
-                    metrics.detection_f1(reported, true),
-                )
-                rows.append((true.mean(), reported.mean(), *scores))
-        return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
+        sums = self._sums(tracker, protocol)
+        sums = sums[sums.judged > 0]
+        shares = (sums.missed / sums.judged, sums.reported / sums.judged)
+        f1 = (2 * sums.both / (sums.missed + sums.reported)).where(sums.missed > 0)
+        scores = (sums.both / sums.missed, sums.both / sums.reported, f1)
+        return LostStatus(*map(over, (*shares, *scores)))
 
     def recovery(self, tracker: str, protocol: str) -> Share:
         """Return the number of losses, and the share after which the target was found again."""
-
-        def count(outcome: Outcome) -> tuple[float, float]:
-            return _column(outcome, "losses"), _column(outcome, "recovered")
-
-        return self._pooled(tracker, protocol, count)
+        sums = self._sums(tracker, protocol)
+        return Share(over(sums.losses), over(sums.recovered / sums.losses))
 
     def coverage(self, tracker: str, protocol: str) -> Share:
         """Return the number of frames with a covariance, and the share in its 95 % ellipse."""
+        sums = self._sums(tracker, protocol)
+        return Share(over(sums.known), over(sums.covered / sums.known))
 
-        def count(outcome: Outcome) -> tuple[float, float]:
-            assert outcome.fit is not None
-            known = outcome.fit.covered[np.isfinite(outcome.fit.covered)]
-            return known.size, known.sum()
-
-        return self._pooled(tracker, protocol, count)
-
-    def _pooled(
-        self, tracker: str, protocol: str, count: Callable[[Outcome], tuple[float, float]]
-    ) -> Share:
-        """Return a count summed over the passes, and the share of a second count in it."""
-        rows = []
-        for outcomes in self.seeds(tracker, protocol).values():
-            whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
-            rows.append((whole, part / whole if whole else np.nan))
-        return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
+    def _sums(self, tracker: str, protocol: str) -> Any:
+        """Return the sums of numbers over the passes of each seed."""
+        return self.passes(tracker, protocol).groupby("seed").sum(numeric_only=True)
 
     def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
         """Return a tracker's reliability over all passes; None if it gives no confidence.
 
         Each pass counts equally, whatever its length.
         """
-        return _reliability(self.passes(tracker, protocol))
+        return _reliability(self.passes(tracker, protocol).outcome)
 
     def calibration(self, tracker: str, protocol: str) -> Mean:
         """Return the calibration error, each seed's over all sequences; NaN without confidence."""
-        found = map(_reliability, self.seeds(tracker, protocol).values())
-        return Mean.over(np.array([seed.error for seed in found if seed is not None]))
+        seeds = self.passes(tracker, protocol).groupby("seed").outcome
+        found = (_reliability(outcomes) for _, outcomes in seeds)
+        return over(seed.error for seed in found if seed is not None)
 
 
 def success_curve(outcome: Outcome) -> Floats:
@@ -327,26 +235,14 @@ def precision_curve(outcome: Outcome) -> Floats:
     return metrics.precision_curve(outcome.fit.distances[outcome.fit.present])
 
 
-def _column(outcome: Outcome, name: str) -> float:
-    value = outcome.scores[name]
-    return np.nan if value is None else float(value)
+def _mean(rows: Any, values: Any) -> Floats:
+    """Return values of passes (n, ...) as means over starts and sequences, (seeds, ...)."""
+    means = values.groupby([rows.seed, rows.sequence]).mean().groupby("seed").mean()
+    array: Floats = means.to_numpy(float)
+    return array
 
 
-def _aucs(outcomes: Iterable[Outcome]) -> Floats:
-    values = np.array([_column(outcome, "auc") for outcome in outcomes], np.float64)
-    return np.sort(values[np.isfinite(values)])
-
-
-def _mean(values: list[ArrayLike]) -> Floats:
-    """Return the mean of arrays of one shape; each number over the values that are not NaN."""
-    table = np.array(values, np.float64)
-    known = np.isfinite(table)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean: Floats = np.where(known, table, 0).sum(axis=0) / count
-    return np.where(known.any(axis=0), mean, np.nan)
-
-
-def _reliability(outcomes: list[Outcome]) -> metrics.Reliability | None:
+def _reliability(outcomes: Iterable[Outcome]) -> metrics.Reliability | None:
     columns: list[tuple[Floats, NDArray[np.bool_], Floats]] = []
     for outcome in outcomes:
         assert outcome.fit is not None

@@ -6,12 +6,15 @@ import time
 from collections.abc import Callable
 from collections.abc import Sequence as Many
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
 from numpy.typing import NDArray
 from PIL import Image
 
+from motes.cli.input_checks import check_counts
+from motes.cli.options import RUN
 from motes.core.errors import InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, iou
@@ -22,13 +25,39 @@ from motes.sot.tracker import Tracker
 from motes.video.sources import open_source
 from motes_lab.datasets.film_cutouts import grab_cut
 from motes_lab.datasets.sot import Sequence
-from motes_lab.papers.result import Experiment, Result, over
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import FirstPixel, Only, films_of
+from motes_lab.metrics.statistics import over
 from motes_lab.report.tables import Cell, Row, Table, number
 
 WAYS = ("tracked ellipse", "motes", "GrabCut")
 """What is measured: the whole ellipse, the mask of `motes draw --masks`, and GrabCut's."""
 MARGIN = 0.5
 """What GrabCut sees around the box, as a share of its sides."""
+
+
+def masks(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    sequences: Only = None,
+    every: Annotated[
+        int, Parameter(group=RUN, help="Compare every n-th frame; GrabCut takes long.")
+    ] = 5,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Masks of motes track, and of GrabCut on the same ellipses.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences, as for motes-lab evaluate. Where a sequence has no folder masks, the
+        box around each mask is compared with the box of the truth.
+    """
+    check_counts(every=every)
+    films, problems = films_of(dataset, first_pixel, sequences)
+    return results.show("masks", compared_masks(films, every), problems)
 
 
 class Overlaps(NamedTuple):
@@ -39,14 +68,14 @@ class Overlaps(NamedTuple):
     seconds: Many[list[float]]
 
 
-def overlaps(sequence: Sequence, preset: str, seed: int, every: int) -> Overlaps:
+def overlaps(sequence: Sequence, every: int) -> Overlaps:
     """Track the target of a sequence from its first box; compare masks in every n-th frame.
 
     Frames in which the target is absent, or not tracked, are left out. Masks are compared if the
     sequence has a folder `masks`; else only the boxes around masks are.
     """
     found = Overlaps(*([[] for _ in WAYS] for _ in range(3)))
-    tracker, segmenter = Tracker(preset, seed), Segmenter()
+    tracker, segmenter = Tracker(), Segmenter()
     truths = _truth_masks(sequence)
     started = False
     with open_source(sequence.source) as film:
@@ -143,13 +172,13 @@ def box_of(mask: Mask) -> Box:
     return Box(x.min(), y.min(), x.max() - x.min() + 1, y.max() - y.min() + 1)
 
 
-def masks(sequences: Many[Sequence], preset: str, seed: int, every: int) -> Experiment:
+def compared_masks(sequences: Many[Sequence], every: int) -> Experiment:
     """Yield the tables of IoU with the truth's masks and boxes, after each sequence."""
     rows: dict[str, list[Row]] = {"masks": [], "boxes": []}
     means: dict[str, list[list[float]]] = {name: [[] for _ in WAYS] for name in rows}
     seconds: list[list[float]] = [[] for _ in WAYS]
     for done, sequence in enumerate(sequences, start=1):
-        found = overlaps(sequence, preset, seed, every)
+        found = overlaps(sequence, every)
         for i, values in enumerate(found.seconds):
             seconds[i] += values
         for name, values_of in (("masks", found.masks), ("boxes", found.boxes)):

@@ -91,14 +91,14 @@ class MotOutcome(PassResult[MotSequence, Tracks]):
         return _scores([self])
 
 
-def _scores(outcomes: list[MotOutcome]) -> Scores:
+def _scores(outcomes: Iterable[MotOutcome]) -> Scores:
     """Return the numbers of results.csv for passes that did not fail, counted as one."""
     sums = _sum(outcomes)
     seconds = np.concatenate([outcome.seconds for outcome in outcomes])
     return {**{name: quantity(sums) for name, quantity in NUMBERS.items()}, **speed(seconds)}
 
 
-def _sum(outcomes: list[MotOutcome]) -> Tally:
+def _sum(outcomes: Iterable[MotOutcome]) -> Tally:
     return reduce(add, (outcome.tally for outcome in outcomes))
 
 
@@ -119,12 +119,8 @@ class MotEvaluation(Passes[MotOutcome]):
         number: Callable[[Tally], ArrayLike] = (
             NUMBERS[quantity] if isinstance(quantity, str) else quantity
         )
-        wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
-        chosen = (
-            [outcome for outcome in outcomes if outcome.item.sequence in wanted]
-            for outcomes in self.seeds(tracker, protocol).values()
-        )
-        return np.array([number(_sum(outcomes)) for outcomes in chosen if outcomes], np.float64)
+        seeds = self.passes(tracker, protocol, sequences).groupby("seed").outcome
+        return np.array([number(_sum(outcomes)) for _, outcomes in seeds], np.float64)
 
 
 def write_results(out: Path, evaluation: MotEvaluation) -> None:
@@ -140,7 +136,7 @@ def write_results(out: Path, evaluation: MotEvaluation) -> None:
     rows = [row_of(outcome) for outcome in evaluation.outcomes]
     for tracker in evaluation.trackers:
         for protocol in evaluation.protocols:
-            for seed, outcomes in evaluation.seeds(tracker, protocol).items():
+            for seed, outcomes in evaluation.passes(tracker, protocol).groupby("seed").outcome:
                 numbers = map(format_score, _scores(outcomes).values())
                 rows.append([tracker, COMBINED, protocol, "", str(seed), *numbers, ""])
     write_table(out / "results.csv", COLUMNS, rows)

@@ -2,8 +2,9 @@
 
 A job is one tracker on one sequence in one protocol. Its video is decoded once, and each frame is
 given to all of its passes in turn, so the memory needed does not depend on the length of the video.
-Each pass gets its own copy of the frame: it sees neither changed pixels nor values cached by
-another pass.
+In an evaluation each pass gets its own copy of the frame: it sees neither changed pixels nor values
+cached by another pass. In an experiment, which measures no time, several trackers may be one job,
+and all share a frame and what was computed of it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from motes.cluster import pool as pools
 from motes.cluster.pool import Again, Pool, Started, Task
@@ -54,17 +55,35 @@ class Pass:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """All passes of a tracker over a sequence in a protocol."""
+    """All passes of trackers over a sequence in a protocol."""
 
-    spec: TrackerSpec
+    specs: tuple[TrackerSpec, ...]
     sequence: Sequence | MotSequence
     passes: tuple[Pass, ...]
+
+    @classmethod
+    def of(
+        cls,
+        specs: Iterable[TrackerSpec],
+        sequence: Sequence | MotSequence,
+        beginnings: Iterable[Start],
+        seeds: int,
+    ) -> Self:
+        """Return the job of all starts; a tracker that is stochastic runs with each seed."""
+        specs, beginnings = tuple(specs), list(beginnings)
+        passes = (
+            Pass(spec.name, sequence.name, start, seed)
+            for spec in specs
+            for start in beginnings
+            for seed in range(seeds if spec.stochastic else 1)
+        )
+        return cls(specs, sequence, tuple(passes))
 
     @property
     def name(self) -> str:
         """The name of the job in messages."""
-        protocol = self.passes[0].start.protocol
-        return f"{self.spec.name} on {self.sequence.name}, {protocol}"
+        trackers = ", ".join(spec.name for spec in self.specs)
+        return f"{trackers} on {self.sequence.name}, {self.passes[0].start.protocol}"
 
 
 def plan(
@@ -96,12 +115,7 @@ def plan(
             else:
                 views = [(sequence, starts(protocol, sequence, *size))]
             for (view, view_starts), spec in itertools.product(views, specs):
-                passes = (
-                    Pass(spec.name, sequence.name, start, seed)
-                    for start in view_starts
-                    for seed in range(seeds if spec.stochastic else 1)
-                )
-                jobs.append(Job(spec, view, tuple(passes)))
+                jobs.append(Job.of([spec], view, view_starts, seeds))
     return jobs, problems
 
 
@@ -176,44 +190,64 @@ def run(
 
 
 def run_job(job: Job) -> tuple[dict[Pass, str], list[tuple[str, bytes]]]:
-    """Run a job.
+    """Run a job of an evaluation.
 
     Returns
     -------
     The errors of the passes that failed; and the files of all others, by their names in the folder
     of the evaluation. The file that makes a pass count as done comes after its others.
     """
-    errors: dict[Pass, str] = {}
-    running = {item: _new_pass(job, item) for item in job.passes}
+    ended, errors = feed(job, shared=False)
     files: list[tuple[str, bytes]] = []
     try:
+        with tempfile.TemporaryDirectory() as folder:
+            for item, done in ended.items():
+                path = item.path(Path(folder))
+                done.save(path)
+                for each in (path.with_suffix(".txt"), path):
+                    if each.exists():
+                        files.append((str(each.relative_to(folder)), each.read_bytes()))
+    except Exception as error:
+        errors |= dict.fromkeys(ended, explain(error))
+    return errors, files
+
+
+def feed(job: Job, *, shared: bool) -> tuple[dict[Pass, TrackerPass | MotPass], dict[Pass, str]]:
+    """Run the passes of a job; return those that reached the end, and the errors of the others.
+
+    Parameters
+    ----------
+    job
+        The job.
+    shared
+        Whether all passes get the same frame; else each has its own copy.
+    """
+    errors: dict[Pass, str] = {}
+    running = {item: _new_pass(job, item) for item in job.passes}
+    try:
         for frame in _frames(job.sequence):
+            frame.pixels.setflags(write=not shared)
             for item in list(running):
+                own = frame if shared else Frame(frame.index, frame.time, frame.pixels.copy())
                 try:
-                    running[item].feed(Frame(frame.index, frame.time, frame.pixels.copy()))
+                    running[item].feed(own)
                 except BaseException as error:  # a tracker may raise anything
                     errors[item] = f"At frame {frame.index}: {explain(error)}"
                     running.pop(item).close()
             if not running:
                 break
-        with tempfile.TemporaryDirectory() as folder:
-            for item, ended in running.items():
-                path = item.path(Path(folder))
-                ended.save(path)
-                for each in (path.with_suffix(".txt"), path):
-                    if each.exists():
-                        files.append((str(each.relative_to(folder)), each.read_bytes()))
     except Exception as error:
-        errors |= dict.fromkeys(running, explain(error))
+        return {}, errors | dict.fromkeys(running, explain(error))
     finally:
-        for ended in running.values():
-            ended.close()
-    return errors, files
+        for each in running.values():
+            each.close()
+    return running, errors
 
 
 def _new_pass(job: Job, item: Pass) -> TrackerPass | MotPass:
     """Return a pass that has not started yet."""
-    make_adapter = partial(job.spec.begin, item.seed)
+    (spec,) = (each for each in job.specs if each.name == item.tracker)
+    make_adapter = partial(spec.begin, item.seed)
     if isinstance(job.sequence, MotSequence):
         return MotPass(make_adapter, job.sequence)
     return TrackerPass(make_adapter, item.start, job.sequence.boxes)

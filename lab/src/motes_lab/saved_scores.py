@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 
 from motes.core.errors import FormatError, SourceError
 from motes_lab.aggregate import ranking_column
 from motes_lab.datasets.sot import printable
 
-PASS = "tracker", "sequence", "protocol", "start", "seed"
+PASS = ["tracker", "sequence", "protocol", "start", "seed"]
 """The columns that name a pass."""
 
 
 @dataclass(frozen=True, eq=False)
 class SavedScores:
-    """A number for each tracker on each sequence, the mean over starts and seeds.
+    """A number for each tracker on each sequence, the mean over starts, then over seeds.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class SavedScores:
     protocol, column
         The protocol, and the column of results.csv.
     values
-        By tracker, then by sequence; only sequences without a failed pass.
+        (sequences, trackers); NaN where a pass failed, or none has a number.
     """
 
     name: str
     protocol: str
     column: str
-    values: dict[str, dict[str, float]]
+    values: pd.DataFrame
 
     @classmethod
     def load(cls, folder: Path, protocol: str | None = None, column: str | None = None) -> Self:
@@ -64,10 +64,10 @@ class SavedScores:
             ) from None
         try:
             rows = _rows(text)
-            protocols = dict.fromkeys(row["protocol"] for row in rows)
+            protocols = rows["protocol"].unique()
             used = protocol or next(iter(protocols), "ope")
             wanted = column or ranking_column(used)
-            values = _means([row for row in rows if row["protocol"] == used], wanted)
+            values = _means(rows[rows["protocol"] == used], wanted)
         except (csv.Error, KeyError, TypeError, ValueError):
             raise FormatError(
                 f"{path} is not a table of motes-lab evaluate, or is damaged; make it again with "
@@ -76,39 +76,34 @@ class SavedScores:
         if used not in protocols:
             known = ", ".join(protocols) or "none"
             raise SourceError(f"{path} has no pass of the protocol {used}; it has {known}.")
-        if not values:
+        if not values.size:
             raise SourceError(f"{path} has no number in the column {wanted}.")
         return cls(printable(str(folder)), used, wanted, values)
 
 
-def _rows(text: str) -> list[dict[str, str]]:
+def _rows(text: str) -> Any:
     """Return the passes of a results.csv; raise a ValueError if it is cut off or damaged."""
-    rows = list(csv.DictReader(io.StringIO(text), strict=True))
+    reader = csv.DictReader(io.StringIO(text), strict=True)
+    rows = list(reader)
     if not text.endswith("\n") and rows:
         raise ValueError("cut off")
     if any(None in row or None in row.values() for row in rows):
         raise ValueError("fields")
-    passes = {tuple(row[name] for name in PASS) for row in rows}
-    if len(passes) < len(rows):
+    passes = pd.DataFrame(rows, columns=reader.fieldnames)
+    if passes.duplicated(PASS).any():
         raise ValueError("a pass twice")
-    return rows
+    return passes
 
 
-def _means(rows: list[dict[str, str]], column: str) -> dict[str, dict[str, float]]:
-    """Return the mean over starts of each seed, and over seeds, by tracker and sequence."""
-    found: dict[tuple[str, str], dict[str, list[float]]] = {}
-    failed: set[tuple[str, str]] = set()
-    for row in rows:
-        key = row["tracker"], row["sequence"]
-        if row["error"]:
-            failed.add(key)
-        elif row[column]:
-            if not math.isfinite(number := float(row[column])):
-                raise ValueError(column)
-            found.setdefault(key, {}).setdefault(row["seed"], []).append(number)
-    values: dict[str, dict[str, float]] = {}
-    for (tracker, sequence), seeds in found.items():
-        if (tracker, sequence) not in failed:
-            mean = float(np.mean([np.mean(starts) for starts in seeds.values()]))
-            values.setdefault(tracker, {})[sequence] = mean
-    return values
+def _means(rows: Any, column: str) -> Any:
+    """Return the means over the starts of each seed, and over seeds, (sequences, trackers)."""
+    given = rows[rows[column] != ""]
+    numbers = given[column].astype(float)
+    if not np.isfinite(numbers).all():
+        raise ValueError(column)
+    keys = ["sequence", "tracker"]
+    means = numbers.groupby([given[key] for key in (*keys, "seed")]).mean().groupby(keys).mean()
+    failed = rows.loc[rows["error"] != "", keys].itertuples(index=False, name=None)
+    table = means.drop(list(failed), errors="ignore").unstack()
+    order = {key: [name for name in rows[key].unique() if name in set(given[key])] for key in keys}
+    return table.reindex(index=order["sequence"], columns=order["tracker"])

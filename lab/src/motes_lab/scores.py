@@ -59,6 +59,9 @@ COLUMNS = (
 )
 """The columns of results.csv; see `score`."""
 
+COUNTS = ("judged", "missed", "reported", "both", "known", "covered", "lost_track")
+"""The names of `Outcome.counts`."""
+
 
 class Fit(NamedTuple):
     """A trace compared with the truth, in the frames in which that is possible.
@@ -281,6 +284,29 @@ class Outcome(PassResult[Sequence, TrackerOutput]):
     def fit(self) -> Fit | None:
         """The trace compared with the truth; None if the pass failed."""
         return None if self.trace is None else fit(self.trace, self.sequence)
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Numbers of frames, of which shares are over all passes together; none if it failed.
+
+        `judged` are compared with the truth, in `missed` of them the target is lost, in `reported`
+        the tracker says so, in `both` rightly; `known` have a covariance, `covered` are in its 95 %
+        ellipse. `lost_track` is 1 if the track is lost in any frame.
+        """
+        if self.trace is None or self.fit is None:
+            return {}
+        lost, missed, covered = self.trace.lost[self.fit.rows], self.fit.missed, self.fit.covered
+        flags = (
+            np.ones_like(lost),
+            missed,
+            lost,
+            lost & missed,
+            np.isfinite(covered),
+            covered == 1,
+        )
+        numbers = [int(np.count_nonzero(each)) for each in flags]
+        lost_track = int(self.scores["lost_frame"] is not None)
+        return dict(zip(COUNTS, [*numbers, lost_track], strict=True))
 
     @cached_property
     def scores(self) -> Scores:

@@ -25,7 +25,6 @@ PROGRAM = [sys.executable, "-m", "motes_lab"]
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Return the current folder for all tests: two sequences, some trackers."""
-    pytest.importorskip("matplotlib")
     folder = tmp_path_factory.mktemp("home")
     clip = arena.still()
     for name in ("a", "b"):

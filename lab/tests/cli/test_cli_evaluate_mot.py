@@ -50,7 +50,6 @@ class Nothing:
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Return the current folder for all tests: two sequences, a bad one, some trackers."""
-    pytest.importorskip("matplotlib")
     folder = tmp_path_factory.mktemp("home")
     for name, shift in (("a", 0), ("b", 4)):
         write_crowd(folder / "data" / name, shift)

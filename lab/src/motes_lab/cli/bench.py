@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -12,9 +12,9 @@ from motes.cli.input_checks import check_counts, read_text
 from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN
 from motes.core.errors import ConfigError, SourceError
 from motes_lab.adapters.opencv import peer
-from motes_lab.cli.experiment_output import Output, ResultOptions, show
 from motes_lab.datasets.sot import Sequence as TrueSequence
 from motes_lab.datasets.sot import load_dataset
+from motes_lab.experiment import ResultOptions
 from motes_lab.speed import measure as speed
 from motes_lab.speed import report as speed_report
 from motes_lab.speed.parts import PARTS, Measured, Part
@@ -30,7 +30,6 @@ def bench(
             help="Measure only this part; may be repeated. All by default.",
         ),
     ] = None,
-    frames: Annotated[int, Parameter(group=RUN, help="Frames of each clip.")] = 31,
     rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
     against: Annotated[
         Path | None,
@@ -56,13 +55,6 @@ def bench(
             help="ONNX files of NanoTrack, BACKBONE,HEAD; it then also runs on real sequences.",
         ),
     ] = None,
-    vit: Annotated[
-        str | None,
-        Parameter(
-            group=RUN,
-            help="ONNX file of VitTrack; it then also runs on real sequences.",
-        ),
-    ] = None,
     plot: Annotated[
         bool,
         FLAG,
@@ -83,9 +75,7 @@ def bench(
     Each job runs once in every round. A time is the median over all updates; it is measured inside
     the tracker.
     """
-    check_counts(frames=frames, rounds=rounds)
-    if frames < 3:
-        raise ConfigError("A median needs 3 frames or more; give a larger --frames.")
+    check_counts(rounds=rounds)
     wanted = set(part or PARTS)
     if plot and not {"trackers", "growth"} & wanted:
         raise ConfigError(
@@ -100,26 +90,18 @@ def bench(
             raise ConfigError("Real sequences are in a folder; give it with --data.")
         wanted.discard("sequences")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
-    networks = _networks({"nano": nano, "vit": vit}, data)
+    networks = []
+    if nano is not None:
+        if data is None:
+            raise ConfigError("--nano needs real sequences; give their folder with --data.")
+        networks = [f"cv2:nano={nano}"]
+        peer(networks[0])  # refuses files that cannot be used
     chosen = [each for each in PARTS if each in wanted]
     sequences = [] if data is None or "sequences" not in wanted else _sequences(data)
-    tables = [table for each in chosen for table in PARTS[each]]
-    tables += ["against"] * (stored is not None)
-    folder = results.out or (Path("bench") if plot else None)
-    output = Output("bench", tables, folder, results.overwrite, plot=plot)
-    measured = Measured(frames, rounds, stored, sequences, networks, plot=plot)
-    return show(measured.steps(chosen), output)
-
-
-def _networks(files: Mapping[str, str | None], data: Path | None) -> list[str]:
-    """Return the names of the networks whose files are given, by option."""
-    names = [f"cv2:{option}={given}" for option, given in files.items() if given is not None]
-    for name in names:
-        if data is None:
-            option = name.partition("=")[0].removeprefix("cv2:")
-            raise ConfigError(f"--{option} needs real sequences; give their folder with --data.")
-        peer(name)  # refuses files that cannot be used
-    return names
+    if plot and results.out is None:
+        results = replace(results, out=Path("bench"))
+    measured = Measured(rounds, stored, sequences, networks, plot=plot)
+    return results.show("bench", measured.steps(chosen))
 
 
 def _sequences(folder: Path) -> list[TrueSequence]:

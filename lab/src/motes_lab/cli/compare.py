@@ -8,7 +8,9 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.options import RUN
-from motes_lab.cli.experiment_output import ResultOptions, show
+from motes_lab.experiment import ResultOptions
+from motes_lab.report.comparison import comparison
+from motes_lab.saved_scores import SavedScores
 
 app = App(name="compare", help_format="plaintext")
 
@@ -48,9 +50,5 @@ def compare(
     others
         The folders of others.
     """
-    from motes_lab.report.comparison import KEYS, comparison
-    from motes_lab.saved_scores import SavedScores
-
     runs = [SavedScores.load(folder, protocol, column) for folder in (run, *others)]
-    output = results.output("compare", *KEYS)
-    return show(comparison(runs, reference), output)
+    return results.show("compare", comparison(runs, reference))

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Sequence
 from pathlib import Path
 
 from cyclopts import App
 
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import ConfigError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-from motes_lab.cli.dataset_options import first_pixels
 from motes_lab.cli.evaluate_options import (
     DatasetOptions,
     ReportOptions,
     RunOptions,
     check_kind,
 )
-from motes_lab.cli.evaluate_run import run_jobs, write_crowds, write_single
+from motes_lab.cli.evaluate_run import run_jobs, write_all
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
-from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.datasets.sot import load_dataset
+from motes_lab.inputs import chosen, first_pixels, lines, refuse_none
 from motes_lab.report.speed_ratio import PEER, Comparisons
 from motes_lab.run_folder import prepare, record
 from motes_lab.runner import Pass
@@ -72,24 +71,21 @@ def evaluate(
     check_kind(many, data, run, report)
     published = report.published()
 
-    films: Sequence[Film | MotSequence]
+    films: Sequence[Film] | Sequence[MotSequence]
     if many:
-        films, problems = load_mot_dataset(dataset)
+        films, problems = chosen(*load_mot_dataset(dataset), data.sequence)
     else:
-        films, problems = load_dataset(
-            dataset, first_pixels(data.first_pixel or []), data.annotation
-        )
-    films, problems = _chosen(films, problems, data.sequence or ["*"])
+        loaded = load_dataset(dataset, first_pixels(data.first_pixel), data.annotation)
+        films, problems = chosen(*loaded, data.sequence)
     entries, unusable = resolve(run.tracker or ["nummiaro"], mot_tracker_spec if many else None)
     if not entries:
-        raise ConfigError("There is no tracker to run. " + _lines(unusable))
+        raise ConfigError("There is no tracker to run. " + lines(unusable))
     if run.detector is not None:
         entries = with_detector(entries, run.detector)
     protocols = ["mot"] if many else run.protocols() or ["ope"]
     jobs, unreadable = runner.plan(entries, films, protocols, run.seeds, run.max_frames)
     problems += unreadable
-    if not jobs:
-        raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
+    refuse_none(dataset, jobs, problems)
     problems += unusable
     now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
     prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
@@ -101,32 +97,7 @@ def evaluate(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     # Results are in the order of the trackers.
-    jobs = [job for entry in entries for job in jobs if job.spec is entry]
+    jobs = [job for entry in entries for job in jobs if entry in job.specs]
     title = f"Trackers on {dataset.resolve().name}"
-    if many:
-        return write_crowds(jobs, report.out, errors, problems, title, interrupted)
     comparisons = Comparisons(published, report.peer or PEER)
-    return write_single(jobs, report.out, errors, problems, comparisons, title, interrupted)
-
-
-def _chosen(
-    films: Sequence[Film | MotSequence], problems: list[Problem], patterns: Sequence[str]
-) -> tuple[list[Film | MotSequence], list[Problem]]:
-    """Return the sequences that fit one of the patterns, and their problems."""
-    names = {film.name for film in films}
-    names |= {problem.where.removeprefix("sequence ") for problem in problems}
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in names):
-            raise ConfigError(
-                f"--sequence {pattern} fits none of {', '.join(sorted(names)[:9])}"
-                + " …." * (len(names) > 9)
-            )
-    chosen = {name for name in names for pattern in patterns if fnmatchcase(name, pattern)}
-    return (
-        [film for film in films if film.name in chosen],
-        [problem for problem in problems if problem.where.removeprefix("sequence ") in chosen],
-    )
-
-
-def _lines(problems: Iterable[Problem]) -> str:
-    return "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems) + "."
+    return write_all(jobs, report.out, errors, problems, comparisons, title, interrupted)

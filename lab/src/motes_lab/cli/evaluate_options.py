@@ -12,7 +12,7 @@ from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, Cluster, Overwrite, Workers
 from motes.cluster.pool import TIME_LIMIT
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes_lab.cli.dataset_options import DATASET, FirstPixel, Only, Seeds
+from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 from motes_lab.protocols.perturbations import MAX_FRAMES
 from motes_lab.protocols.sot import MIN_FRAMES
 from motes_lab.report.reference import Reference

@@ -18,6 +18,7 @@ from motes.core.interrupts import check
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
 from motes_lab.cli.evaluate_options import RunOptions
+from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.sot import Problem
 from motes_lab.mot_scores import MotEvaluation, MotOutcome
 from motes_lab.report import sections as report_sections
@@ -81,26 +82,7 @@ class PassProgress(TerminalBar):
         self.update(state=f"{self._failures} failed {self._job}", **values)
 
 
-def write_crowds(
-    jobs: list[Job],
-    out: Path,
-    errors: dict[Pass, str],
-    problems: list[Problem],
-    title: str,
-    interrupted: KeyboardInterrupt | None,
-) -> int:
-    """Write the results of trackers of many objects, print a summary, and return the exit code."""
-    outcomes = [outcome for job in jobs for outcome in MotOutcome.of(job, out, errors)]
-    crowds = MotEvaluation(outcomes)
-    mot_scores.write_results(out, crowds)
-    mot_report.write_report(out, crowds, problems, title)
-    tables = {
-        report_sections.title(crowds, name): mot_report.overall(crowds) for name in crowds.protocols
-    }
-    return _summarize(tables, outcomes, problems, out, interrupted)
-
-
-def write_single(
+def write_all(
     jobs: list[Job],
     out: Path,
     errors: dict[Pass, str],
@@ -109,15 +91,38 @@ def write_single(
     title: str,
     interrupted: KeyboardInterrupt | None,
 ) -> int:
-    """Write the results of trackers of one object, print a summary, and return the exit code."""
-    outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
-    write_results(out, outcomes)
-    write_report(out, outcomes, problems, comparisons, title)
-    found = Evaluation(outcomes)
-    tables = {
-        report_sections.title(found, name): report_sections.overall(found, name)
-        for name in found.protocols
-    }
+    """Write the results of jobs, print a summary, and return the exit code.
+
+    Parameters
+    ----------
+    jobs, out, errors
+        The jobs, in the order of the results; the folder; the passes that failed.
+    problems
+        What went wrong before.
+    comparisons, title
+        The optional parts of the report on one object, and its title.
+    interrupted
+        What stopped the runs, if anything did.
+    """
+    outcomes: list[Any]
+    if isinstance(jobs[0].sequence, MotSequence):
+        outcomes = [each for job in jobs for each in MotOutcome.of(job, out, errors)]
+        crowds = MotEvaluation(outcomes)
+        mot_scores.write_results(out, crowds)
+        mot_report.write_report(out, crowds, problems, title)
+        tables = {
+            report_sections.title(crowds, name): mot_report.overall(crowds)
+            for name in crowds.protocols
+        }
+    else:
+        outcomes = [each for job in jobs for each in Outcome.of(job, out, errors)]
+        write_results(out, outcomes)
+        write_report(out, outcomes, problems, comparisons, title)
+        found = Evaluation(outcomes)
+        tables = {
+            report_sections.title(found, name): report_sections.overall(found, name)
+            for name in found.protocols
+        }
     return _summarize(tables, outcomes, problems, out, interrupted)
 
 

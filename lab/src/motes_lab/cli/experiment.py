@@ -10,49 +10,34 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.core.errors import ConfigError
-from motes_lab.cli import (
-    experiment_dials,
-    experiment_films,
-    experiment_maggio,
-    experiment_ng_delp,
-    experiment_nummiaro,
-    experiment_occlusions,
-    experiment_zhao_pei,
-)
+from motes_lab.dials.experiment import dials
+from motes_lab.effort.experiment import effort
+from motes_lab.mask_overlap import masks
+from motes_lab.papers.handover import handover
+from motes_lab.papers.maggio_figure3 import maggio_figure3
+from motes_lab.papers.moving_camera import moving_camera
+from motes_lab.papers.ng_delp_figure3 import ng_delp_figure3
+from motes_lab.papers.ng_delp_table1 import ng_delp_table1
+from motes_lab.papers.nummiaro_figure9 import nummiaro_figure9
+from motes_lab.papers.pairs import pairs
+from motes_lab.papers.real_occlusions import real_occlusions
+from motes_lab.papers.zhao_pei_detections import zhao_detections
+from motes_lab.papers.zhao_pei_figure9 import zhao_figure9
+from motes_lab.papers.zhao_pei_figure10 import zhao_figure10
+from motes_lab.papers.zhao_pei_team import zhao_team
 
 app = App(name="experiment", help_format="plaintext")
 for _experiment in (
-    experiment_ng_delp.ng_delp_table1,
-    experiment_ng_delp.ng_delp_figure3,
-    experiment_nummiaro.nummiaro_leaps,
-    experiment_nummiaro.two_rooms,
-    experiment_nummiaro.handover,
-    experiment_nummiaro.nummiaro_figure9,
-    experiment_maggio.maggio_figure3,
-    experiment_maggio.maggio_rotation,
-    experiment_maggio.maggio_growth,
-    experiment_zhao_pei.zhao_figure2,
-    experiment_zhao_pei.zhao_figure9,
-    experiment_zhao_pei.zhao_figure10,
-    experiment_zhao_pei.zhao_team,
-    experiment_zhao_pei.zhao_detections,
-    experiment_occlusions.occlusions,
-    experiment_occlusions.real_occlusions,
-    experiment_films.pairs,
-    experiment_films.moving_camera,
-    experiment_dials.dials,
-    experiment_films.masks,
-    experiment_films.effort,
-):
+    ng_delp_table1, ng_delp_figure3, handover, nummiaro_figure9, maggio_figure3, zhao_figure9,
+    zhao_figure10, zhao_team, zhao_detections, real_occlusions, pairs, moving_camera, dials, masks,
+    effort,
+):  # fmt: skip
     app.command(_experiment)
 
 
 @app.default
 def experiment(
     *name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
-    list: Annotated[  # noqa: A002
-        bool, Parameter(negative=(), show_default=False, help="List the experiments.")
-    ] = False,
 ) -> int:
     """Reproduce tables and figures of the papers, beside the papers' numbers.
 

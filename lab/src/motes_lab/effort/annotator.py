@@ -39,8 +39,10 @@ class Effort(NamedTuple):
         return 100 * self.corrections / self.frames
 
 
-def annotate(film: Film, truth: Floats, method: Method, rule: str) -> Effort:
+def annotate(film: Film, truth: Floats, method: Method) -> Effort:
     """Return the effort with a method.
+
+    The next keyframe is the frame with the largest expected gain, or the worst one if none is.
 
     Parameters
     ----------
@@ -50,9 +52,6 @@ def annotate(film: Film, truth: Floats, method: Method, rule: str) -> Effort:
         (frames, 4), the boxes of all frames; NaN where the target is absent.
     method
         What makes a region for each frame of the keyframes.
-    rule
-        `check`: the next keyframe is the frame with the largest expected gain; `worst`: the frame
-        with the lowest overlap, as if the annotator looked at all frames.
     """
     first = film.used.start
     keys: dict[int, Ellipse | None] = {first: Ellipse.from_box(truth[first])}
@@ -63,7 +62,7 @@ def annotate(film: Film, truth: Floats, method: Method, rule: str) -> Effort:
         overlaps.append(float(np.nanmean(found)))
         if _enough(found):
             break
-        frame = _next(path, found, film.used, keys, rule)
+        frame = _next(path, found, film.used, keys)
         box = truth[frame]
         keys[frame] = None if np.isnan(box).any() else Ellipse.from_box(box)
     return Effort(len(keys) - 1, len(film.used), tuple(overlaps))
@@ -96,11 +95,9 @@ def _enough(overlaps: Floats) -> bool:
     return bool(np.mean(known >= RIGHT) >= ENOUGH)
 
 
-def _next(
-    path: Path, overlaps: Floats, used: range, keys: dict[int, Ellipse | None], rule: str
-) -> int:
+def _next(path: Path, overlaps: Floats, used: range, keys: dict[int, Ellipse | None]) -> int:
     """Return the next frame to correct."""
     marked = np.isin(np.array(used), [*keys])
-    if rule == "check" and (found := ranked(*path, marked, 1)):
+    if found := ranked(*path, marked, 1):
         return used[found[0].place]
     return used[int(np.where(marked | np.isnan(overlaps), np.inf, overlaps).argmin())]

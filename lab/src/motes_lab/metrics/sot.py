@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +35,6 @@ REAPPEARANCE = 30
 
 CHI_SQUARE_95 = 5.991
 """The 95 % quantile of the chi-square distribution with 2 degrees of freedom."""
-
-RESAMPLES = 10_000
 
 _POINTS = 4096
 _CHUNK = 32
@@ -305,56 +302,6 @@ def reset_robustness(failures: int, frames: int) -> float:
     measures revisited, TIP 2016; S as in VOT. NaN without frames.
     """
     return float(np.exp(-SENSITIVITY * failures / frames)) if frames else np.nan
-
-
-class Difference(NamedTuple):
-    """A mean difference and its confidence interval; all NaN without pairs."""
-
-    mean: float
-    low: float
-    high: float
-
-
-def paired_difference(
-    rng: np.random.Generator, values: Floats, others: Floats, level: float = 0.95
-) -> Difference:
-    """Return the mean of values - others, (n,), and its percentile bootstrap interval.
-
-    Pairs are drawn with replacement, n at a time and `RESAMPLES` times. Efron and Tibshirani, An
-    introduction to the bootstrap, 1993, chapter 13. One pair gives no interval: NaN.
-    """
-    return _difference(rng, [values - others], level)
-
-
-def unpaired_difference(
-    rng: np.random.Generator, values: Floats, others: Floats, level: float = 0.95
-) -> Difference:
-    """Return the mean of values (n,) minus that of others (m,), and its bootstrap interval.
-
-    Both groups are drawn with replacement, each from itself, `RESAMPLES` times. Efron and
-    Tibshirani, chapter 8. A group of one gives no interval: NaN.
-    """
-    return _difference(rng, [values, others], level)
-
-
-def _difference(rng: np.random.Generator, groups: Sequence[Floats], level: float) -> Difference:
-    """Return the mean of a group, or the difference of two means, and its interval."""
-    from scipy.stats import bootstrap  # takes a second to import
-
-    def difference(first: Floats, second: Floats | None = None, *, axis: int = -1) -> Floats:
-        means: Floats = first.mean(axis)
-        return means if second is None else means - second.mean(axis)
-
-    least = min(group.size for group in groups)
-    mean = float(difference(*groups)) if least else np.nan
-    if least < 2:
-        return Difference(mean, np.nan, np.nan)
-    batch = RESAMPLES // 10 if len(groups) == 1 else None  # limits the memory for large n
-    found = bootstrap(
-        groups, difference, n_resamples=RESAMPLES, batch=batch, confidence_level=level,
-        method="percentile", rng=rng,
-    )  # fmt: skip
-    return Difference(mean, *map(float, found.confidence_interval))
 
 
 def time_quantiles(seconds: Floats) -> tuple[float, float]:

@@ -7,147 +7,65 @@ that get the names of the first camera's objects, or from that camera's samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
 
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status
-from motes.mot.cameras.arrivals import VISIBLE
-from motes.mot.cameras.camera_report import ObjectReport
-from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.cli.options import FLAG
+from motes.core.errors import ConfigError
 from motes.mot.cameras.rig_config import Camera, Overlap, Rig
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
-from motes.synthetic.beetle import Target
-from motes.synthetic.clips import Clip
-from motes.video.sources import open_source
-from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.papers.result import Experiment, Result, over, wilson_interval
-from motes_lab.papers.two_rooms import EMPTY
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import crowds_of
+from motes_lab.metrics.statistics import over, wilson_interval
+from motes_lab.papers.cut_films import (
+    KNOWN,
+    NAMES,
+    WINDOW,
+    Entry,
+    Found,
+    entries,
+    moments_of,
+    overlap_of,
+    run,
+    views_of,
+)
+from motes_lab.papers.known_person import known_person
+from motes_lab.papers.rooms_on_film import rooms_on_film
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 
-SHARED = 0.25
-"""Share of a film's width that both pictures show."""
-WINDOW, LATER = 10, 50
-"""Frames after an entry that are measured, and after which the identity is read again."""
-KNOWN = 5
-"""Frames for which a person must be in the first picture before entering the second one."""
-MATCH_IOU = 0.3
-"""An object is a person if their boxes overlap by more than this."""
-NAMES = "left", "right"
+LATER = 50
+"""Frames after which the identity is read again; the first `WINDOW` after an entry are measured."""
 
 
-class Moment(NamedTuple):
-    """A frame of a film, the true boxes by number, and given detections, if there are any."""
+def handover(
+    dataset: Path,
+    /,
+    *,
+    known: Annotated[
+        bool, FLAG, Parameter(help="Both cameras wait for one person whose histogram is known.")
+    ] = False,
+    apart: Annotated[
+        bool, FLAG, Parameter(help="The pictures do not overlap, as of two rooms.")
+    ] = False,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Nummiaro et al., section VII: cameras hand over.
 
-    frame: Frame
-    truth: Mapping[int, Box]
-    detections: Sequence[Detection] | None
-
-
-class Film(NamedTuple):
-    """A film: its name, and a function that returns its frames."""
-
-    name: str
-    moments: Callable[[], Iterator[Moment]]
-
-
-class Entry(NamedTuple):
-    """The entry of a person into a picture: number of the person, picture, frame."""
-
-    person: int
-    view: int
-    frame: int
-
-
-def real_film(sequence: MotSequence) -> Film:
-    """Return a sequence of people, with its truth and its detections."""
-    truth, _ = evaluated_rows(sequence.truth, sequence.truth, ())
-
-    def moments() -> Iterator[Moment]:
-        with open_source(str(sequence.source)) as frames:
-            for frame in frames:
-                boxes = {person: box for person, box, _ in truth.listed(frame.index)}
-                found = None
-                if sequence.detections is not None:
-                    rows = sequence.detections.listed(frame.index)
-                    found = [Detection(box, score) for _, box, score in rows]
-                picture = Frame(frame.index, frame.index / sequence.rate, frame.pixels)
-                yield Moment(picture, boxes, found)
-
-    return Film(sequence.name, moments)
-
-
-def rendered_film(seed: int, frames: int = 500, people: int = 8) -> Film:
-    """Return a film in which objects of random colors walk through the picture, both ways."""
-    rng = np.random.default_rng((seed, 5))
-    width, height = 400, 200
-    targets = []
-    for person in range(people):
-        a, b = 17 * rng.uniform(0.9, 1.1), 12 * rng.uniform(0.9, 1.1)
-        pace, start = rng.uniform(2.0, 3.5), EMPTY + int(rng.integers(0, frames // 2))
-        path = pace * (np.arange(frames) - start) - a
-        back = bool(rng.integers(2))
-        x, theta = (width - 1 - path, np.pi) if back else (path, 0.0)
-        y = height * (person + 0.5) / people + rng.uniform(-4, 4)
-        columns = np.broadcast_arrays(x, y, a, b, theta)
-        shell, stripe, head = map(tuple, rng.integers(20, 256, (3, 3)).tolist())
-        targets.append(Target(np.stack(columns, axis=1), (shell, stripe, head)))
-    clip = Clip((width, height), tuple(targets), seed=seed)
-
-    def moments() -> Iterator[Moment]:
-        for frame, truths in clip:
-            boxes = {n: Ellipse(*t.ellipse).box for n, t in enumerate(truths) if t.visible > 0}
-            yield Moment(frame, boxes, None)
-
-    return Film(f"rendered {seed}", moments)
-
-
-def views_of(width: int, shared: float = SHARED) -> tuple[range, range]:
-    """Return the columns of the two pictures of a film; below 0, what is between is unseen."""
-    half = round(width * (1 + shared) / 2)
-    return range(half), range(width - half, width)
-
-
-def part(box: Box, columns: range) -> Box | None:
-    """Return the part of a box in a picture, in its coordinates; None if it is too small."""
-    left, right = max(box.x, columns.start), min(box.x + box.width, columns.stop)
-    if right - left < VISIBLE * box.width:
-        return None
-    return Box(left - columns.start, box.y, right - left, box.height)
-
-
-def detected_part(found: Detection, columns: range) -> Detection | None:
-    """Return a detection as a detector would give it in a picture."""
-    box = part(found.box, columns)
-    return None if box is None else Detection(box, found.score)
-
-
-def entries(truths: Sequence[Mapping[int, Box]], views: Sequence[range]) -> list[Entry]:
-    """Return the entries of people that have been in the other picture for `KNOWN` frames."""
-    found = []
-    since: dict[tuple[int, int], int] = {}
-    for index, boxes in enumerate(truths):
-        here = {(n, v) for n, box in boxes.items() for v in range(2) if part(box, views[v])}
-        for person, view in sorted(here):
-            first = since.get((person, view)) is None
-            known = index - since.get((person, 1 - view), index) >= KNOWN
-            if first and known and index + WINDOW <= len(truths):
-                found.append(Entry(person, view, index))
-        since = {key: since.get(key, index) for key in here}
-    return found
-
-
-def overlap_of(views: Sequence[range]) -> Overlap:
-    """Return how the two pictures overlap."""
-    shift = float(views[0].start - views[1].start)
-    return Overlap(NAMES, ((1.0, 0.0, shift), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    Parameters
+    ----------
+    dataset
+        A folder of sequences with people, as for motes-lab evaluate. Each film is cut in two
+        pictures.
+    """
+    if apart and known:
+        raise ConfigError("--apart goes without --known; give one of them.")
+    crowds, problems = crowds_of(dataset)
+    run = known_person if known else rooms_on_film if apart else overlapping
+    return results.show("handover", run(crowds), problems)
 
 
 def rigs(views: Sequence[range]) -> dict[str, tuple[Rig, bool]]:
@@ -160,74 +78,6 @@ def rigs(views: Sequence[range]) -> dict[str, tuple[Rig, bool]]:
         "samples": (Rig(cameras, overlap=(given,)), True),
         "samples, ground learned": (Rig(cameras, overlap=(learned,)), True),
     }
-
-
-class Found(NamedTuple):
-    """What a rig has of a person in a picture: the identity, and the overlap with the truth."""
-
-    identity: int
-    overlap: float
-
-
-def run(
-    moments: Sequence[Moment], rig: Rig, exchange: bool, seed: int, shared: float = SHARED
-) -> list[dict[tuple[int, int], Found]]:
-    """Return for each frame what a rig has of each (person, picture)."""
-    association = CrossCameraAssociation(rig)
-    given: list[list[Detection]] = [[], []]
-    reporters: list[CameraReporter] = []
-    answers = []
-    for moment in moments:
-        frame = moment.frame
-        views = views_of(frame.width, shared)
-        if not reporters:
-            for view, camera in enumerate(rig.camera):
-                detector = (
-                    BackgroundDetector("gaussian")
-                    if moment.detections is None
-                    else lambda _, view=view: given[view]
-                )
-                reporters.append(CameraReporter(camera, Scene(detector, seed=seed), seed))
-        coming = [association.arrivals(name, frame.time) if exchange else () for name in NAMES]
-        answer: dict[tuple[int, int], Found] = {}
-        for view, reporter in enumerate(reporters):
-            columns = views[view]
-            given[view] = [
-                each
-                for found in moment.detections or ()
-                if (each := detected_part(found, columns)) is not None
-            ]
-            reporter.expect(coming[view])
-            pixels = frame.pixels[:, columns.start : columns.stop]
-            report = reporter.report(Frame(frame.index, frame.time, pixels))
-            found = association.update(report)
-            seen = [s for s in report.sightings if s.status is Status.TRACKING]
-            answer |= _matched(moment.truth, columns, view, seen, found)
-        answers.append(answer)
-    return answers
-
-
-def _matched(
-    truth: Mapping[int, Box],
-    columns: range,
-    view: int,
-    seen: Sequence[ObjectReport],
-    identities: Mapping[int, int],
-) -> dict[tuple[int, int], Found]:
-    """Return what a picture's objects are of the people in it."""
-    picture = range(len(columns))
-    parts = [part(each.box, picture) or Box(0, 0, 0, 0) for each in seen]
-    boxes, answer = np.array(parts, np.float64).reshape(-1, 4), {}
-    for person, whole in truth.items():
-        box = part(whole, columns)
-        if box is None or not seen:
-            continue
-        overlaps = iou(np.array(box), boxes)
-        best = int(overlaps.argmax())
-        own = seen[best].identity
-        if overlaps[best] > MATCH_IOU and own in identities:
-            answer[person, view] = Found(identities[own], float(overlaps[best]))
-    return answer
 
 
 class Score(NamedTuple):
@@ -273,20 +123,18 @@ def score(answers: Sequence[Mapping[tuple[int, int], Found]], entry: Entry) -> S
     return Score(min([*has, WINDOW]), min([*right, WINDOW]), overlap, later)
 
 
-def handover(films: Sequence[Film], seeds: int) -> Experiment:
+def overlapping(films: Sequence[MotSequence]) -> Experiment:
     """Yield what the second camera gains from samples, over all entries of all films."""
     scores: dict[str, list[Score]] = {}
     for done, film in enumerate(films, start=1):
-        moments = list(film.moments())
+        moments = moments_of(film)
         views = views_of(moments[0].frame.width)
         entered = entries([moment.truth for moment in moments], views)
-        for seed in range(seeds):
-            for name, (rig, exchange) in rigs(views).items():
-                answers = run(moments, rig, exchange, seed)
-                found = (score(answers, entry) for entry in entered)
-                scores.setdefault(name, []).extend(each for each in found if each is not None)
-        table = _table(scores)
-        yield Result({"": table}, progress=f"{done} of {len(films)} films")
+        for name, (rig, exchange) in rigs(views).items():
+            answers = run(moments, rig, exchange)
+            found = (score(answers, entry) for entry in entered)
+            scores.setdefault(name, []).extend(each for each in found if each is not None)
+        yield Result({"": _table(scores)}, progress=f"{done} of {len(films)} films")
 
 
 def _table(scores: Mapping[str, Sequence[Score]]) -> Table:

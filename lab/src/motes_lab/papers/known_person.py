@@ -1,6 +1,6 @@
 """Nummiaro et al., section VII: two cameras that wait for one person whose histogram is known.
 
-The paper has two rooms. Here a film is cut in two pictures, as in `handover`, so that the truth is
+The paper has two rooms. Here a film is cut in two pictures, as in `cut_films`, so that the truth is
 known when the person comes into the second one.
 """
 
@@ -20,19 +20,21 @@ from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.sot.known_target import KnownTarget
 from motes.sot.places import Place
-from motes_lab.papers.handover import (
+from motes_lab.datasets.mot import MotSequence
+from motes_lab.experiment import Experiment, Result
+from motes_lab.metrics.statistics import over
+from motes_lab.papers.cut_films import (
     KNOWN,
     MATCH_IOU,
     NAMES,
     Entry,
-    Film,
     Moment,
     entries,
+    moments_of,
     overlap_of,
     part,
     views_of,
 )
-from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 BORDER = 0.15
@@ -69,9 +71,7 @@ def rig_of(views: Sequence[range], height: int, doors: bool) -> Rig:
     return Rig(tuple(cameras), overlap=(overlap_of(views),))
 
 
-def wait(
-    moments: Sequence[Moment], entry: Entry, doors: bool, exchange: bool, seed: int
-) -> Wait | None:
+def wait(moments: Sequence[Moment], entry: Entry, doors: bool, exchange: bool) -> Wait | None:
     """Return what became of an entry; None if the first camera has lost the person before it."""
     person, view, first = entry
     frame = moments[first].frame
@@ -85,7 +85,7 @@ def wait(
     pixels = start.frame.pixels[:, other.start : other.stop]
     learned = Frame(start.frame.index, start.frame.time, pixels)
     target = KnownTarget.learn(Color(), learned, Ellipse.from_box(region))
-    reporters = [KnownTargetReporter(camera, target, seed) for camera in rig.camera]
+    reporters = [KnownTargetReporter(camera, target) for camera in rig.camera]
     # The first camera has found the person already.
     reporters[1 - view].start(learned, Ellipse.from_box(region))
     overlaps: list[float] = []
@@ -114,18 +114,17 @@ def wait(
     return Wait(min([*hits, WINDOW]), float(np.mean(overlaps)), bool(hits))
 
 
-def known_person(films: Sequence[Film], seeds: int) -> Experiment:
+def known_person(films: Sequence[MotSequence]) -> Experiment:
     """Yield how soon the second camera has a known person, with what cameras exchange."""
     waits: dict[str, list[Wait]] = {}
     for done, film in enumerate(films, start=1):
-        moments = list(film.moments())
+        moments = moments_of(film)
         entered = entries([m.truth for m in moments], views_of(moments[0].frame.width))
-        for seed in range(seeds):
-            for entry in entered:
-                for name, (doors, exchange) in WAYS.items():
-                    found = wait(moments, entry, doors, exchange, seed)
-                    if found is not None:
-                        waits.setdefault(name, []).append(found)
+        for entry in entered:
+            for name, (doors, exchange) in WAYS.items():
+                found = wait(moments, entry, doors, exchange)
+                if found is not None:
+                    waits.setdefault(name, []).append(found)
         yield Result({"": _table(waits)}, progress=f"{done} of {len(films)} films")
 
 

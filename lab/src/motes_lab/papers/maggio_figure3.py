@@ -1,31 +1,99 @@
-"""Maggio et al., figure 3: the weights of the cues, on a film in which each cue fails in turn."""
+"""Maggio et al., figure 3, on film: the weight of orientation where its cue is disturbed.
+
+The paper names three disturbances: something that covers a part of the target, blur, and a target
+so small that it has little detail.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
+from msgspec import Meta
 
-from motes.core.errors import ConfigError
-from motes.core.frame import Frame
-from motes.core.types import Floats
-from motes.output import charts
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.options import RUN
+from motes.core.config import Config, from_dict, from_toml
+from motes.core.errors import ConfigError, SourceError
+from motes.core.types import Bytes, Floats
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
+from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import Seeds, films_of
 from motes_lab.metrics.sot import overlap_distances
-from motes_lab.papers.failing_cues import FRAMES_OF_PART, PARTS, FilmPart, Shot
-from motes_lab.papers.result import Experiment, Result, over
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.metrics.statistics import unpaired_difference
+from motes_lab.papers.pairs import shortened
+from motes_lab.protocols.perturbations import perturbed_frames
+from motes_lab.report.tables import Cell, Row, Table, difference, number
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-FAILURES = tuple(i for i, part in enumerate(PARTS) if part is not FilmPart.CLEAR)
-"""The numbers of the parts in which a cue fails; each follows a clear part."""
 CUES = ("color", "orientation")
+MOST = 1000
+"""Frames of a film that are read, at most."""
+LENGTH = 5
+"""Frames of the parts into which a film is cut where nobody has marked any."""
+LOST = 0.8
+"""Frames with a larger overlap distance do not count: what is there is not the target."""
+Part = Annotated[tuple[int, ...], Meta(min_length=2, max_length=2)]
+"""First and last frame of a part of a film."""
+Parts = Annotated[tuple[Part, ...], Meta(min_length=2)]
+
+
+class Marks(Config, frozen=True):
+    """Parts of a film in which something covers about half of the target, or nothing of it."""
+
+    covered: Parts
+    clear: Parts
+
+
+def parse_marks(text: str, name: str) -> Marks:
+    """Return the parts in a TOML text; raise a ConfigError if it is not valid."""
+    marks: Marks = from_dict(from_toml(text, name), Marks)
+    return marks
+
+
+By = Literal["sharpness", "size"]
+NAMES: dict[By, tuple[str, str]] = {"sharpness": ("blurred", "sharp"), "size": ("small", "large")}
+
+
+def maggio_figure3(
+    *presets: str,
+    film: Annotated[Path, Parameter(group=RUN, help="A sequence as for motes-lab evaluate.")],
+    marks: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            help="A TOML file with parts of the film, covered and clear: first and last frames. "
+            "Without it parts are compared by --by.",
+        ),
+    ] = None,
+    by: Annotated[
+        By, Parameter(group=RUN, help="What tells the parts of the film from each other.")
+    ] = "sharpness",
+    seeds: Seeds = 5,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., figure 3: where orientation weighs less.
+
+    Parameters
+    ----------
+    presets
+        Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
+        maggio:printed.
+    """
+    check_counts(seeds=seeds)
+    names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
+    parts = None
+    if marks is not None:
+        text = read_text(marks)
+        with error_context(marks):
+            parts = parse_marks(text, str(marks))
+    [sequence, *_], problems = films_of(film)
+    return results.show("maggio-figure3", figure3(names, sequence, parts, by, seeds), problems)
 
 
 def config_of(name: str) -> ParticleFilter:
@@ -39,102 +107,90 @@ def config_of(name: str) -> ParticleFilter:
     return config
 
 
-def figure3(presets: Sequence[str], films: Sequence[Iterable[Shot]], seeds: int) -> Experiment:
-    """Yield the weight of color in every frame, mean over films and seeds.
+class Watched(NamedTuple):
+    """What a film has shown: sharpness and size of the target (n,), and weights of orientation.
+
+    Weights are (runs, n) by preset; all are NaN where the target is absent.
+    """
+
+    measured: dict[By, Floats]
+    weights: dict[str, Floats]
+
+
+def figure3(
+    presets: Sequence[str], film: Film, marks: Marks | None, by: By, seeds: int
+) -> Experiment:
+    """Yield the weight of orientation in disturbed parts of a film and in others.
+
+    Without marks a film is cut into parts of `LENGTH` frames, and the third of them in which the
+    target is least sharp, or smallest, is compared with the third in which it is most so.
 
     Raises
     ------
     ConfigError
         If a preset does not fuse color and orientation.
     """
+    measured, weights = watched(presets, film, seeds)
+    if marks is None:
+        groups, names = thirds(measured[by]), NAMES[by]
+    else:
+        groups, names = [marks.covered, marks.clear], ("covered", "clear")
+    rows = [_row(film.name, name, runs, groups) for name, runs in weights.items()]
+    parts = (f"{name} parts" for name in names)
+    head = ("film", "tracker", "runs", *parts, *names, "difference", "95 % interval")
+    note = (
+        "Mean weight of orientation over parts of the film; that of color is the rest. Frames "
+        f"with an OD above {LOST} do not count. The interval is a bootstrap over parts."
+    )
+    table = Table("The weight of orientation on film", head, rows, note=note)
+    yield Result({"": table}, progress="1 of 1 films", share=1.0)
+
+
+def thirds(values: Floats) -> list[Parts]:
+    """Return the parts of a film with the least values and with the greatest, a third each."""
+    cuts = np.arange(0, len(values) - LENGTH + 1, LENGTH)
+    means = np.array([values[cut : cut + LENGTH].mean() for cut in cuts])
+    there = cuts[np.argsort(means)][: np.isfinite(means).sum()].tolist()
+    third = len(there) // 3
+    return [tuple((cut, cut + LENGTH - 1) for cut in e) for e in (there[:third], there[-third:])]
+
+
+def watched(presets: Sequence[str], film: Film, seeds: int) -> Watched:
+    """Return what a film shows from its first target on; weights are NaN where it is lost, too."""
+    view = shortened(film, MOST, 1)
+    if view is None:
+        raise SourceError(f"{film.name} never shows its target; choose another film.")
     configs = {name: config_of(name) for name in presets}
-    weights: dict[str, list[Floats]] = {}
-    errors: dict[str, list[float]] = {}
-    total, done = len(films) * len(configs) * seeds, 0
-    for film in films:
-        shots = list(film)
-        for name, config in configs.items():
-            for seed in range(seeds):
-                run, error = _run(Tracker(config, seed), shots)
-                weights.setdefault(name, []).append(run)
-                errors.setdefault(name, []).append(error)
-                done += 1
-                means = {each: np.mean(runs, axis=0) for each, runs in weights.items()}
-                rows = [_row(each, means[each], errors[each]) for each in means]
-                table = Table("The weight of color where a cue fails", HEAD, rows, note=NOTE)
-                progress = f"{done} of {total} runs"
-                yield Result({"": table}, partial(_draw, means), (), progress, done / total)
+    trackers = {name: [Tracker(c, seed) for seed in range(seeds)] for name, c in configs.items()}
+    weights = {name: np.full((seeds, view.frames), np.nan) for name in presets}
+    sharpness = np.full(view.frames, np.nan)
+    for frame in perturbed_frames(view):
+        index, box = frame.index, view.boxes[frame.index]
+        if np.isfinite(box).all():
+            sharpness[index] = sharpness_of(frame.pixels, box)
+        for name, runs in trackers.items():
+            for run, tracker in enumerate(runs):
+                track = tracker.update(frame) if index else tracker.init(frame, box.tolist())
+                ellipses = np.array([track.ellipse]), view.ellipses[index : index + 1]
+                if overlap_distances(*ellipses)[0] <= LOST:
+                    weights[name][run, index] = tracker.info.cue_weights["orientation"]
+    return Watched({"sharpness": sharpness, "size": view.boxes[:, 2:].prod(axis=1)}, weights)
 
 
-HEAD = (
-    "tracker",
-    "runs",
-    *(text for part in FAILURES for text in ("both useful", PARTS[part].value, "frames until")),
-    "mean OD",
-)
-NOTE = (
-    "Mean weight of color; that of orientation is the rest. Frames until: from the failure until "
-    "the mean over runs is, for 3 frames, on the failure's side of the middle between both means."
-)
-STEADY = 3
+def sharpness_of(pixels: Bytes, box: Floats) -> float:
+    """Return the mean square of the steps between neighboring pixels of a region, in gray."""
+    left, top = np.maximum(box[:2], 0).astype(int)
+    right, bottom = (box[:2] + box[2:]).astype(int)
+    gray = pixels[top:bottom, left:right].mean(axis=2)
+    return float((np.diff(gray, axis=0) ** 2).mean() + (np.diff(gray, axis=1) ** 2).mean())
 
 
-def _run(tracker: Tracker, shots: Sequence[Shot]) -> tuple[Floats, float]:
-    """Return the weight of color in each frame (n,), and the mean OD."""
-    weights, ellipses = [], []
-    for frame, _, target in shots:
-        own = Frame(frame.index, frame.time, frame.pixels)
-        track = tracker.init(own, target) if frame.index == 0 else tracker.update(own)
-        weights.append(tracker.info.cue_weights["color"])
-        ellipses.append(track.ellipse)
-    truth = np.array([shot.target for shot in shots])
-    return np.array(weights), float(overlap_distances(np.array(ellipses), truth).mean())
-
-
-def _row(name: str, weights: Floats, errors: Sequence[float]) -> Row:
-    cells = []
-    for part in FAILURES:
-        before, during, frames = response(weights, part)
-        until = Cell(NO_VALUE) if frames is None else number(frames, 0)
-        cells += [number(before, 2), number(during, 2), until]
-    return Cell(name), number(len(errors), 0), *cells, number(over(errors))
-
-
-def response(weights: Floats, part: int) -> tuple[float, float, int | None]:
-    """Return the weights' reaction to the failure in a part of the film.
-
-    Parameters
-    ----------
-    weights
-        (n,), the weight of color in each frame.
-    part
-        The number of the part.
-
-    Returns
-    -------
-    The mean weight in the part before and in this one; and the number of frames until it is on the
-    right side of their middle for `STEADY` frames, None if it moves the wrong way or never settles.
-    """
-    parts = weights.reshape(len(PARTS), FRAMES_OF_PART)
-    before, during = float(parts[part - 1].mean()), float(parts[part].mean())
-    sign = -1 if PARTS[part] is FilmPart.BLUE_LIGHT else 1
-    if sign * (during - before) <= 0:
-        return before, during, None
-    beyond = sign * (parts[part] - (before + during) / 2) > 0
-    steady = np.lib.stride_tricks.sliding_window_view(beyond, STEADY).all(axis=1)
-    return before, during, int(steady.argmax()) if steady.any() else None
-
-
-def _draw(means: dict[str, Floats]) -> Figure:
-    figure = charts.new_figure(3.6)
-    axes = figure.add_subplot()
-    charts.style_axes(axes, "Where each cue fails", "frame", "weight of color, mean over runs")
-    for part in FAILURES:
-        start, end = part * FRAMES_OF_PART, (part + 1) * FRAMES_OF_PART
-        axes.axvspan(start - 0.5, end - 0.5, color=charts.INK, alpha=0.08, linewidth=0)
-        axes.text((start + end) / 2, 0.97, PARTS[part].value, ha="center", va="top", fontsize=9)
-    for (name, weights), color in zip(means.items(), charts.COLORS, strict=False):
-        axes.plot(weights, color=color, linewidth=1.6, label=name)
-    axes.set(ylim=(0, 1))
-    charts.legend(axes)
-    return figure
+def _row(film: str, name: str, runs: Floats, groups: Sequence[Parts]) -> Row:
+    means = []
+    for parts in groups:
+        values = [runs[:, first : last + 1] for first, last in parts]
+        means.append(np.array([v[np.isfinite(v)].mean() for v in values if np.isfinite(v).any()]))
+    counts = (number(len(group), 0) for group in means)
+    weights = (number(float(group.mean()) if group.size else None, 2) for group in means)
+    change = difference(unpaired_difference(means[0], means[1]), 2)
+    return Cell(film), Cell(name), number(len(runs), 0), *counts, *weights, *change

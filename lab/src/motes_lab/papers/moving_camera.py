@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple, get_args
 
 import numpy as np
@@ -24,13 +25,13 @@ from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.morphology import opencv
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector
 from motes.mot.scene import Scene
-from motes.mot.scene_config import SceneConfig
 from motes.video.sources import open_source
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import crowds_of, films_of
 from motes_lab.metrics.mot import Tally, tally
-from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 VIEW = 2 / 3
@@ -47,6 +48,26 @@ HIT = 0.3
 """Least overlap of a track with a drone's target, whose boxes are a few pixels wide."""
 TINY = BackgroundConfig(least=2e-4)
 """Targets of drones have 10 by 6 pixels, 0.0002 of a frame of 640 by 360."""
+
+
+def moving_camera(dataset: Path, /, *drones: Path, results: ResultOptions = ResultOptions()) -> int:
+    """Hard films: identities before a camera that moves.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences of many objects, as for motes-lab evaluate, from still cameras. They
+        are seen by a camera that pans, turns, zooms and shakes.
+    drones
+        Folders of sequences of one object, from cameras that move.
+    """
+    crowds, problems = crowds_of(dataset)
+    films = []
+    for folder in drones:
+        found, failed = films_of(folder, ["0"])
+        films += found
+        problems += failed
+    return results.show("moving-camera", moving_cameras(crowds, films), problems)
 
 
 class View(NamedTuple):
@@ -132,12 +153,10 @@ def followed(
     truth: MotRows,
     frames: Iterable[Frame],
     detector: Detector,
-    config: SceneConfig,
-    seed: int,
 ) -> Tally:
     """Return the scores of a scene over frames."""
     lines: list[list[float]] = []
-    scene = Scene(detector, config, seed)
+    scene = Scene(detector)
     for frame in frames:
         lines += [
             [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
@@ -155,27 +174,8 @@ class _Arm(NamedTuple):
     detector: Callable[[View], Detector]
 
 
-def moving_camera(
-    sequences: Sequence[MotSequence], drones: Sequence[Film], config: SceneConfig, seeds: int
-) -> Experiment:
-    """Yield the tables of moving cameras: motions, identities, drones.
-
-    Parameters
-    ----------
-    sequences
-        Films of still cameras, with truth and detections.
-    drones
-        Films of moving cameras with the truth of one object.
-    config
-        How objects are followed.
-    seeds
-        Number of runs with other random numbers.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
-    """
+def moving_cameras(sequences: Sequence[MotSequence], drones: Sequence[Film]) -> Experiment:
+    """Yield the tables of moving cameras: motions, identities, drones."""
     tables: dict[str, Table] = {}
     errors: dict[str, list[Floats]] = {}
     rows: list[Row] = []
@@ -187,24 +187,20 @@ def moving_camera(
             errors.setdefault(name, []).append(motion_errors(view, found))
         tables["motion"] = _motions(errors)
         for arm in _arms(sequence):
-            counts = []
-            for seed in range(seeds):
-                view, frames = view_frames(sequence, moves=arm.moves)
-                detector = arm.detector(view)
-                truth = rows_in(view, sequence.truth)
-                counts.append(followed(sequence, truth, frames, detector, config, seed))
+            view, frames = view_frames(sequence, moves=arm.moves)
+            truth = rows_in(view, sequence.truth)
+            counts = followed(sequence, truth, frames, arm.detector(view))
             rows.append(_identities(f"{sequence.name}, {arm.name}", counts))
             tables["identities"] = Table(
                 "A moving camera: identities",
                 ("film, detections, camera", "HOTA", "AssA", "IDF1", "switches"),
                 rows,
-                note=f"{seeds} run(s) with other random numbers each.",
             )
             yield Result(dict(tables), progress=f"{sequence.name}, {arm.name}")
     kept: list[Row] = []
     for film in drones:
         for name, make in _DRONE_ARMS:
-            kept.append(_drone(film, name, make(), config))
+            kept.append(_drone(film, name, make()))
             tables["drones"] = Table(
                 "A moving camera: one target from a drone",
                 ("film, background", "frames with a track on it", "identities", "by the longest"),
@@ -263,14 +259,9 @@ def _motions(errors: dict[str, list[Floats]]) -> Table:
     return Table("A moving camera: its motion, in pixels off", head, rows)
 
 
-def _identities(name: str, counts: Sequence[Tally]) -> Row:
-    return (
-        Cell(name),
-        number(over(float(each.hota.mean()) for each in counts)),
-        number(over(float(each.assa.mean()) for each in counts)),
-        number(over(each.idf1 for each in counts)),
-        number(over(float(each.switches) for each in counts), 1),
-    )
+def _identities(name: str, counts: Tally) -> Row:
+    shares = (float(counts.hota.mean()), float(counts.assa.mean()), counts.idf1)
+    return (Cell(name), *map(number, shares), number(counts.switches, 1))
 
 
 class _Known:
@@ -304,10 +295,10 @@ _DRONE_ARMS: tuple[tuple[str, Callable[[], Detector]], ...] = (
 )
 
 
-def _drone(film: Film, name: str, detector: Detector, config: SceneConfig) -> Row:
+def _drone(film: Film, name: str, detector: Detector) -> Row:
     """Return how long a drone's target has a track, and how many identities these have."""
     identities: Counter[int] = Counter()
-    present, scene = 0, Scene(detector, config)
+    present, scene = 0, Scene(detector)
     with open_source(film.source, end=film.frames) as source:
         for frame in source:
             tracks = [each for each in scene.update(frame) if each.track.status is Status.TRACKING]

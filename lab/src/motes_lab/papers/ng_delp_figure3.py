@@ -9,7 +9,7 @@ import numpy as np
 from motes.core.types import Floats
 from motes.output import charts
 from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 
 if TYPE_CHECKING:
@@ -22,6 +22,11 @@ SIGMA, EPSILON = 0.15, 0.1
 NEAREST = 0.4
 """The distance of the best particle, d_min of equation 24: in the text, a fixed sigma gives all
 particles nearly the same likelihood from there on."""
+
+
+def ng_delp_figure3(*, results: ResultOptions = ResultOptions()) -> int:
+    """Ng and Delp, figure 3: likelihood against distance."""
+    return results.show("ng-delp-figure3", figure3())
 
 
 def figure3() -> Experiment:

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from motes.cli.input_checks import numbers_of
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, region_within
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
 from motes.sot.filtering.likelihood import Gaussian
-from motes_lab.papers.result import Experiment, Result, over
-from motes_lab.papers.sample_regions import View
+from motes.sot.tracker import Tracker
+from motes.video.sources import open_source
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import Region
+from motes_lab.metrics.statistics import over
 from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 ALL = "all pixels"
@@ -44,6 +49,52 @@ Particles differ in the same way, and the processor cannot profit from equal one
 """
 ROUNDS = 40
 """Number of timings of a single picture; a frame of a video is timed once."""
+
+
+def ng_delp_table1(
+    source: str, /, *, init: Region, results: ResultOptions = ResultOptions()
+) -> int:
+    """Ng and Delp, table 1: histograms over a part of the pixels.
+
+    Parameters
+    ----------
+    source
+        A picture or a video; ng_delp follows the target of a video.
+    """
+    box = numbers_of("--init", init, "x,y,width,height")
+    return results.show("ng-delp-table1", table1(followed(source, box)))
+
+
+class View(NamedTuple):
+    """A picture and a region in it.
+
+    Attributes
+    ----------
+    frame
+        The picture.
+    region
+        The target; None if its tracker has lost it.
+    still
+        Whether this is a single picture, not a frame of a video.
+    """
+
+    frame: Frame
+    region: Ellipse | None
+    still: bool
+
+
+def followed(source: str, box: Sequence[float]) -> Iterator[View]:
+    """Yield the frames of a source, with the target of its first frame where it is followed."""
+    with open_source(source) as film:
+        first, still = next(film), film.frame_count == 1
+        region = region_within(box, first.width, first.height)
+        yield View(first, region, still)
+        tracker = Tracker("ng_delp")
+        tracker.init(first, region)
+        for frame in film:
+            track = tracker.update(frame)
+            found = track.status is Status.TRACKING
+            yield View(frame, track.ellipse if found else None, still)
 
 
 class Paper(NamedTuple):

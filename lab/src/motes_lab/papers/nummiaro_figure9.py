@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.cli.input_checks import numbers_of
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, region_within
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
 from motes.output import charts
-from motes_lab.papers.result import Experiment, Result
-from motes_lab.papers.sample_regions import View
+from motes.video.sources import open_source
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import Region
 from motes_lab.report.tables import Cell, Row, Table, percent
 
 if TYPE_CHECKING:
@@ -23,10 +27,26 @@ MAX_ROWS = 12
 """Number of bins in the table; the other bins are summed in its last row."""
 
 
-def figure9(view: View) -> Experiment:
-    """Yield the color histogram of a view's region."""
-    assert view.region is not None
-    histogram = CUE.histograms(view.frame, np.array([view.region]))[0]
+def nummiaro_figure9(
+    source: str, /, *, init: Region, results: ResultOptions = ResultOptions()
+) -> int:
+    """Nummiaro et al., figure 9: the color histogram of a target.
+
+    Parameters
+    ----------
+    source
+        A picture, or a video, whose first frame is read.
+    """
+    box = numbers_of("--init", init, "x,y,width,height")
+    with open_source(source) as film:
+        frame = next(film)
+    region = region_within(box, frame.width, frame.height)
+    return results.show("nummiaro-figure9", figure9(frame, region))
+
+
+def figure9(frame: Frame, region: Ellipse) -> Experiment:
+    """Yield the color histogram of a region."""
+    histogram = CUE.histograms(frame, np.array([region]))[0]
     order = np.argsort(-histogram, kind="stable")[: min(MAX_ROWS, np.count_nonzero(histogram))]
     rows: list[Row] = []
     for number, channels in zip(order, _channels()[order].tolist(), strict=True):

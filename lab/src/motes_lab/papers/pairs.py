@@ -3,52 +3,81 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from typing import Literal, NamedTuple
+from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from cyclopts import Parameter
 
-from motes.cluster import pool as pools
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import Ended, Task
+from motes.cli.input_checks import check_counts
+from motes.cli.options import RUN
+from motes.core.errors import ConfigError
+from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes_lab.adapters.registry import TrackerSpec
+from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
-from motes_lab.metrics.sot import paired_difference
-from motes_lab.papers.result import Experiment, Result, over
-from motes_lab.protocols.perturbations import PerturbedSequence, perturbed_frames
-from motes_lab.protocols.sot import Start, TrackerPass, starts
-from motes_lab.report.sections import lost_track
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
-from motes_lab.runner import Pass
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.finished_jobs import finished_jobs
+from motes_lab.inputs import FirstPixel, Only, Seeds, films_of
+from motes_lab.metrics.statistics import over, paired_difference
+from motes_lab.protocols.perturbations import PerturbedSequence
+from motes_lab.protocols.sot import Start
+from motes_lab.report import sections as report_sections
+from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, difference, number
+from motes_lab.runner import Job
 from motes_lab.scores import Outcome
 
 MARGIN = 0.03
 """Two trackers are alike if their difference is surely smaller."""
-Measure = Literal["iou", "auc", "od"]
+Measure = Literal["iou", "od"]
 TITLES: dict[Measure, tuple[str, ...]] = {
     "iou": ("mean IoU",),
-    "auc": ("AUC",),
     "od": ("mean OD", "tracks lost"),  # lost if OD exceeds 0.8 in any frame
 }
 
 
-class Shortened(NamedTuple):
-    """A part of a film, and the passes over it; one task, as the film is decoded once.
+def pairs(
+    dataset: Path,
+    /,
+    *tracker: str,
+    sequence: Only = None,
+    first_pixel: FirstPixel = None,
+    measure: Annotated[Measure, Parameter(group=RUN, help="What is compared.")] = "iou",
+    frames: Annotated[
+        int, Parameter(group=RUN, help="Most frames of each film, from the target's first one.")
+    ] = 150,
+    every: Annotated[
+        int, Parameter(group=RUN, help="Distance of these frames in the film; 3 is every third.")
+    ] = 1,
+    seeds: Seeds = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Claims of the papers on film: trackers beside one other.
 
-    Attributes
+    Parameters
     ----------
-    film
-        Its frames.
-    trackers, seeds
-        The trackers, and how often those that draw random numbers run.
+    dataset
+        A folder of sequences or films as for motes-lab evaluate.
+    tracker
+        Trackers as for motes-lab evaluate; the first one is compared with the others.
     """
-
-    film: PerturbedSequence
-    trackers: Sequence[TrackerSpec]
-    seeds: int
+    check_counts(seeds=seeds, frames=frames, every=every)
+    films, problems = films_of(dataset, first_pixel, sequence)
+    trackers, unknown = resolve(tracker)
+    if unknown or len(trackers) < 2:
+        raise ConfigError(unknown[0].what if unknown else "Name two trackers or more to compare.")
+    short = (shortened(film, frames, every) for film in films)
+    jobs = [
+        Job.of(trackers, film, [Start("ope", "", 0, Box(*film.boxes[0].tolist()))], seeds)
+        for film in short
+        if film
+    ]
+    apart = f", {every} apart" if every > 1 else ""
+    note = f"At most {frames} frames of each film{apart}; seeds: {seeds}."
+    steps = compared_pairs(jobs, dataset.resolve().name, measure, note)
+    return results.show("pairs", steps, problems)
 
 
 def shortened(film: Film, frames: int, every: int) -> PerturbedSequence | None:
@@ -71,60 +100,19 @@ def shortened(film: Film, frames: int, every: int) -> PerturbedSequence | None:
     return PerturbedSequence(film.name, film.source, boxes, ellipses, film, "shortened", chosen)
 
 
-def outcomes_of(task: Shortened) -> list[Outcome]:
-    """Run all passes over a film, and return their results.
-
-    All read the same frames: what one has computed of a frame, the next one need not.
-    """
-    film, passes = task.film, dict[Pass, TrackerPass]()
-    for frame in perturbed_frames(film):
-        frame.pixels.setflags(write=False)
-        if not passes:
-            [start] = starts("ope", film, frame.width, frame.height)
-            passes = _passes(task, start)
-        for each in passes.values():
-            each.feed(frame)
-    for each in passes.values():
-        each.close()
-    return [Outcome(film, item, each.trace) for item, each in passes.items()]
-
-
-def _passes(task: Shortened, start: Start) -> dict[Pass, TrackerPass]:
-    return {
-        Pass(spec.name, task.film.name, start, seed): TrackerPass(
-            partial(spec.begin, seed), start, task.film.boxes
-        )
-        for spec in task.trackers
-        for seed in range(task.seeds if spec.stochastic else 1)
-    }
-
-
-def pairs(
-    tasks: Sequence[Shortened], films: str, measure: Measure, note: str, workers: int
-) -> Experiment:
+def compared_pairs(jobs: Sequence[Job], films: str, measure: Measure, note: str) -> Experiment:
     """Yield the scores of trackers over films, and their differences from the first tracker.
 
-    Parameters
-    ----------
-    tasks
-        The films, each with the same trackers.
-    films
-        The name of their set.
-    measure, note
-        What is compared, and what the table says of the films.
-    workers
-        Number of processes.
+    A job has all trackers on a film; a film on which any of them fails is left out.
     """
     outcomes, problems = list[Outcome](), list[Problem]()
-    with LocalPool(workers) as pool:
-        events = pools.run(pool, (Task(t.film.name, outcomes_of, t) for t in tasks))
-        for done, event in enumerate((each for each in events if isinstance(each, Ended)), 1):
-            if event.error is not None:
-                problems.append(Problem(f"film {event.task.name}", event.error))
-            outcomes += event.value or []
-            tables = {"": compared(outcomes, films, measure, note)} if outcomes else {}
-            progress = f"{done} of {len(tasks)} films"
-            yield Result(tables, None, tuple(problems), progress, done / len(tasks))
+    for results, progress, share in finished_jobs(jobs):
+        if failed := report_sections.problems((), results):
+            problems += failed
+        else:
+            outcomes += results
+        tables = {"": compared(outcomes, films, measure, note)} if outcomes else {}
+        yield Result(tables, None, tuple(problems), progress, share)
 
 
 def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: str) -> Table:
@@ -136,7 +124,7 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
     for tracker in evaluation.trackers:
         scores = [number(evaluation.mean(tracker, "ope", measure))]
         if measure == "od":
-            lost = evaluation.per_seed(tracker, "ope", lost_track, names) * len(names)
+            lost = evaluation.per_seed(tracker, "ope", "lost_track", names) * len(names)
             scores.append(number(over(lost), 1))
         f1 = number(evaluation.lost_status(tracker, "ope").f1)
         ends = [Cell(NO_VALUE)] * 3
@@ -161,8 +149,7 @@ def _each(evaluation: Evaluation, tracker: str, measure: Measure) -> Floats:
 
 
 def _difference(values: Floats, others: Floats) -> list[Cell]:
-    mean, low, high = paired_difference(np.random.default_rng(0), values, others)
-    _, least, most = paired_difference(np.random.default_rng(0), values, others, level=0.9)
+    _, least, most = paired_difference(values, others, level=0.9)
     alike = least > -MARGIN and most < MARGIN
-    interval = Cell(f"{low:+.3f} to {high:+.3f}") if np.isfinite(low) else Cell(NO_VALUE)
-    return [Cell(f"{mean:+.3f}", mean), interval, Cell("yes" if alike else "not shown")]
+    cells = difference(paired_difference(values, others))
+    return [*cells, Cell("yes" if alike else "not shown")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,14 +13,21 @@ from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes.formats.mot_files import MotRows
 from motes.mot.assignment import assign
-from motes_lab.adapters.registry import TrackerSpec
+from motes_lab.adapters.registry import mot_tracker_spec, resolve
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.finished_passes import finished_passes
+from motes_lab.datasets.sot import Problem
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.finished_jobs import finished_jobs
+from motes_lab.inputs import crowds_of
+from motes_lab.metrics.statistics import over
 from motes_lab.mot_scores import MotOutcome
-from motes_lab.papers.result import Experiment, Result, over
 from motes_lab.report import sections as report_sections
 from motes_lab.report.tables import Cell, Row, Table, number
+from motes_lab.runner import Job, plan
+
+TRACKERS = ("motes:scene", "trackers:sort", "trackers:bytetrack")
+SEEDS = 5
 
 COVERED = 0.5
 """An occlusion covers at least this share of the farther box in some frame."""
@@ -35,6 +43,21 @@ NOTE = (
     f"farther one, and before and after that they are apart for {APART} frames or more. Kept, "
     f"changed and not followed: the identity of the farther person. Numbers are means over runs."
 )
+
+
+def real_occlusions(dataset: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+    """Zhao and Pei, section 3: occlusions on film.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences of many objects, as for motes-lab evaluate.
+    """
+    trackers, unusable = resolve(TRACKERS, mot_tracker_spec)
+    crowds, problems = crowds_of(dataset)
+    jobs, unreadable = plan(trackers, crowds, ["mot"], SEEDS)
+    steps = kept_identities(crowds, [each.name for each in trackers], jobs)
+    return results.show("real-occlusions", steps, [*unusable, *problems, *unreadable])
 
 
 class Occlusion(NamedTuple):
@@ -152,39 +175,25 @@ def _most_frequent(names: dict[tuple[int, int], int], person: int, frames: range
     return max(found, key=found.count) if found else None
 
 
-def real_occlusions(
-    sequences: Sequence[MotSequence], trackers: Sequence[TrackerSpec], seeds: int, workers: int
+def kept_identities(
+    sequences: Sequence[MotSequence], trackers: Sequence[str], jobs: Sequence[Job]
 ) -> Experiment:
-    """Yield after each job how many occlusions the identities of each tracker survive.
-
-    Parameters
-    ----------
-    sequences
-        Frames, truth, and the detections that all trackers get.
-    trackers
-        Trackers of many objects; those that are stochastic run once for each seed.
-    seeds, workers
-        Numbers of seeds and of processes.
-
-    Raises
-    ------
-    SourceError
-        If no sequence can be opened.
-    """
+    """Yield after each job how many occlusions the identities of each tracker survive."""
     occlusions: dict[str, list[Occlusion]] = {}
     for each in sequences:
         truth, _ = evaluated_rows(each.truth, each.truth, ())
         occlusions[each.name] = occlusions_of(truth, each.frames)
     counts: dict[MotOutcome, Counts] = {}
-    for done in finished_passes(MotOutcome, trackers, sequences, seeds, workers):
-        for outcome in done.outcomes:
-            if outcome not in counts and outcome.trace is not None:
+    problems: list[Problem] = []
+    for results, progress, share in finished_jobs(jobs):
+        problems += report_sections.problems((), results)
+        for outcome in results:
+            if outcome.trace is not None:
                 sequence = outcome.sequence
                 rows = evaluated_rows(sequence.truth, outcome.trace.rows, sequence.distractors)
                 counts[outcome] = count(occlusions[sequence.name], identities(*rows))
-        problems = tuple(report_sections.problems(done.problems, done.outcomes))
-        table = _table(occlusions, [each.name for each in trackers], counts)
-        yield Result({"": table}, None, problems, done.progress)
+        table = _table(occlusions, trackers, counts)
+        yield Result({"": table}, None, tuple(problems), progress, share)
 
 
 def _table(
@@ -193,20 +202,22 @@ def _table(
     counts: dict[MotOutcome, Counts],
 ) -> Table:
     """Return the counts by sequence and tracker, and those of the sequences together."""
-    rows, foot = list[Row](), list[Row]()
-    by_run: dict[tuple[str, str], dict[int, Floats]] = {}
+    runs: dict[tuple[str, str], dict[int, Floats]] = {}
     for outcome, each in counts.items():
         item = outcome.item
-        by_run.setdefault((item.sequence, item.tracker), {})[item.seed] = np.array(each)
-    for sequence, found in occlusions.items():
-        for tracker in trackers:
-            if runs := by_run.get((sequence, tracker)):
-                rows.append(_row(sequence, tracker, len(found), list(runs.values())))
+        runs.setdefault((item.sequence, item.tracker), {})[item.seed] = np.array(each)
+    rows = [
+        _row(sequence, tracker, len(found), [*runs[sequence, tracker].values()])
+        for sequence, found in occlusions.items()
+        for tracker in trackers
+        if (sequence, tracker) in runs
+    ]
+    foot = []
     for tracker in trackers:
-        ended = {name: runs for (name, each), runs in by_run.items() if each == tracker}
-        seeds = set[int]().union(*ended.values()).intersection(*ended.values())
-        sums = [sum((runs[seed] for runs in ended.values()), np.zeros(4)) for seed in seeds]
-        if sums:
+        ended = {name: by_seed for (name, each), by_seed in runs.items() if each == tracker}
+        seeds = set[int].intersection(*map(set, ended.values())) if ended else set()
+        if seeds:
+            sums = [np.sum([each[seed] for each in ended.values()], axis=0) for seed in seeds]
             foot.append(_row("all", tracker, sum(len(occlusions[name]) for name in ended), sums))
     return Table("Identities kept through occlusions on film", HEAD, rows, tuple(foot), NOTE)
 

@@ -7,25 +7,47 @@ The door of each is its border at the strip.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from motes.core.geometry import Box
-from motes.core.types import Floats
 from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
 from motes.sot.places import Place
-from motes_lab.papers.handover import NAMES, Film, part, run, views_of
+from motes_lab.datasets.mot import MotSequence
+from motes_lab.experiment import Experiment, Result
+from motes_lab.metrics.statistics import over, wilson_interval
+from motes_lab.papers.cut_films import NAMES, Found, moments_of, part, run, views_of
 from motes_lab.papers.known_person import BORDER
-from motes_lab.papers.result import Experiment, Result
-from motes_lab.papers.two_rooms import WAYS, compared, kept
+from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 UNSEEN = 0.1
 """Width of the strip, as a share of the film's."""
 SECONDS = 0.0, 5.0
 """Least and most time of a passage."""
 
-Passage = tuple[int, int, int, int]
-"""Person, picture, last frame in it, first frame in the other one, as of `two_rooms`."""
+
+class Way(NamedTuple):
+    """Whether the doors of two cameras are linked, and whether people are expected there."""
+
+    linked: bool
+    expects: bool
+
+
+WAYS = {
+    "with handover": Way(True, True),
+    "names alone": Way(True, False),
+    "without": Way(False, False),
+}
+
+
+class Passage(NamedTuple):
+    """A person, the picture that is left, the last frame in it, the first in the other one."""
+
+    person: int
+    view: int
+    out: int
+    into: int
 
 
 def passages_of(truths: Sequence[Mapping[int, Box]], views: Sequence[range]) -> list[Passage]:
@@ -39,7 +61,7 @@ def passages_of(truths: Sequence[Mapping[int, Box]], views: Sequence[range]) -> 
                 continue
             view, out = last.get(person, (here[0], index))
             if view != here[0]:
-                passages.append((person, view, out, index))
+                passages.append(Passage(person, view, out, index))
             last[person] = here[0], index
     return passages
 
@@ -55,30 +77,63 @@ def rig(views: Sequence[range], height: int, linked: bool) -> Rig:
     return Rig(tuple(cameras), (passage,) * linked)
 
 
-def rooms_on_film(films: Sequence[Film], seeds: int) -> Experiment:
+def rooms_on_film(films: Sequence[MotSequence]) -> Experiment:
     """Yield how often an identity is kept through the unseen strip, with handover and without."""
-    runs: dict[str, list[list[bool]]] = {name: [] for name in WAYS}
-    waits: dict[str, list[int]] = {name: [] for name in WAYS}
+    runs: dict[str, list[list[int | None]]] = {name: [] for name in WAYS}
     for done, film in enumerate(films, start=1):
-        moments = list(film.moments())
+        moments = moments_of(film)
         frame = moments[0].frame
         views = views_of(frame.width, -UNSEEN)
         passages = passages_of([moment.truth for moment in moments], views)
-        people = 1 + max((person for person, *_ in passages), default=0)
-        for seed in range(seeds):
-            for name, way in WAYS.items():
-                cameras = rig(views, frame.height, way.linked)
-                answers = run(moments, cameras, way.expects, seed, -UNSEEN)
-                names: Floats = np.full((2, len(moments), people), np.nan)
-                for index, answer in enumerate(answers):
-                    for (person, view), found in answer.items():
-                        if person < people:
-                            names[view, index, person] = found.identity
-                same = kept(names, passages)
-                runs[name].append(same)
-                waits[name] += [
-                    int(np.isfinite(names[1 - room, into:, person]).argmax())
-                    for (person, room, _, into), known in zip(passages, same, strict=True)
-                    if known
-                ]
-        yield Result({"": compared(runs, waits)}, progress=f"{done} of {len(films)} films")
+        for name, way in WAYS.items():
+            cameras = rig(views, frame.height, way.linked)
+            answers = run(moments, cameras, way.expects, -UNSEEN)
+            runs[name].append([until_known(answers, passage) for passage in passages])
+        yield Result({"": compared(runs)}, progress=f"{done} of {len(films)} films")
+
+
+def until_known(answers: Sequence[Mapping[tuple[int, int], Found]], passage: Passage) -> int | None:
+    """Return how many frames it takes until the identity is known; None if it is not kept.
+
+    It is kept if the last identity before the passage equals the first one after it.
+    """
+    person, view, out, into = passage
+    before = [found for found in _of(person, view, answers[: out + 1]) if found is not None]
+    after = _of(person, 1 - view, answers[into:])
+    frames = next((i for i, found in enumerate(after) if found is not None), None)
+    kept = frames is not None and before and before[-1] == after[frames]
+    return frames if kept else None
+
+
+def _of(
+    person: int, view: int, answers: Sequence[Mapping[tuple[int, int], Found]]
+) -> list[int | None]:
+    """Return the identities of a person in a picture, by frame; None where there is none."""
+    found = (answer.get((person, view)) for answer in answers)
+    return [None if each is None else each.identity for each in found]
+
+
+def compared(runs: Mapping[str, Sequence[Sequence[int | None]]]) -> Table:
+    """Return how often the identity was kept, of passages by film, and how soon it was known."""
+    rows: list[Row] = []
+    for name, films in runs.items():
+        waits = [frames for film in films for frames in film if frames is not None]
+        total, good = sum(map(len, films)), len(waits)
+        low, high = wilson_interval(good, total)
+        shares = (np.mean([each is not None for each in film]) for film in films if film)
+        between = Cell(f"{low:.1%} to {high:.1%}", good / total)
+        rows.append(
+            (
+                *(Cell(name), number(total, 0), number(good, 0)),
+                *(percent(over(map(float, shares))), between, number(over(waits), 1)),
+            )
+        )
+    head = (
+        *("cameras", "passages", "identity kept", "share over runs", "95 % interval"),
+        "frames until known",
+    )
+    note = (
+        "Wilson's interval over all passages. Frames from when a quarter of the person is in "
+        "the other room's picture, where the identity is kept."
+    )
+    return Table("From room to room", head, rows, note=note)

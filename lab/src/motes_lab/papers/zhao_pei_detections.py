@@ -3,45 +3,47 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from motes.core.detection import Detector, PreparedDetector
 from motes.core.frame import Frame
 from motes.formats.mot_files import UNKNOWN, rows_of
+from motes.mot.detection.background import BackgroundDetector
 from motes.video.sources import open_source
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import crowds_of
 from motes_lab.papers.zhao_pei_figure9 import count_accurate
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("sequence", "objects", "detections", "right", "precision", "recall", "F1")
 
 
-def detections(sequences: Sequence[MotSequence], make: Callable[[], Detector]) -> Experiment:
-    """Yield precision and recall of a detector, sequence by sequence.
-
-    A detection is right if it matches an object, one to one in its frame, with an overlap of
-    `MATCH_IOU` or more. The rules of the MOTChallenge decide which objects count.
+def zhao_detections(sequences: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+    """Zhao and Pei, section 3.1: what the mixture detects.
 
     Parameters
     ----------
     sequences
-        Frames and truth.
-    make
-        Makes the detector; each sequence has its own.
+        A folder of sequences of many objects, as for motes-lab evaluate.
+    """
+    crowds, problems = crowds_of(sequences)
+    return results.show("zhao-detections", detections(crowds), problems)
 
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
+
+def detections(sequences: Sequence[MotSequence]) -> Experiment:
+    """Yield precision and recall of the mixture of Gaussians, sequence by sequence.
+
+    A detection is right if it matches an object, one to one in its frame, with an overlap of
+    `MATCH_IOU` or more. The rules of the MOTChallenge decide which objects count.
     """
     rows, total = list[Row](), np.zeros(3, np.int64)
     for done, sequence in enumerate(sequences, start=1):
-        counts = _counts(sequence, make())
+        counts = _counts(sequence)
         total += counts
         rows.append(_row(sequence.name, counts))
         note = f"A detection is right at an IoU of {MATCH_IOU} or above."
@@ -49,21 +51,17 @@ def detections(sequences: Sequence[MotSequence], make: Callable[[], Detector]) -
         yield Result({"": table}, progress=f"{done} of {len(sequences)} sequences")
 
 
-def _counts(
-    sequence: MotSequence, detector: Detector
-) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _counts(sequence: MotSequence) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Return the numbers of objects, of detections, and of right ones: (3,)."""
-    if isinstance(detector, PreparedDetector):
-        prepare(detector, sequence.source, sequence.rate)
+    detector = BackgroundDetector()
+    prepare(detector, sequence.source, sequence.rate)
     counts = np.zeros(3, np.int64)
     with open_source(sequence.source) as source:
         for decoded in itertools.islice(source, sequence.frames):
             frame = Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
             found = [
-                [frame.index + 1, number, box.x + 1, box.y + 1, *box[2:], score, UNKNOWN]
-                for number, (box, score) in enumerate(
-                    ((each.box, each.score) for each in detector(frame)), start=1
-                )
+                [frame.index + 1, n, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
+                for n, box in enumerate((each.box for each in detector(frame)), start=1)
             ]
             truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
             compared = evaluated_rows(truth, rows_of(found), sequence.distractors)

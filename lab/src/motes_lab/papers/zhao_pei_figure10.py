@@ -1,47 +1,136 @@
-"""Zhao and Pei, figure 10: objects that are detected, tracked and counted, on films."""
+"""Zhao and Pei, figure 10: objects that are detected, tracked and counted, on films.
+
+The truth is found by eye: frames in which lines are crossed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated, NamedTuple
 
-from motes.core.detection import Detector, PreparedDetector
+import numpy as np
+from msgspec import Meta
+
+from motes.cli.input_checks import error_context, read_text
+from motes.core.config import Config, from_dict, from_toml
 from motes.mot.analytics.events import Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions
+from motes.mot.assignment import assign
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.video.sources import open_source
-from motes_lab.datasets.crossings import CountedClip, CountedClips, CrossedLine
-from motes_lab.metrics.crossings import WITHIN, Compared, compare_crossings
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("film and line", "true", "counted", "missed", "false", "frames missed", "frames false")
+Frame = Annotated[int, Meta(ge=0)]
 
 
-def figure10(
-    clips: CountedClips, folder: Path, make: Callable[[], Detector], preset: str, seed: int
-) -> Experiment:
-    """Yield the crossings that a scene counts, film by film, beside the true ones.
+class CrossedLine(Config, frozen=True):
+    """A line, and the frames in which it is crossed.
+
+    Attributes
+    ----------
+    points
+        Its two ends: x1, y1, x2, y2, in pixels.
+    left, right
+        The frames of the crossings to each side, as seen from the first point towards the second.
+    """
+
+    points: tuple[float, float, float, float]
+    left: tuple[Frame, ...] = ()
+    right: tuple[Frame, ...] = ()
+
+
+class CountedClip(Config, frozen=True):
+    """A film with lines whose crossings are known.
+
+    Attributes
+    ----------
+    file
+        Its name in the folder of films.
+    line
+        The lines.
+    """
+
+    file: str
+    line: Annotated[tuple[CrossedLine, ...], Meta(min_length=1)]
+
+
+class CountedClips(Config, frozen=True):
+    """Films with known crossings. In TOML: [[clip]] with [[clip.line]].
+
+    Attributes
+    ----------
+    clip
+        The films.
+    """
+
+    clip: Annotated[tuple[CountedClip, ...], Meta(min_length=1)]
+
+
+def parse_crossings(text: str, name: str) -> CountedClips:
+    """Return the clips in a TOML text; raise a ConfigError if it is not valid."""
+    clips: CountedClips = from_dict(from_toml(text, name), CountedClips)
+    return clips
+
+
+def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+    """Zhao and Pei, figure 10: objects that cross lines, counted.
 
     Parameters
     ----------
-    clips
-        The films and their true crossings.
-    folder
-        Where the films are.
-    make
-        Makes the detector; each film has its own.
-    preset, seed
-        Preset and seed of the scene.
-
-    Raises
-    ------
-    SourceError
-        If a film cannot be read.
+    truth
+        A TOML file of true crossings: [[clip]] with file, and [[clip.line]] with points, left and
+        right, the frames of the crossings to each side.
+    films
+        The folder of the films.
     """
+    text = read_text(truth)
+    with error_context(truth):
+        clips = parse_crossings(text, str(truth))
+    return results.show("zhao-figure10", figure10(clips, films))
+
+
+WITHIN = 10
+"""Frames by which a counted crossing may be early or late."""
+
+
+class Compared(NamedTuple):
+    """Frames of true crossings that were counted and missed, and of false ones, each sorted."""
+
+    counted: list[int]
+    missed: list[int]
+    false: list[int]
+
+    def __add__(self, other: tuple[list[int], ...]) -> Compared:  # type: ignore[override]
+        return Compared(*(sorted(a + b) for a, b in zip(self, other, strict=True)))
+
+
+def compare_crossings(
+    truth: Sequence[int], counted: Sequence[int], within: float = WITHIN
+) -> Compared:
+    """Compare the frames of crossings of a line in one direction.
+
+    A true crossing is counted if a counted one is within so many frames, one to one, as many as can
+    be.
+    """
+    off = np.abs(np.subtract.outer(np.array(truth, float), np.array(counted, float)))
+    pairs = assign(np.where(off <= within, off, np.inf)) if off.size else []
+    found, used = {i for i, _ in pairs}, {j for _, j in pairs}
+    return Compared(
+        sorted(each for i, each in enumerate(truth) if i in found),
+        sorted(each for i, each in enumerate(truth) if i not in found),
+        sorted(each for j, each in enumerate(counted) if j not in used),
+    )
+
+
+def figure10(clips: CountedClips, folder: Path) -> Experiment:
+    """Yield the crossings that a scene counts in a folder's films, beside the true ones."""
     rows, total = list[Row](), Compared([], [], [])
     for done, clip in enumerate(clips.clip, start=1):
-        events = _events(clip, str(folder / clip.file), make(), preset, seed)
+        events = _events(clip, str(folder / clip.file))
         for n, line in enumerate(clip.line, start=1):
             own = _compared(line, [each for each in events if each.place == str(n)])
             total += own
@@ -52,17 +141,15 @@ def figure10(
         yield Result({"": table}, progress=f"{done} of {len(clips.clip)} films")
 
 
-def _events(
-    clip: CountedClip, source: str, detector: Detector, preset: str, seed: int
-) -> list[Event]:
+def _events(clip: CountedClip, source: str) -> list[Event]:
     """Return the crossings that are counted in a film; a line's name is its number."""
     lines = tuple(
         Line(line.points, str(n), ("left", "right")) for n, line in enumerate(clip.line, start=1)
     )
-    if isinstance(detector, PreparedDetector):
-        with open_source(source) as film:
-            detector.prepare(film)
-    counter, scene = EventCounter(Regions(lines)), Scene(detector, preset, seed)
+    detector = BackgroundDetector()
+    with open_source(source) as film:
+        detector.prepare(film)
+    counter, scene = EventCounter(Regions(lines)), Scene(detector)
     with open_source(source) as film:
         events = [event for _, tracks in scene.watch(film) for event in counter.update(tracks)]
     return [each for each in [*events, *counter.finish()] if each.event == "crosses"]

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-from collections.abc import Generator
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from cyclopts import Parameter
 from numpy.typing import NDArray
 
+from motes.cli.input_checks import numbers_of
+from motes.cli.options import HYPHEN, RUN
 from motes.core.detection import Detection, Detector, PreparedDetector
+from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
 from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
+from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.pipeline_config import for_lookalikes, lookalike_detector, named_detector
+from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
 from motes.output import charts
 from motes.video.sources import open_source
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
-from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot import MotSequence, has_mot_sequences
 from motes_lab.datasets.sot import Sequence as Film
-from motes_lab.papers.expected_time import Expected, SceneFactory, seconds_per_frame
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import crowds_of, films_of
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 
 if TYPE_CHECKING:
@@ -34,6 +41,58 @@ if TYPE_CHECKING:
 
 HEAD = ("frame", "present", "followed", "detected accurately", "ratio")
 SUM_HEAD = ("sequence", "found by", "frames", *HEAD[1:])
+
+
+def zhao_figure9(
+    sequence: Path,
+    /,
+    *,
+    detector: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="Detector, as for motes watch. The default is the sequence's det/det.txt, or if "
+            "it is missing a background.",
+        ),
+    ] = None,
+    like: Annotated[
+        str | None,
+        HYPHEN,
+        Parameter(
+            group=RUN,
+            help="Follow all that look like the target in this box of the first frame, as for "
+            "motes watch: x,y,width,height.",
+        ),
+    ] = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 9: objects detected over objects present.
+
+    Parameters
+    ----------
+    sequence
+        A folder with frames and ground truth as for motes-lab evaluate, of many objects or of one.
+    """
+    config = scene_config("zhao_pei")
+    finder = None if detector is None else named_detector(detector)
+    if like is not None:
+        box = tuple(numbers_of("--like", like, "x,y,width,height"))
+        chosen = LookalikeConfig(box)  # type: ignore[arg-type]
+        config, finder = for_lookalikes(config), lookalike_detector(chosen, detector)
+    if has_mot_sequences(sequence):
+        crowds, problems = crowds_of(sequence)
+    else:
+        films, problems = films_of(sequence)
+        crowds = [as_mot_sequence(film) for film in films]
+    if len(crowds) > 1:
+        raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
+    (crowd,) = crowds
+    found_by = " ".join(text for text in (like and f"--like {like}", detector) if text)
+    if finder is None:
+        finder = default_detector(crowd)
+        found_by = "background" if crowd.detections is None else "det.txt"
+    steps = figure9(crowd, Scene(finder, config), found_by)
+    return results.show("zhao-figure9", steps, problems)
 
 
 def as_mot_sequence(film: Film) -> MotSequence:
@@ -48,85 +107,43 @@ def as_mot_sequence(film: Film) -> MotSequence:
     return MotSequence(film.name, film.source, film.frames, rate, rows_of(lines), None)
 
 
-def expected(sequence: MotSequence, scene: SceneFactory, frames: int) -> Expected:
-    """Return the expected time of `figure9`, measured on the first frames.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
-    """
-    with contextlib.closing(_frames(sequence, frames)) as first:
-        return Expected(f"{frames} frames", frames * seconds_per_frame(scene(0), first))
-
-
-def figure9(
-    sequence: MotSequence, scene: SceneFactory, found_by: str, seed: int, frames: int
-) -> Experiment:
+def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
     """Yield the share of the objects present that a scene follows, frame by frame.
 
     An object is detected accurately if a track matches it, one to one, with an overlap of
     `MATCH_IOU` or more. While it is hidden, the position of the track is its prediction. The rules
-    of the MOTChallenge decide which objects count (`evaluated_rows`).
-
-    Parameters
-    ----------
-    sequence
-        Frames and truth.
-    scene
-        Makes the scene, with its detector.
-    found_by
-        The detector's name.
-    seed
-        Seed of the scene.
-    frames
-        Number of frames, from the first one on.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
+    of the MOTChallenge decide which objects count (`evaluated_rows`). `found_by` is the name of the
+    scene's detector.
     """
-    followed = scene(seed)
-    if isinstance(followed.detector, PreparedDetector):
-        prepare(followed.detector, sequence.source, sequence.rate)
+    if isinstance(scene.detector, PreparedDetector):
+        prepare(scene.detector, sequence.source, sequence.rate)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
-    part = "" if frames == sequence.frames else f", first {frames} of {sequence.frames} frames"
-    with contextlib.closing(_frames(sequence, frames)) as read:
-        for frame in read:
+    with open_source(sequence.source) as source:
+        for decoded in itertools.islice(source, sequence.frames):
+            index = decoded.index
+            tracks = scene.update(Frame(index, index / sequence.rate, decoded.pixels))
             lines = [
-                [
-                    frame.index + 1, each.identity, each.track.box.x + 1, each.track.box.y + 1,
-                    *each.track.box[2:], each.track.confidence, UNKNOWN,
-                ]
-                for each in followed.update(frame)
+                [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
+                for each, box in ((each, each.track.box) for each in tracks)
                 if each.track.status is not Status.LOST
-            ]  # fmt: skip
-            truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
+            ]
+            truth = sequence.truth.where(sequence.truth.frames == index + 1)
             compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
             counts.append(count_accurate(*compared))
-            rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
+            rows.append((Cell(str(index), index), *_cells(np.array(counts[-1:]))))
             sums = _cells(np.array(counts))
-            foot = (Cell("all"), *sums)
-            title = f"Objects detected over objects present, {sequence.name}{part}"
             note = " ".join(
-                [f"Detected accurately: IoU {MATCH_IOU} or above.", *followed.warnings.values()]
+                [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
             )
-            table = Table(title, HEAD, rows, (foot,), note)
-            progress, share = f"{len(counts)} of {frames} frames", len(counts) / frames
-            draw = partial(_draw, sequence.name, counts)
+            title = f"Objects detected over objects present, {sequence.name}"
             names = Cell(sequence.name), Cell(found_by), number(len(counts), 0)
-            all_frames = Table("All frames", SUM_HEAD, [(*names, *sums)], note=note)
-            tables = {"": table, "all": all_frames}
-            yield Result(tables, draw, progress=progress, share=share)
-
-
-def _frames(sequence: MotSequence, count: int) -> Generator[Frame, None, None]:
-    """Yield the first frames of a sequence, at the times of its frame rate."""
-    with open_source(sequence.source) as source:
-        for decoded in itertools.islice(source, count):
-            yield Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
+            tables = {
+                "": Table(title, HEAD, rows, ((Cell("all"), *sums),), note),
+                "all": Table("All frames", SUM_HEAD, [(*names, *sums)], note=note),
+            }
+            progress, share = f"frame {index} of {sequence.frames}", len(counts) / sequence.frames
+            yield Result(tables, partial(_draw, sequence.name, counts), (), progress, share)
 
 
 def default_detector(sequence: MotSequence) -> Detector:

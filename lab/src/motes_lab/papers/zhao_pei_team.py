@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
+from motes.cli.input_checks import error_context, read_text
+from motes.core.config import Config, from_dict, from_toml
 from motes.core.geometry import iou
 from motes.core.track import Status
 from motes.mot.assignment import assign
@@ -16,35 +20,80 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.video.sources import open_source
 from motes_lab.datasets.distractors import MATCH_IOU
-from motes_lab.datasets.team import Team
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
+Corners = tuple[float, float, float, float]
 
 
-def team(truth: Team, pictures: Path, preset: str, seed: int) -> Experiment:
-    """Yield which objects a scene follows that look like the chosen one, by marked frame.
+class MarkedFrame(Config, frozen=True):
+    """The boxes in a frame.
 
-    An object is right if a visible track matches it, one to one, with an overlap of `MATCH_IOU` or
-    more.
+    Attributes
+    ----------
+    index
+        The frame's index, from 0.
+    boxes
+        The boxes: x, y, width, height.
+    """
+
+    index: Annotated[int, Meta(ge=0)]
+    boxes: tuple[Corners, ...]
+
+
+class Team(Config, frozen=True):
+    """All objects that look like one, in some frames.
+
+    Attributes
+    ----------
+    sequence
+        The name of the sequence.
+    start
+        The frame in which the one is chosen.
+    like
+        Its box there.
+    frame
+        The frames with boxes.
+    """
+
+    sequence: str
+    start: Annotated[int, Meta(ge=0)]
+    like: Corners
+    frame: Annotated[tuple[MarkedFrame, ...], Meta(min_length=1)]
+
+
+def parse_team(text: str, name: str) -> Team:
+    """Return the boxes in a TOML text; raise a ConfigError if it is not valid."""
+    team: Team = from_dict(from_toml(text, name), Team)
+    return team
+
+
+def zhao_team(truth: Path, pictures: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+    """Zhao and Pei, figure 8: a team, found by one of its players.
 
     Parameters
     ----------
     truth
-        The chosen object, and the boxes of all.
+        A TOML file of boxes by hand: sequence, start (a frame), like (the chosen one's box there),
+        and [[frame]] with index and boxes.
     pictures
-        The source of the frames.
-    preset, seed
-        Preset and seed of the scene.
-
-    Raises
-    ------
-    SourceError
-        If a frame cannot be read.
+        The film or the folder of its pictures.
     """
-    config = for_lookalikes(scene_config(preset))
-    scene = Scene(LookalikeConfig(truth.like).detector(), config, seed)
+    text = read_text(truth)
+    with error_context(truth):
+        marked = parse_team(text, str(truth))
+    return results.show("zhao-team", team(marked, pictures))
+
+
+def team(truth: Team, pictures: Path) -> Experiment:
+    """Yield which objects a scene follows that look like the chosen one, by marked frame.
+
+    An object is right if a visible track matches it, one to one, with an overlap of `MATCH_IOU` or
+    more.
+    """
+    config = for_lookalikes(scene_config())
+    scene = Scene(LookalikeConfig(truth.like).detector(), config)
     marked = {each.index: np.array(each.boxes).reshape(-1, 4) for each in truth.frame}
     rows, total, last = list[Row](), np.zeros(3, np.int64), max(marked)
     with open_source(pictures, start=truth.start, end=last + 1) as film:

@@ -89,13 +89,13 @@ class MotPass:
             self._adapter.close()
 
     @property
-    def tracks(self) -> Tracks:
+    def trace(self) -> Tracks:
         """The tracks so far."""
         return Tracks(rows_of(self._lines), np.array(self._seconds, np.float64))
 
     def save(self, path: Path) -> None:
         """Write the tracks with `save_tracks`."""
-        save_tracks(path, self.tracks)
+        save_tracks(path, self.trace)
 
 
 def save_tracks(path: Path, tracks: Tracks) -> None:

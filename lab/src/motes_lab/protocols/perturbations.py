@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
 
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
@@ -177,13 +178,9 @@ def hue_rotated(pixels: Pixels) -> Pixels:
 
 def blurred(pixels: Pixels) -> Pixels:
     """Return pixels blurred with a standard deviation of 2 pixels; border pixels are repeated."""
-    image, edge = pixels.astype(np.float32), BLUR.size // 2
+    image = pixels.astype(np.float32)
     for axis in (0, 1) * BLUR_PASSES:
-        padding = [(edge, edge) if i == axis else (0, 0) for i in range(3)]
-        windows = np.lib.stride_tricks.sliding_window_view(
-            np.pad(image, padding, mode="edge"), BLUR.size, axis=axis
-        )
-        image = windows @ BLUR.astype(np.float32)
+        image = correlate1d(image, BLUR, axis, mode="nearest")
     return as_bytes(image)
 
 

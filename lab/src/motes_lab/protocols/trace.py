@@ -6,7 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -69,18 +69,13 @@ class Row(NamedTuple):
 NOWHERE = Ellipse(*[float("nan")] * 5)
 
 
+KINDS = (np.int64, np.float64, np.float64, np.bool_, np.float64, np.int8, np.float64)
+
+
 def trace_of(rows: list[Row]) -> TrackerOutput:
     """Return rows as arrays."""
-    frames, ellipses, confidence, lost, seconds, events, covariances = zip(*rows, strict=True)
-    return TrackerOutput(
-        np.array(frames, np.int64),
-        np.array(ellipses, np.float64),
-        np.array(confidence, np.float64),
-        np.array(lost, np.bool_),
-        np.array(seconds, np.float64),
-        np.array(events, np.int8),
-        np.array(covariances, np.float64),
-    )
+    columns = zip(zip(*rows, strict=True), KINDS, strict=True)
+    return TrackerOutput(*(np.array(column, kind) for column, kind in columns))
 
 
 COLUMNS = (
@@ -101,18 +96,12 @@ def save_trace(path: str | Path, trace: TrackerOutput) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for frame, ellipse, confidence, lost, seconds, event, covariance in zip(
-        trace.frames.tolist(),
-        trace.ellipses.tolist(),
-        trace.confidence.tolist(),
-        trace.lost.tolist(),
-        trace.seconds.tolist(),
-        trace.events.tolist(),
-        trace.covariances.tolist(),
-        strict=True,
-    ):
-        numbers, (time,), variances = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
-        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *variances])
+    columns = (getattr(trace, each.name).tolist() for each in fields(trace))
+    for row in zip(*columns, strict=True):
+        frame, ellipse, confidence, lost, seconds, event, covariance = row
+        numbers = _fields((*ellipse, confidence))
+        rest = [EVENTS[event], *_fields(covariance)]
+        writer.writerow([frame, *numbers, int(lost), *_fields([seconds]), *rest])
     path = Path(path)
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

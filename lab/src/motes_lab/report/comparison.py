@@ -6,18 +6,17 @@ import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+import pandas as pd
 
 from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes_lab.adapters.networks import short_name
-from motes_lab.metrics.sot import Difference, paired_difference, unpaired_difference
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result
+from motes_lab.metrics.statistics import paired_difference, unpaired_difference
 from motes_lab.report.sections import NAMES
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.report.tables import Cell, Row, Table, difference, number
 from motes_lab.saved_scores import SavedScores
 
-KEYS = ("trackers", "versions", "optimism")
-"""The tables: pairs of trackers in a run, a tracker in two runs, and two sets of sequences."""
 INTERVAL = "The interval is a bootstrap over sequences, each with its mean over starts and seeds."
 
 
@@ -56,7 +55,7 @@ def tracker_named(run: SavedScores, name: str) -> str:
     """Return the tracker of a run by its short name; raise a ConfigError if there is none."""
     for tracker in run.values:
         if name in (tracker, short_name(tracker)):
-            return tracker
+            return str(tracker)
     raise ConfigError(
         f"{run.name} has no tracker {name}; it has {', '.join(map(short_name, run.values))}."
     )
@@ -66,18 +65,14 @@ def pairs(
     run: SavedScores, tracker: str, other: SavedScores, against: str
 ) -> tuple[Floats, Floats]:
     """Return the values of two trackers on the sequences that both finished, (n,) each."""
-    ours, theirs = run.values.get(tracker, {}), other.values.get(against, {})
-    names = [name for name in ours if name in theirs]
-    return np.array([ours[name] for name in names]), np.array([theirs[name] for name in names])
+    both = pd.concat([run.values[tracker], other.values[against]], axis=1, join="inner").dropna()
+    ours, theirs = both.to_numpy(float).T
+    return ours, theirs
 
 
 def _common(run: SavedScores, other: SavedScores) -> bool:
     """Return whether two runs have a sequence in common."""
-    return bool(_sequences(run) & _sequences(other))
-
-
-def _sequences(run: SavedScores) -> set[str]:
-    return {name for values in run.values.values() for name in values}
+    return bool(run.values.index.intersection(other.values.index).size)
 
 
 def trackers(runs: list[SavedScores], reference: str) -> Table:
@@ -101,7 +96,7 @@ def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
     """Return a table of each tracker's difference from itself in the first run."""
     rows: list[Row] = []
     for run in others:
-        for tracker in run.values:
+        for tracker in run.values.columns.intersection(first.values.columns, sort=False):
             found = pairs(run, tracker, first, tracker)
             if found[0].size:
                 rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
@@ -121,19 +116,13 @@ def _head(column: str, other: str) -> tuple[str, str, str, str]:
 def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
     yield Cell(str(ours.size), ours.size)
     yield from map(number, (_mean(ours), _mean(theirs)))
-    yield from _difference(paired_difference(np.random.default_rng(0), ours, theirs))
+    yield from difference(paired_difference(ours, theirs))
     won = int(np.count_nonzero(ours > theirs))
     yield Cell(f"{won} of {ours.size}", won)
 
 
 def _mean(values: Floats) -> float:
     return float(values.mean()) if values.size else math.nan
-
-
-def _difference(found: Difference) -> Iterator[Cell]:
-    mean, low, high = found
-    yield Cell(NO_VALUE) if math.isnan(mean) else Cell(f"{mean:+.3f}", mean)
-    yield Cell(NO_VALUE) if math.isnan(low) else Cell(f"{low:+.3f} to {high:+.3f}", low)
 
 
 def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) -> Table:
@@ -153,9 +142,9 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
             here = pairs(first, tracker, first, against)
             there = pairs(run, tracker, run, tracker_named(run, reference))
             leads = here[0] - here[1], there[0] - there[1]
-            found = unpaired_difference(np.random.default_rng(0), *leads)
+            found = unpaired_difference(*leads)
             drops = (_mean(here[side]) - _mean(there[side]) for side in (0, 1))
-            cells = (*map(number, drops), *_difference(found))
+            cells = (*map(number, drops), *difference(found))
             rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     name = NAMES.get(first.column, first.column)
     return Table(

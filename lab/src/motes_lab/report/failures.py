@@ -94,7 +94,7 @@ def failures(evaluation: Evaluation) -> list[Failure]:
     found = []
     for tracker in evaluation.trackers:
         seen: set[str] = set()
-        for outcome in evaluation.passes(tracker, "ope"):  # in the order of seeds
+        for outcome in evaluation.passes(tracker, "ope").outcome:  # in the order of seeds
             if outcome.item.sequence not in seen:
                 seen.add(outcome.item.sequence)
                 found += _failure(outcome)

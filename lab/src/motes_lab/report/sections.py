@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes import __version__
-from motes_lab.aggregate import Evaluation, Passes, Quantity, ranking_column
+from motes_lab.aggregate import Evaluation, Passes, ranking_column
 from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
+from motes_lab.metrics.statistics import paired_difference
 from motes_lab.report.reference import Reference
 from motes_lab.report.tables import (
     NO_VALUE,
@@ -23,11 +24,12 @@ from motes_lab.report.tables import (
     bars,
     best,
     count_noun,
+    difference,
     number,
     three_digits,
 )
 from motes_lab.runner import Pass
-from motes_lab.scores import PROTOCOL_NAMES, Outcome, PassResult
+from motes_lab.scores import PROTOCOL_NAMES, PassResult
 
 NAMES = {"auc": "AUC", "accuracy": "Accuracy", "hota": "HOTA"}
 """Titles of the columns by which trackers are ranked."""
@@ -60,9 +62,6 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
     def mean(name: str, digits: int = 3) -> Callable[[str], Cell]:
         return lambda tracker: number(evaluation.mean(tracker, protocol, name), digits)
 
-    def lost(tracker: str) -> Cell:
-        return number(evaluation.mean(tracker, protocol, lost_track), 2)
-
     def worst(tracker: str) -> Cell:
         return number(evaluation.worst_tenth(tracker, protocol))
 
@@ -80,7 +79,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         Column("AUC", mean("auc"), 1),
         Column("precision at 20 px", mean("precision_20"), 1),
         Column("OD", mean("od"), -1),
-        Column("tracks lost", lost, -1),
+        Column("tracks lost", mean("lost_track", 2), -1),
     ]
     if protocol == "robust":
         columns.insert(1, Column("AUC of the worst tenth", worst, 1))
@@ -111,11 +110,6 @@ def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Co
         rows.append((Cell(tracker), Cell(share, finished), *(column[i] for column in cells)))
     head = ("tracker", "sequences", *(column.title for column in columns))
     return Table(title, head, rows)
-
-
-def lost_track(outcome: Outcome) -> float:
-    """Return 1 if the track was lost in any frame, else 0."""
-    return float(outcome.scores["lost_frame"] is not None)
 
 
 def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
@@ -155,36 +149,36 @@ def per_view(evaluation: Evaluation) -> Table:
 
 
 def comparisons(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table in which each tracker is compared with the first one."""
+    """Return a table in which each tracker is compared with the first one.
+
+    The value of a sequence is its mean over seeds of the `ranking_column`.
+    """
+    first, *others = evaluation.trackers
+    column = ranking_column(protocol)
     rows: list[Row] = []
-    for tracker, sequences, difference, won, drawn in evaluation.comparisons(protocol):
-        mean, low, high = difference
-        interval = f"{low:+.3f} to {high:+.3f}" if math.isfinite(low) else NO_VALUE
+    for tracker in others:
+        pairs = [
+            [evaluation.mean(each, protocol, column, [name]).mean for each in (tracker, first)]
+            for name in evaluation.finished(tracker, protocol)
+        ]
+        known = [pair for pair in pairs if np.isfinite(pair).all()]
+        ours, theirs = np.array(known, np.float64).reshape(-1, 2).T
+        won, drawn = (int(np.count_nonzero(each)) for each in (ours > theirs, ours == theirs))
+        counts = [Cell(f"{won} of {ours.size}", won), Cell(str(drawn), drawn)]
         rows.append(
             (
                 Cell(tracker),
-                Cell(f"{mean:+.3f}" if sequences else NO_VALUE, mean if sequences else None),
-                Cell(interval, low if math.isfinite(low) else None),
-                Cell(f"{won} of {sequences}" if sequences else NO_VALUE, won),
-                Cell(str(drawn) if sequences else NO_VALUE, drawn),
+                *difference(paired_difference(ours, theirs)),
+                *(counts if known else [Cell(NO_VALUE)] * 2),
             )
         )
-    return Table(
-        f"Compared with {evaluation.trackers[0]}",
-        (
-            "tracker",
-            f"difference of {NAMES[ranking_column(protocol)]}",
-            "95 % interval",
-            "sequences won",
-            "drawn",
-        ),
-        rows,
-        note=(
-            f"A positive difference means better than {evaluation.trackers[0]}, over the sequences "
-            f"that both finished. The interval is a paired bootstrap over sequences, each with its "
-            f"mean over seeds. If it contains 0, these sequences do not show which one is better."
-        ),
+    head = ("tracker", f"difference of {NAMES[column]}", "95 % interval", "sequences won", "drawn")
+    note = (
+        f"A positive difference means better than {first}, over the sequences that both finished. "
+        f"The interval is a paired bootstrap over sequences, each with its mean over seeds. If it "
+        f"contains 0, these sequences do not show which one is better."
     )
+    return Table(f"Compared with {first}", head, rows, note=note)
 
 
 def lost_status(evaluation: Evaluation, protocol: str) -> Table:
@@ -293,13 +287,13 @@ def reference(evaluation: Evaluation, other: Reference) -> Table:
 
 def details(evaluation: Evaluation, protocol: str) -> Table:
     """Return a table with a row for each tracker on each sequence."""
-    columns: dict[str, tuple[str | Quantity, int]] = {"frames": ("frames", 0)}
+    columns: dict[str, tuple[str, int]] = {"frames": ("frames", 0)}
     if protocol == "reset":
         columns |= {"accuracy": ("accuracy", 3), "robustness": ("robustness", 3)}
         columns |= {"failures": ("failures", 1)}
     else:
         columns |= {"AUC": ("auc", 3), "precision at 20 px": ("precision_20", 3)}
-        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (lost_track, 2)}
+        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": ("lost_track", 2)}
     columns |= {"F1 of lost": ("lost_f1", 2), "ECE": ("ece", 3), "ms": ("ms_median", 2)}
 
     def cells(tracker: str, sequence: str) -> Iterable[Cell]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from motes_lab.aggregate import Mean
+from motes_lab.metrics.statistics import Difference, Mean
 
 NO_VALUE = "–"
 """The text of a cell without a number."""
@@ -101,6 +101,16 @@ def three_digits(value: float) -> Cell:
     if not math.isfinite(value):
         return Cell(NO_VALUE)
     return Cell(f"{value:.0f}" if value >= 99.95 or not value else f"{value:#.3g}", value)
+
+
+def difference(found: Difference, digits: int = 3) -> tuple[Cell, Cell]:
+    """Return a difference with its sign, and its interval."""
+    mean, low, high = found
+    form = f"+.{digits}f"
+    return (
+        Cell(f"{mean:{form}}", mean) if math.isfinite(mean) else Cell(NO_VALUE),
+        Cell(f"{low:{form}} to {high:{form}}", low) if math.isfinite(low) else Cell(NO_VALUE),
+    )
 
 
 def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:

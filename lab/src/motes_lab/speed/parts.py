@@ -6,12 +6,12 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from motes.synthetic.clips import crowd, still
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as TrueSequence
-from motes_lab.papers.result import Experiment, Result
+from motes_lab.experiment import Experiment, Result
 from motes_lab.report.tables import Table
 from motes_lab.speed import files, growth
 from motes_lab.speed import measure as speed
@@ -25,13 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Part = Literal["trackers", "sequences", "growth", "files"]
-PARTS: dict[Part, tuple[str, ...]] = {
-    "trackers": ("trackers",),
-    "sequences": ("sequences",),
-    "growth": (*growth.KINDS,),
-    "files": ("files",),
-}
-"""Parts of the bench, and their tables."""
+PARTS: tuple[Part, ...] = get_args(Part)
+FRAMES = 31
+"""Frames of each clip."""
 SMALL, SMALL_TARGET = (480, 270), (30, 50)
 """Frame and target before they are enlarged."""
 UPDATES = 5
@@ -45,8 +41,8 @@ class Measured:
 
     Parameters
     ----------
-    frames, rounds
-        Frames of each clip, and how often each job runs.
+    rounds
+        How often each job runs.
     stored
         Ratios to the peers of another run; None to compare with none.
     sequences
@@ -59,7 +55,6 @@ class Measured:
 
     def __init__(
         self,
-        frames: int,
         rounds: int,
         stored: Mapping[Ratio, float] | None,
         sequences: Sequence[TrueSequence],
@@ -67,7 +62,7 @@ class Measured:
         *,
         plot: bool,
     ) -> None:
-        self._frames, self._rounds, self._stored, self._plot = frames, rounds, stored, plot
+        self._rounds, self._stored, self._plot = rounds, stored, plot
         self._sequences, self._networks = sequences, networks
         self._tables: dict[str, Table] = {}
         self._growths: dict[str, Growth] = {}
@@ -91,7 +86,7 @@ class Measured:
         return speed_plot.figure(self._updates, [*self._growths.values()])
 
     def _trackers(self) -> Iterator[str]:
-        films = {target: Film.of(still(SIZE, target, self._frames)) for target in speed.TARGETS}
+        films = {target: Film.of(still(SIZE, target, FRAMES)) for target in speed.TARGETS}
         jobs, missing = speed.trackers(films)
         for updates in speed.interleaved(jobs, self._rounds):
             self._updates = updates
@@ -105,7 +100,7 @@ class Measured:
         names = [*speed.FOLLOWERS, *names]
         seconds: dict[tuple[str, str], list[float]] = {}
         for _, sequence in itertools.product(range(self._rounds), self._sequences):
-            found, failed = speed.in_lockstep(names, sequence, self._frames)
+            found, failed = speed.in_lockstep(names, sequence, FRAMES)
             self._problems.update(dict.fromkeys(failed))
             for name, times in found.items():
                 seconds.setdefault((sequence.name, name), []).extend(times)
@@ -113,7 +108,7 @@ class Measured:
             yield f"sequences, {sequence.name}"
 
     def _growth(self) -> Iterator[str]:
-        film = Film.of(still(SIZE, MAIN, self._frames))
+        film = Film.of(still(SIZE, MAIN, FRAMES))
         small = Film.of(still(SMALL, SMALL_TARGET, UPDATES + 1))
         many = Film.of(crowd(LARGE, MAIN), UPDATES + 1)
         sizes = {"size": named_size(SIZE), "large": named_size(LARGE)}
@@ -134,7 +129,7 @@ class Measured:
         with TemporaryDirectory(prefix="motes-") as folder:
             runs: dict[tuple[str, str], Run] = {}
             for name, clip, targets, length in (
-                ("one target", still(SIZE, MAIN, self._frames), 1, LENGTH),
+                ("one target", still(SIZE, MAIN, FRAMES), 1, LENGTH),
                 ("ten targets", crowd(LARGE, MAIN), 10, LARGE_LENGTH),
             ):
                 jobs = files.jobs(Path(folder), name, Film.of(clip), targets, length)
