@@ -5,6 +5,9 @@ import { boxAround, isBox, rounded } from "./geometry.js";
 export const itemOf = (state, object) =>
   state.session?.objects.find((item) => item.object === object) ?? null;
 
+/** Return the objects that have keyframes of their own. */
+export const ownItems = (session) => session.objects.filter(({ compared }) => compared === null);
+
 export const selectedItem = (state) => itemOf(state, state.selected);
 
 export const rowOf = (state, object, frame) => state.rows.get(object)?.[frame] ?? null;

@@ -113,7 +113,7 @@ function settings(app, item) {
   return element("section", { class: "panel" },
     element("header", {}, element("h2", {}, item.name), button(`Remove ${item.name}`, () => actions.remove(), { picture: "trash" })),
     field("Name", name), colors,
-    ...trackerFields(app, item, change),
+    trackerFields(app.store.state.presets?.track ?? [], item, change),
     element("div", { class: "row" }, track, item.compared === null && compare));
 }
 
