@@ -183,11 +183,11 @@ class LiveSession:
 
     def _item(self, target: DrawnTarget) -> messages.Item:
         return messages.Item(
-            target.object, target.name, target.color, target.preset, target.config, target.seed,
-            target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
-            [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
-            target.object in self._tracked,
-        )  # fmt: skip
+            *(getattr(target, name) for name in messages.Subject.__struct_fields__),
+            keyframes=[Keyframe(*each) for each in target.keys.items()],
+            cues=[*target.tracker.cues],
+            tracked=target.object in self._tracked,
+        )
 
     # What pages ask for.
 
