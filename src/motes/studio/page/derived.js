@@ -58,6 +58,9 @@ export function shownItems(state, side) {
   return items.filter(({ object }) => object === (side === 0 ? other?.compared : state.beside));
 }
 
+/** Return a set with a member, or without it. */
+export const withOrWithout = (set, member, on) => new Set(on ? [...set, member] : [...set].filter((each) => each !== member));
+
 /** Return a number for people, or a dash. */
 export const shown = (value, digits = 2) =>
   value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toFixed(digits);
