@@ -64,7 +64,7 @@ def test_frames_keep_their_times_when_others_are_lost() -> None:
     now = [0.0, 0.1, 0.4, 0.5]
     region = 1.0, 1.0, 5.0, 5.0
     target = DrawnTarget(
-        1, "a", "#000000", "default", None, 0, 0, 5, {0: region, 4: region}, ((2, 3),)
+        1, "a", "#000000", "default", None, 0, 0, 5, ((2, 3),), keys={0: region, 4: region}
     )
     (found,) = renumbered(Document((target,)), before, now).targets
     assert (found.first, found.last, [*found.keys], found.absent) == (0, 3, [0, 2], ((1, 2),))

@@ -336,7 +336,7 @@ def test_every_format_that_is_written_is_read_back(
         assert item.tracked is (form != "keyframes")
         if form == "keyframes":
             assert len(item.keyframes) > 1
-            assert (item.first, item.last, item.absent) == (0, FRAMES - 1, [(30, 33)])
+            assert (item.first, item.last, item.absent) == (0, FRAMES - 1, ((30, 33),))
         page.do("remove_object", object=new)
 
 

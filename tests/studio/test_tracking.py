@@ -109,7 +109,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
         jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), Board(facts.frames)))
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
-        target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
+        target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys=keys)
         jobs.update(Document((target,)))
         jobs.track([1])
         await asyncio.sleep(0)

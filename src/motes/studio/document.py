@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import msgspec
 from msgspec import UNSET
@@ -21,23 +22,16 @@ from motes.studio.messages import OpenFilm
 MAX_OBJECTS = 50
 
 
-class DrawnTarget(messages.Subject, frozen=True):
+class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
     """An object.
 
     Attributes
     ----------
     keys
         The drawn regions, by frame.
-    absent
-        First and last frames of absences, in order, apart from each other.
-    corrections, compared
-        As in `messages.Item`.
     """
 
     keys: dict[int, Region]
-    absent: tuple[tuple[int, int], ...] = ()
-    corrections: int = 0
-    compared: int | None = None
 
     @property
     def tracker(self) -> TrackerConfig:
@@ -137,19 +131,14 @@ def places_toml(places: Places) -> str:
 
 
 def _values(places: Places) -> dict[str, object]:
-    values: dict[str, object] = {
-        "line": [_plain(each) for each in places.lines],
-        "zone": [_plain(each) for each in places.zones],
-    }
+    values: dict[str, Any] = {"line": places.lines, "zone": places.zones}
     if places.ground is not None:
-        values["ground"] = {"points": [*places.ground]}
-    plain: dict[str, object] = msgspec.to_builtins(values)
-    return plain
-
-
-def _plain(each: commands.DrawnLine | commands.DrawnZone) -> dict[str, object]:
-    values: dict[str, object] = msgspec.to_builtins(each)
-    return {name: value for name, value in values.items() if value is not None}
+        values["ground"] = {"points": places.ground}
+    values = msgspec.to_builtins(values)
+    for zone in values["zone"]:
+        if zone["dwell"] is None:  # TOML has no null
+            del zone["dwell"]
+    return values
 
 
 def changed(
@@ -228,7 +217,7 @@ def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> t
     number = document.following
     target = DrawnTarget(
         number, command.name or f"object {number}", command.color, command.preset,
-        command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
+        command.config, command.seed, 0, film.frames - 1, keys={command.frame: command.region},
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number

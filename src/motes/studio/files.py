@@ -13,7 +13,7 @@ import msgspec
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
 from motes.studio import drawing, exports, imports
-from motes.studio.commands import Layer
+from motes.studio.commands import Layer, Number
 from motes.studio.document import DrawnTarget
 from motes.studio.messages import DoubtfulFrame, Layers
 from motes.studio.plan import pass_to
@@ -34,6 +34,23 @@ class File(NamedTuple):
     data: bytes
 
 
+class Question(msgspec.Struct, frozen=True):
+    """What the address of a request about a session says; each question takes what it needs.
+
+    The frame, the object (None for all), the size of a picture, how many are wanted, layers with
+    commas between, the format of a file, and whether the many-object mode is meant.
+    """
+
+    index: Number = 0
+    object: Number | None = None
+    width: Number = 1280
+    height: Number = 54
+    count: Number = 20
+    layers: str = ""
+    format: str = "csv"
+    scene: str | None = None
+
+
 class Imported(msgspec.Struct, frozen=True):
     """The numbers of the objects that a file has brought, and what of it was left out."""
 
@@ -41,16 +58,18 @@ class Imported(msgspec.Struct, frozen=True):
     left_out: list[str]
 
 
-async def export(session: LiveSession, form: str, number: int | None) -> File:
-    """Return the rows of one object, or of all, in a format.
+async def export(session: LiveSession, about: Question) -> File:
+    """Return rows in a format: of one object, of all, or of the many-object mode.
 
     Raises
     ------
     MotesError
         If there are none, or the format cannot hold them.
     """
-    film = session.facts
-    targets = _targets(session, number)
+    if about.scene is not None:
+        return await _export_scene(session, about.format)
+    film, form = session.facts, about.format
+    targets = _targets(session, about.object)
     if form == HISTORY:
         if len(targets) > 1:
             raise ConfigError("Corrections are of one object; choose one.")
@@ -70,7 +89,7 @@ async def export(session: LiveSession, form: str, number: int | None) -> File:
     return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
 
 
-async def export_scene(session: LiveSession, form: str) -> File:
+async def _export_scene(session: LiveSession, form: str) -> File:
     """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
     film = session.facts
     if form == "events":
@@ -84,19 +103,20 @@ async def export_scene(session: LiveSession, form: str) -> File:
     return File(exports.file_name(film, "watched", form), data)
 
 
-def command(session: LiveSession, number: int | None) -> exports.Reproduction:
-    """Return how an object is tracked again; without a number, how all that moves is."""
-    if number is not None:
-        return exports.command_of(session.document.target(number), session.facts)
+async def command(session: LiveSession, about: Question) -> exports.Reproduction:
+    """Return how an object is tracked again; without one, how all that moves is."""
+    if about.object is not None:
+        return exports.command_of(session.document.target(about.object), session.facts)
     asked = session.watching.asked
     if asked is None:
         raise ConfigError("Nothing was tracked yet; draw an object, or track all that moves.")
     return exports.watch_command(session.facts, asked.watch, asked.places)
 
 
-async def film(session: LiveSession, number: int | None) -> File:
+async def film(session: LiveSession, about: Question) -> File:
     """Return a film in which one object, or all are drawn."""
-    tables = {target.object: _table(session, target) for target in _targets(session, number)}
+    targets = _targets(session, about.object)
+    tables = {target.object: _table(session, target) for target in targets}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         task = partial(drawing.annotated, tables=tables, path=str(path))
@@ -105,26 +125,32 @@ async def film(session: LiveSession, number: int | None) -> File:
         return File(f"{stem}-annotated.mp4", path.read_bytes())
 
 
-async def doubts(session: LiveSession, number: int, count: int) -> list[DoubtfulFrame]:
+async def strip(session: LiveSession, about: Question) -> File:
+    """Return thumbnails of the film side by side."""
+    return File("strip.jpg", await session.strip(about.count, about.height))
+
+
+async def doubts(session: LiveSession, about: Question) -> list[DoubtfulFrame]:
     """Return doubtful frames of an object, in the order of `motes check`."""
-    target = session.document.target(number)
-    rows = session.board.rows(number, target.first, target.last)
+    target = _target(session, about)
+    rows = session.board.rows(target.object, target.first, target.last)
     if not len(rows):
         return []
-    task = partial(find_doubts, table=rows, marks=target.marks, count=min(count, MOST_DOUBTS))
+    count = min(about.count, MOST_DOUBTS)
+    task = partial(find_doubts, table=rows, marks=target.marks, count=count)
     return msgspec.json.decode(await session.ask(task), type=list[DoubtfulFrame])
 
 
-async def layers(session: LiveSession, number: int, frame: int, wanted: str) -> Layers:
-    """Return layers of a frame, given their names with commas between.
+async def layers(session: LiveSession, about: Question) -> Layers:
+    """Return layers of an object in a frame.
 
     A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
     """
-    target = session.document.target(number)
-    session.check_frame(frame)
-    run = pass_to(target, frame)
-    names = msgspec.convert(wanted.split(","), list[Layer])
-    task = partial(look_at, number=number, run=run, wanted=names)
+    target = _target(session, about)
+    session.check_frame(about.index)
+    run = pass_to(target, about.index)
+    names = msgspec.convert(about.layers.split(","), list[Layer])
+    task = partial(look_at, number=target.object, run=run, wanted=names)
     data = await session.ask(task, frames=abs(run.stop - run.start))
     return msgspec.json.decode(data, type=Layers)
 
@@ -143,6 +169,12 @@ async def take(
     session.take_rows(document, tables)
     numbers = [each.object for each in document.targets if each.object >= before]
     return Imported(numbers, [*recorded.left_out])
+
+
+def _target(session: LiveSession, about: Question) -> DrawnTarget:
+    if about.object is None:
+        raise ConfigError("Name an object, as in ?object=1.")
+    return session.document.target(about.object)
 
 
 def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:

@@ -129,7 +129,7 @@ def taken(
             number,
             (rows[drawn[0]].label or stem if len(found) == 1 else f"{stem} {identity}")[:100],
             COLORS[(number - 1) % len(COLORS)], "default", None, 0, first, last,
-            {frame: tuple(rows[frame].ellipse) for frame in keys},
+            keys={frame: tuple(rows[frame].ellipse) for frame in keys},
         )  # fmt: skip
         document = appended_to(document, target)
         cues, missing = len(target.tracker.cues), ObjectRow.nowhere(identity, Status.ABSENT)
@@ -152,5 +152,5 @@ def _drawn(number: int, recorded: Recording, times: Sequence[float], stem: str) 
     check_keyframes(marks, head.source, frames, head.width, head.height)
     keys = {frame: tuple(region) for frame, region in marks.items() if region is not None}
     absent = ranges(frame for frame, region in marks.items() if region is None)
-    color = COLORS[(number - 1) % len(COLORS)]
-    return DrawnTarget(number, stem[:100], color, "default", None, 0, 0, frames[-1], keys, absent)
+    name, color = stem[:100], COLORS[(number - 1) % len(COLORS)]
+    return DrawnTarget(number, name, color, "default", None, 0, 0, frames[-1], absent, keys=keys)

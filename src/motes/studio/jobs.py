@@ -136,6 +136,7 @@ class Jobs:
         """Stop all."""
         for run in self._runs.values():
             run.stop()
+        self._runs.clear()
 
     # What follows.
 
@@ -200,8 +201,9 @@ class Jobs:
             await self._join(need, target)
         except* MotesError as found:  # also of the store, as on a full disk
             errors.extend(found.exceptions)
-        if self._runs.get(need.key) is run:
-            del self._runs[need.key]
+        if self._runs.get(need.key) is not run:
+            return  # it was stopped
+        del self._runs[need.key]
         for user, _ in run.users if errors else ():
             if job := self._job_of(user.object):
                 self.stop(job, "failed", str(errors[0]))

@@ -85,6 +85,12 @@ class Subject(msgspec.Struct, frozen=True):
         As in `AddObject`.
     first, last
         Its frames, both included.
+    absent
+        First and last frames of absences, in order, apart from each other.
+    corrections
+        Number of corrections so far: marks after the first one.
+    compared
+        The object whose keyframes it has; None for an object with its own.
     """
 
     object: int
@@ -95,19 +101,18 @@ class Subject(msgspec.Struct, frozen=True):
     seed: int
     first: int
     last: int
+    absent: tuple[tuple[int, int], ...] = ()
+    corrections: int = 0
+    compared: int | None = None
 
 
-class Item(Subject, frozen=True):
+class Item(Subject, frozen=True, kw_only=True):
     """An object.
 
     Attributes
     ----------
-    keyframes, absent
-        The drawn frames; and the first and last frames of absences.
-    corrections
-        Number of corrections so far: marks after the first one.
-    compared
-        The object whose keyframes it has; None for an object with its own.
+    keyframes
+        The drawn frames.
     cues
         Names of the tracker's cues, in the order of the weights in its rows.
     tracked
@@ -115,9 +120,6 @@ class Item(Subject, frozen=True):
     """
 
     keyframes: list[Keyframe]
-    absent: list[tuple[int, int]]
-    corrections: int
-    compared: int | None
     cues: list[str]
     tracked: bool
 

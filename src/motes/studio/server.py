@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import mimetypes
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -24,6 +24,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.formats.registry import FORMATS
 from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
+from motes.studio.files import Question
 from motes.studio.processes import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
 from motes.studio.sessions import LiveSession
@@ -35,6 +36,8 @@ AGAIN = 1012
 """The code with which a WebSocket closes that is to be opened again."""
 GIVEN_UP = 499
 """The status of an answer that nobody waits for any more."""
+
+Endpoint = Callable[[Request], Coroutine[Any, Any, Response]]
 
 
 def app(studio: Studio, guard: Guard) -> ASGIApp:
@@ -64,13 +67,13 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}", _plain(api.session)),
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
-        Route("/api/sessions/{id}/layers/{index:int}", _plain(api.layers)),
-        Route("/api/sessions/{id}/doubts", _plain(api.doubts)),
-        Route("/api/sessions/{id}/strip", _plain(api.strip)),
-        Route("/api/sessions/{id}/export", _plain(api.export)),
+        Route("/api/sessions/{id}/layers/{index:int}", api.about(files.layers)),
+        Route("/api/sessions/{id}/doubts", api.about(files.doubts)),
+        Route("/api/sessions/{id}/strip", api.about(files.strip)),
+        Route("/api/sessions/{id}/export", api.about(files.export)),
+        Route("/api/sessions/{id}/command", api.about(files.command)),
+        Route("/api/sessions/{id}/film", api.about(files.film)),
         Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
-        Route("/api/sessions/{id}/command", _plain(api.command)),
-        Route("/api/sessions/{id}/film", _plain(api.film)),
         Route("/api/formats", _plain(api.formats)),
         WebSocketRoute("/api/sessions/{id}/ws", api.talk),
     ]
@@ -95,7 +98,7 @@ def _refused(error: str, status: int) -> Response:
     return _json(messages.Failure(error), status)
 
 
-def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Request], Any]:
+def _plain(answer: Endpoint) -> Endpoint:
     """Return an endpoint whose errors are one line of JSON."""
 
     async def endpoint(request: Request) -> Response:
@@ -115,9 +118,7 @@ def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Reques
     return endpoint
 
 
-async def _while_wanted(
-    request: Request, answer: Callable[[Request], Awaitable[Response]]
-) -> Response:
+async def _while_wanted(request: Request, answer: Endpoint) -> Response:
     """Return the answer to a request; cancel the work on it once the page has given it up."""
     work, left = asyncio.ensure_future(answer(request)), asyncio.create_task(_left(request))
     try:
@@ -174,8 +175,8 @@ class _Api:
         return Response(status_code=204)
 
     async def frame(self, request: Request) -> Response:
-        session = await self._session(request)
-        index, width = request.path_params["index"], _number(request, "width", 1280)
+        session, about = await self._asked(request)
+        index, width = about.index, about.width
         # A film does not change while it is open, so that a frame may stay with the browser.
         kind = "whole" if session.whole else "quick"
         tag = f'"{session.name}-{kind}-{index}-{width}"'
@@ -185,32 +186,21 @@ class _Api:
         data = await session.picture(index, width)
         return Response(data, media_type="image/jpeg", headers=headers)
 
-    async def layers(self, request: Request) -> Response:
-        session, number = await self._session(request), _needed_object(request)
-        wanted = request.query_params.get("layers", "")
-        index = request.path_params["index"]
-        return _json(await files.layers(session, number, index, wanted))
+    def about(self, answer: Callable[[LiveSession, Question], Awaitable[object]]) -> Endpoint:
+        """Return an endpoint that answers a question about a session, by a file or by JSON."""
 
-    async def doubts(self, request: Request) -> Response:
-        session, number = await self._session(request), _needed_object(request)
-        return _json(await files.doubts(session, number, _number(request, "count", 20)))
+        async def endpoint(request: Request) -> Response:
+            found = await answer(*await self._asked(request))
+            return _download(found) if isinstance(found, files.File) else _json(found)
 
-    async def strip(self, request: Request) -> Response:
-        session = await self._session(request)
-        count, height = _number(request, "count", 40), _number(request, "height", 54)
-        data = await session.strip(count, height)
-        return Response(data, media_type="image/jpeg")
+        return _plain(endpoint)
+
+    async def _asked(self, request: Request) -> tuple[LiveSession, Question]:
+        words = {**request.query_params, **request.path_params}
+        return await self._session(request), msgspec.convert(words, Question, strict=False)
 
     async def _session(self, request: Request) -> LiveSession:
         return await self._studio.session(request.path_params["id"])
-
-    async def export(self, request: Request) -> Response:
-        """Rows in a format: of an object, of all, or with `scene` of the many-object mode."""
-        session = await self._session(request)
-        form = request.query_params.get("format", "csv")
-        if "scene" in request.query_params:
-            return _download(await files.export_scene(session, form))
-        return _download(await files.export(session, form, _object(request)))
 
     async def take(self, request: Request) -> Response:
         session = await self._session(request)
@@ -218,12 +208,6 @@ class _Api:
         data = await _body(request, most)
         name, form = (request.query_params.get(each) for each in ("name", "format"))
         return _json(await files.take(session, name or "rows", data, form or None, most), 201)
-
-    async def command(self, request: Request) -> Response:
-        return _json(files.command(await self._session(request), _object(request)))
-
-    async def film(self, request: Request) -> Response:
-        return _download(await files.film(await self._session(request), _object(request)))
 
     async def formats(self, _: Request) -> Response:
         known = FORMATS.usable().items()
@@ -277,24 +261,6 @@ async def _body(request: Request, most: int) -> bytes:
         if len(body) > most:
             raise ConfigError(f"This is larger than {most >> 10} kB; send less.")
     return bytes(body)
-
-
-def _number(request: Request, name: str, default: int) -> int:
-    text = request.query_params.get(name, "")
-    return int(text) if text.isdecimal() and len(text) < 9 else default
-
-
-def _object(request: Request) -> int | None:
-    """Return the number of an object in the address; None without one."""
-    text = request.query_params.get("object", "")
-    return int(text) if text.isdecimal() and len(text) < 16 else None
-
-
-def _needed_object(request: Request) -> int:
-    number = _object(request)
-    if number is None:
-        raise ConfigError("Name an object, as in ?object=1.")
-    return number
 
 
 def _download(file: files.File) -> Response:

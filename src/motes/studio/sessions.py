@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -96,9 +95,7 @@ class LiveSession:
         desk = Desk(self.name, self._store, self.facts, self._pool, self.board)
         self.jobs, self.watching = Jobs(desk), Watching(desk)
         self.jobs.update(self.document)
-        left = [each for each in self._tracked if self._unfinished(each)]
-        if left:
-            self.jobs.track(left)
+        self._go_on()
         self.watching.go_on()
 
     def _find_damage(self) -> None:
@@ -108,11 +105,11 @@ class LiveSession:
             self._store.add_part(self.name, WHOLE, np.array(self.times).tobytes())
             self._reopen()
 
-    def _unfinished(self, number: int) -> bool:
-        with suppress(ConfigError):
-            self.document.target(number)
-            return not self.jobs.complete(number)
-        return False
+    def _go_on(self) -> None:
+        """Track what was tracked, and is not complete any more."""
+        numbers = [each.object for each in self.document.targets if each.object in self._tracked]
+        if left := [each for each in numbers if not self.jobs.complete(each)]:
+            self.jobs.track(left)
 
     @property
     def busy(self) -> bool:
@@ -183,11 +180,11 @@ class LiveSession:
 
     def _item(self, target: DrawnTarget) -> messages.Item:
         return messages.Item(
-            target.object, target.name, target.color, target.preset, target.config, target.seed,
-            target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
-            [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
-            target.object in self._tracked,
-        )  # fmt: skip
+            *(getattr(target, name) for name in messages.Subject.__struct_fields__),
+            keyframes=[Keyframe(*each) for each in target.keys.items()],
+            cues=[*target.tracker.cues],
+            tracked=target.object in self._tracked,
+        )
 
     # What pages ask for.
 
@@ -201,13 +198,13 @@ class LiveSession:
             return Reply(command.id, str(error))
 
     def _obey(self, command: Command) -> Reply:
-        reply = Reply(command.id)
         match command:
             case commands.TrackCommand():
-                job = self._track(command.objects)
-                return Reply(command.id, job=job.number)
+                return Reply(command.id, job=self._track(command.objects).number)
             case commands.Watch():
-                return Reply(command.id, job=self._watch(command).number)
+                job = self.watching.begin(command, self.document.places)
+                self.board.change_state()
+                return Reply(command.id, job=job.number)
             case commands.Stop():
                 self._stop(self._job(command.job))
             case commands.Undo():
@@ -216,7 +213,7 @@ class LiveSession:
                 self._go(self._place + 1, "There is nothing to make again.")
             case _:
                 return self._change(command)
-        return reply
+        return Reply(command.id)
 
     def _change(self, command: Command) -> Reply:
         document, number = changed(self.document, command, self.facts, self._row_at)
@@ -258,13 +255,7 @@ class LiveSession:
         self.document = document
         self._revision += 1
         self.jobs.update(document)
-        again = [
-            each.object
-            for each in document.targets
-            if each.object in self._tracked and not self.jobs.complete(each.object)
-        ]
-        if again:
-            self.jobs.track(again)
+        self._go_on()
         self.board.change_state()
 
     def _row_at(self, number: int, frame: int) -> Region | None:
@@ -283,11 +274,6 @@ class LiveSession:
             raise ConfigError(f"{self._limits.jobs} jobs run already; wait for one, or stop it.")
         self._set_tracked({*self._tracked, *numbers})
         job = self.jobs.track(numbers)
-        self.board.change_state()
-        return job
-
-    def _watch(self, command: commands.Watch) -> StudioJob:
-        job = self.watching.begin(command, self.document.places)
         self.board.change_state()
         return job
 

@@ -176,7 +176,7 @@ class Store:
         return b"".join(row[0] for row in self._rows(query, session, key))
 
     def parts_from(self, session: str, key: str, first: int, most: int) -> list[bytes]:
-        """Return parts of a key from number `first` on, up to a limit."""
+        """Return parts of a key from number `first` on, `most` at most; all, if that is -1."""
         query = """
             SELECT content FROM part WHERE session = ? AND key = ? AND number >= ?
             ORDER BY number LIMIT ?"""

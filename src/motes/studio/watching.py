@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -103,7 +102,7 @@ class Watching:
 
     def since(self, first: int) -> tuple[FoundScene | None, int]:
         """Return what the parts from `first` on have, and the number of the part after them."""
-        found = self._parts(first)
+        found = self._parts(first, STEP)
         if not found:
             return None if first else FoundScene([], [], 0, {}, reset=True), first
         part = joined(found)
@@ -111,23 +110,17 @@ class Watching:
         scene = FoundScene(frames, part.events, part.objects, part.totals, reset=first == 0)
         return scene, first + len(found)
 
-    def _parts(self, first: int) -> list[ScenePart]:
-        data = self._store.parts_from(self._session, PARTS, first, STEP)
+    def _parts(self, first: int = 0, most: int = -1) -> list[ScenePart]:
+        data = self._store.parts_from(self._session, PARTS, first, most)
         return [msgspec.json.decode(each, type=ScenePart) for each in data]
-
-    def _all(self) -> Iterator[ScenePart]:
-        first = 0
-        while found := self._parts(first):
-            first += len(found)
-            yield from found
 
     def frames(self) -> list[FrameRow]:
         """Return all frames so far."""
-        return [row for part in self._all() for row in part.frames]
+        return [row for part in self._parts() for row in part.frames]
 
     def events(self) -> list[dict[str, Any]]:
         """Return all events so far."""
-        return [event for part in self._all() for event in part.events]
+        return [event for part in self._parts() for event in part.events]
 
 
 STEP = 50

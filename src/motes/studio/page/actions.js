@@ -1,9 +1,9 @@
 // What a person does, by pointer, keys or buttons: each action is one command, its error is shown.
 
-import { announce, read } from "./announce.js";
+import { announce, read, tried } from "./announce.js";
 import { ask } from "./api.js";
 import { nextColor } from "./colors.js";
-import { isAbsent, itemOf, keyframeOf, nearestRegion, runningJobs, selectedItem } from "./derived.js";
+import { isAbsent, itemOf, keyframeOf, nearestRegion, ownItems, runningJobs, selectedItem } from "./derived.js";
 import { isBox, rounded } from "./geometry.js";
 
 const DOUBTS = 20;
@@ -23,13 +23,8 @@ export class Actions {
   }
 
   /** Send a command; return its reply, or null after showing why it failed. */
-  async send(type, fields = {}) {
-    try {
-      return await this.app.connection.send(type, fields);
-    } catch (error) {
-      announce(error.message, "error");
-      return null;
-    }
+  send(type, fields = {}) {
+    return tried(this.app.connection.send(type, fields));
   }
 
   /** Do what follows from the session once all earlier changes of it are answered, unless it was left meanwhile. */
@@ -68,11 +63,9 @@ export class Actions {
   }
 
   async #add(frame, region) {
-    const objects = this.state.session.objects.filter(({ compared }) => compared === null);
-    const name = `Object ${objects.length + 1}`;
-    const reply = await this.send("add_object", {
-      name, color: nextColor(objects), frame, region, ...this.state.tracker,
-    });
+    const { session, tracker } = this.state;
+    const name = `Object ${ownItems(session).length + 1}`;
+    const reply = await this.send("add_object", { name, color: nextColor(ownItems(session)), frame, region, ...tracker });
     if (!reply) return;
     this.store.set({ selected: reply.object });
     read(`${name} drawn in frame ${frame}`);
@@ -174,15 +167,10 @@ export class Actions {
     if (!item) return null;
     const { object } = item;
     const { session } = this.state;
-    try {
-      const items = await ask(`/api/sessions/${session.id}/doubts?object=${object}&count=${DOUBTS}`);
-      if (this.state.session?.id !== session.id) return null;
-      this.store.set({ doubts: new Map(this.state.doubts).set(object, items) });
-      return items;
-    } catch (error) {
-      announce(error.message, "error");
-      return null;
-    }
+    const items = await tried(ask(`/api/sessions/${session.id}/doubts?object=${object}&count=${DOUBTS}`));
+    if (!items || this.state.session?.id !== session.id) return null;
+    this.store.set({ doubts: new Map(this.state.doubts).set(object, items) });
+    return items;
   }
 
   /** Go to the next doubtful frame. */

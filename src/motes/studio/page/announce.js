@@ -15,6 +15,16 @@ export function announce(text, kind = "note") {
   return () => message.remove();
 }
 
+/** Return what a promise brings, or null after showing why it failed. */
+export async function tried(promise, words = "") {
+  try {
+    return await promise;
+  } catch (error) {
+    announce(words + error.message, "error");
+    return null;
+  }
+}
+
 /** Have screen readers read a text; nothing is shown. */
 export function read(text) {
   document.getElementById("spoken").textContent = text;

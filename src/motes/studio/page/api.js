@@ -1,55 +1,45 @@
-// What comes over HTTP: films, presets, sessions, files.
+// What comes over HTTP: films, presets, sessions, files. What is refused throws the server's own words.
 
-/** Return the JSON of an address; throw the server's own words if it refuses. */
-export async function ask(address, { method = "GET", body = undefined, signal = undefined } = {}) {
-  const headers = body === undefined ? {} : { "content-type": "application/json" };
-  const answer = await fetch(address, {
-    method,
-    headers,
-    signal,
-    body: body === undefined ? undefined : JSON.stringify(body),
-  });
-  if (!answer.ok) throw new Error(await reason(answer));
+/** Return the JSON of an address; null where it has none. */
+export async function ask(address, { method = "GET", body, signal } = {}) {
+  const answer = await answerOf(address, { method, signal, body: body && JSON.stringify(body) });
   return answer.status === 204 ? null : answer.json();
 }
 
-/** Return the picture of an address; throw the server's own words if it refuses. */
+/** Return the picture of an address. */
 export async function askPicture(address, signal) {
-  const answer = await fetch(address, { signal });
-  if (!answer.ok) throw new Error(await reason(answer));
+  const answer = await answerOf(address, { signal });
   return createImageBitmap(await answer.blob());
 }
 
-/** Return why a request was refused, in one line. */
-export async function reason(answer) {
-  const text = await answer.text();
-  try {
-    return JSON.parse(text).error ?? text;
-  } catch {
-    return text || `The server answered ${answer.status}.`;
-  }
+/** Return the answer of an address. */
+export async function answerOf(address, options) {
+  const answer = await fetch(address, options);
+  if (answer.ok) return answer;
+  throw new Error(reason(await answer.text(), answer.status));
 }
 
 /** Send a file and report the share that has gone; `fetch` knows no progress of what it sends. */
-export function send(address, file, progress) {
+export function send(address, file, progress = () => {}) {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
     request.open("POST", address);
     request.upload.addEventListener("progress", ({ loaded, total }) => progress(loaded / total));
     request.addEventListener("load", () => {
-      const read = () => JSON.parse(request.responseText);
-      if (request.status < 300) resolve(request.responseText ? read() : null);
-      else {
-        let words = request.responseText;
-        try {
-          words = read().error;
-        } catch {
-          // plain text is the reason itself
-        }
-        reject(new Error(words || `The server answered ${request.status}.`));
-      }
+      const { status, responseText: text } = request;
+      if (status < 300) resolve(JSON.parse(text));
+      else reject(new Error(reason(text, status)));
     });
     request.addEventListener("error", () => reject(new Error("The connection broke off.")));
     request.send(file);
   });
+}
+
+/** Return why a request was refused, in one line. */
+function reason(text, status) {
+  try {
+    return JSON.parse(text).error ?? text;
+  } catch {
+    return text || `The server answered ${status}.`;
+  }
 }

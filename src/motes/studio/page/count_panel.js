@@ -2,7 +2,7 @@
 
 import { button, element, field, fill, fillAnew } from "./dom.js";
 import { endGround } from "./places.js";
-import { isMore, presetOptions } from "./trackers.js";
+import { trackerChoice } from "./trackers.js";
 
 const DETECTORS = [
   ["mog2", "Motion, MOG2"],
@@ -10,35 +10,23 @@ const DETECTORS = [
   ["people", "People"],
   ["faces", "Faces"],
 ];
-const USUAL = "nummiaro:adaptive";
 const LATEST = 8; // events that are listed
 
 export function mountCountPanel(app) {
   const { store, actions } = app;
   const detector = element("select", {}, DETECTORS.map(([value, label]) => element("option", { value }, label)));
-  const preset = element("select", {
-    onchange: ({ target }) => {
-      if (!isMore(target, store.state.presets.watch, watched)) watched = target.value;
-    },
-  });
-  let watched = USUAL;
-  const seed = element("input", { type: "number", min: "0", step: "1", value: "0" });
-  const start = button("Track all that moves", () => actions.watch({
-    detector: detector.value, preset: preset.value, config: null, seed: Math.max(0, Math.round(Number(seed.value))),
-  }), { class: "main grow", picture: "play", text: "Track all that moves" });
+  const chosen = { preset: "nummiaro:adaptive", config: null, seed: 0 };
+  const tracker = element("div");
+  const start = button("Track all that moves", () => actions.watch({ detector: detector.value, ...chosen }),
+    { class: "main grow", picture: "play", text: "Track all that moves" });
   const counts = element("div", { "aria-live": "polite" });
   const events = element("ol", { class: "events" });
   const panel = element("div", { class: "tabpanel" },
     element("section", { class: "panel" }, element("h2", {}, "All that moves"),
-      field("Detector", detector),
-      element("div", { class: "row tracker" }, field("Tracker", preset, { class: "field grow" }), field("Seed", seed, { class: "field seed" })),
-      element("div", { class: "row" }, start)),
+      field("Detector", detector), tracker, element("div", { class: "row" }, start)),
     element("section", { class: "panel" }, element("h2", {}, "Lines, zones and ground"), mountPlaces(app)),
     element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events));
-  store.on(["presets"], ({ presets }) => {
-    fill(preset, presetOptions(presets?.watch ?? [], watched));
-    preset.value = watched;
-  });
+  store.on(["presets"], ({ presets }) => presets && fill(tracker, trackerChoice(presets.watch, chosen)));
   store.on(["counts"], (state) => fill(counts, countRows(state)));
   store.on(["events"], (state) => fillAnew(events, state.events.slice(-LATEST), () => eventRows(app, state)));
   return panel;

@@ -5,6 +5,9 @@ import { boxAround, isBox, rounded } from "./geometry.js";
 export const itemOf = (state, object) =>
   state.session?.objects.find((item) => item.object === object) ?? null;
 
+/** Return the objects that have keyframes of their own. */
+export const ownItems = (session) => session.objects.filter(({ compared }) => compared === null);
+
 export const selectedItem = (state) => itemOf(state, state.selected);
 
 export const rowOf = (state, object, frame) => state.rows.get(object)?.[frame] ?? null;
@@ -54,6 +57,9 @@ export function shownItems(state, side) {
   const other = itemOf(state, state.beside);
   return items.filter(({ object }) => object === (side === 0 ? other?.compared : state.beside));
 }
+
+/** Return a set with a member, or without it. */
+export const withOrWithout = (set, member, on) => new Set(on ? [...set, member] : [...set].filter((each) => each !== member));
 
 /** Return a number for people, or a dash. */
 export const shown = (value, digits = 2) =>

@@ -1,11 +1,11 @@
 // The dialogs: help, absence, comparison, removal. Files have their own in files.js.
 
 import { ask } from "./api.js";
-import { announce } from "./announce.js";
-import { button, element, field, fillAnew } from "./dom.js";
+import { tried } from "./announce.js";
+import { button, element, field } from "./dom.js";
 import { helpOf } from "./keyboard.js";
 import { selectedItem } from "./derived.js";
-import { trackerFields } from "./trackers.js";
+import { trackerChoice } from "./trackers.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
 
@@ -53,14 +53,9 @@ export function makeDialogs(app) {
       const item = selectedItem(store.state);
       if (!item) return;
       const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
-      const place = element("div");
-      const paint = () => fillAnew(place, chosen, () => trackerFields(app, chosen, (changes) => {
-        Object.assign(chosen, changes);
-        paint();
-      }));
-      paint();
       const dialog = show(`${item.name} with another tracker`, [
-        element("p", { class: "muted" }, "The same keyframes are tracked again; both are shown side by side."), place,
+        element("p", { class: "muted" }, "The same keyframes are tracked again; both are shown side by side."),
+        trackerChoice(store.state.presets?.track ?? [], chosen),
       ], [button("Track and compare", () => {
         dialog.close();
         actions.compare(chosen);
@@ -71,11 +66,7 @@ export function makeDialogs(app) {
       const dialog = show("Delete the session?", element("p", {}, `The tracks and corrections of ${film} in this session are deleted. The film stays.`),
         [button("Keep it", () => dialog.close(), { class: "plain" }), button("Delete", async () => {
           dialog.close();
-          try {
-            await ask(`/api/sessions/${id}`, { method: "DELETE" });
-          } catch (error) {
-            announce(error.message, "error");
-          }
+          await tried(ask(`/api/sessions/${id}`, { method: "DELETE" }));
           refreshHome(app);
         }, { class: "plain bad" })]);
     },

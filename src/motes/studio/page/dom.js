@@ -115,6 +115,15 @@ export function sized(canvas) {
   return context;
 }
 
+/** Call act(x) where a pointer is pressed or dragged on a canvas. */
+export function scrub(canvas, act) {
+  canvas.addEventListener("pointerdown", ({ pointerId, offsetX }) => {
+    canvas.setPointerCapture(pointerId);
+    act(offsetX);
+  });
+  canvas.addEventListener("pointermove", ({ buttons, offsetX }) => buttons && act(offsetX));
+}
+
 /** Return a function that draws soon, but not again before a pause in milliseconds: what changes with each frame of a run. */
 export function calm(draw, pause = 100) {
   let [timer, drawn] = [0, -Infinity];

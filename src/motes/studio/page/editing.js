@@ -3,7 +3,7 @@
 import { between, contains, dragged, handles, moved } from "./geometry.js";
 import { textScale } from "./dom.js";
 import { nextColor } from "./colors.js";
-import { itemOf, regionOf, selectedItem, shownItems } from "./derived.js";
+import { itemOf, ownItems, regionOf, selectedItem, shownItems } from "./derived.js";
 import { addCorner, endLine } from "./places.js";
 
 const NEAR = 11; // pixels of the screen around a handle
@@ -67,7 +67,7 @@ export function mountEditing(stage, app, side) {
   function draw(start, kind) {
     const { redrawing, session, pictured } = store.state;
     const item = redrawing ? selectedItem(store.state) : null;
-    const color = item?.color ?? nextColor(session.objects.filter(({ compared }) => compared === null));
+    const color = item?.color ?? nextColor(ownItems(session));
     const object = item?.object ?? null;
     let draft = null;
     return {

@@ -1,7 +1,7 @@
 // Files that go out and come in, and the command line that makes the same rows.
 
-import { ask, reason, send } from "./api.js";
-import { announce, read } from "./announce.js";
+import { answerOf, ask, send } from "./api.js";
+import { announce, read, tried } from "./announce.js";
 import { button, element, field } from "./dom.js";
 import { show } from "./dialogs.js";
 import { selectedItem } from "./derived.js";
@@ -11,7 +11,7 @@ const SAID = 5; // kinds of things left out that are named; the others are count
 /** Show what can be exported, and a place for rows that come in. */
 export async function showExports(app) {
   const { session, scene } = app.store.state;
-  const formats = await asked("/api/formats");
+  const formats = await tried(ask("/api/formats"));
   if (!formats) return;
   const base = `/api/sessions/${session.id}`;
   const tracked = session.objects.filter((item) => item.tracked);
@@ -50,43 +50,28 @@ export async function showExports(app) {
 const formatOptions = (formats) =>
   Object.entries(formats).map(([name, title]) => element("option", { value: name }, `${name} – ${title}`));
 
-/** Return the JSON of an address, or null after showing why it was refused. */
-async function asked(address) {
-  try {
-    return await ask(address);
-  } catch (error) {
-    announce(error.message, "error");
-    return null;
-  }
-}
-
 /** Fetch a file and hand it to the browser; a refusal is shown instead. */
 async function download(pressed, address) {
   pressed.disabled = true;
-  try {
-    const answer = await fetch(address);
-    if (!answer.ok) throw new Error(await reason(answer));
-    const named = /filename\*?=(?:UTF-8'')?"?([^";]+)/.exec(answer.headers.get("content-disposition") ?? "");
-    const link = element("a", { href: URL.createObjectURL(await answer.blob()), download: decodeURIComponent(named?.[1] ?? "tracks") });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-  } catch (error) {
-    announce(error.message, "error");
-  } finally {
-    pressed.disabled = false;
-  }
+  const answer = await tried(answerOf(address));
+  const content = answer && (await tried(answer.blob()));
+  pressed.disabled = false;
+  if (!content) return;
+  const [, name] = answer.headers.get("content-disposition").split("''");
+  const link = element("a", { href: URL.createObjectURL(content), download: decodeURIComponent(name) });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
 async function bring({ store }, file, format) {
   if (!file) return;
-  try {
-    const words = new URLSearchParams({ name: file.name, format });
-    const { left_out: rest } = await send(`/api/sessions/${store.state.session.id}/import?${words}`, file, () => {});
-    const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
-    announce(`${file.name} was imported${rest.length ? `, without ${named}` : ""}.`, rest.length ? "error" : "note");
-  } catch (error) {
-    announce(`${file.name} was not imported: ${error.message}`, "error");
-  }
+  const words = new URLSearchParams({ name: file.name, format });
+  const address = `/api/sessions/${store.state.session.id}/import?${words}`;
+  const found = await tried(send(address, file), `${file.name} was not imported: `);
+  if (!found) return;
+  const rest = found.left_out;
+  const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
+  announce(`${file.name} was imported${rest.length ? `, without ${named}` : ""}.`, rest.length ? "error" : "note");
 }
 
 /** Show the command line and the files that make the same rows. */
@@ -95,7 +80,7 @@ export async function showCommand({ store }) {
   const base = `/api/sessions/${session.id}/command`;
   const addresses = selected === null ? [] : [`${base}?object=${selected}`];
   if (scene.length || selected === null) addresses.push(base); // that of all that moves
-  const runs = await Promise.all(addresses.map(asked));
+  const runs = await Promise.all(addresses.map((address) => tried(ask(address))));
   if (runs.includes(null)) return;
   show("The same run on the command line", runs.flatMap(({ command, files }) =>
     [block("Command", command), ...Object.entries(files).map(([name, text]) => block(name, text))]));

@@ -1,7 +1,7 @@
 // The first page: films to open, a place to drop one, and the sessions so far.
 
 import { ask, send } from "./api.js";
-import { announce } from "./announce.js";
+import { announce, tried } from "./announce.js";
 import { button, element, fillAnew, icon } from "./dom.js";
 
 export function mountHome(root, app) {
@@ -25,14 +25,12 @@ export function mountHome(root, app) {
 
 /** Read the lists again: the person is on the first page. */
 export async function refreshHome({ store }) {
-  try {
-    const [films, sessions, presets] = await Promise.all([
-      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"),
-    ]);
-    store.set({ films, sessions, presets });
-  } catch (error) {
-    announce(`The server does not answer: ${error.message}`, "error");
-  }
+  const { presets: known } = store.state;
+  const all = Promise.all([ask("/api/films"), ask("/api/sessions"), known ?? ask("/api/presets")]);
+  const found = await tried(all, "The server does not answer: ");
+  if (!found) return;
+  const [films, sessions, presets] = found;
+  store.set({ films, sessions, presets });
 }
 
 let opening = false;
@@ -42,15 +40,10 @@ async function openFilm(app, film, uploaded = false) {
   if (opening) return;
   opening = true;
   document.body.classList.add("busy");
-  try {
-    const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
-    location.hash = `#${session.id}`;
-  } catch (error) {
-    announce(error.message, "error");
-  } finally {
-    opening = false;
-    document.body.classList.remove("busy");
-  }
+  const session = await tried(ask("/api/sessions", { method: "POST", body: { film, uploaded } }));
+  if (session) location.hash = `#${session.id}`;
+  opening = false;
+  document.body.classList.remove("busy");
 }
 
 /** The films of `motes demo`. */
@@ -63,14 +56,9 @@ const SAMPLES = {
 /** Open a sample film; the server renders it when it is first asked for. */
 async function openSample(app, sample = "beetle") {
   const made = announce("The sample film is made and opened. This takes some seconds …");
-  try {
-    const { name } = await ask(`/api/samples/${sample}`, { method: "POST" });
-    await openFilm(app, name, true);
-  } catch (error) {
-    announce(error.message, "error");
-  } finally {
-    made();
-  }
+  const film = await tried(ask(`/api/samples/${sample}`, { method: "POST" }));
+  if (film) await openFilm(app, film.name, true);
+  made();
 }
 
 function filmEntries(app, words) {
@@ -113,11 +101,13 @@ function when(changed) {
   return Number.isNaN(date.getTime()) ? changed : date.toLocaleString([], { dateStyle: "short", timeStyle: "short" });
 }
 
+const ASKING = "Drop a film here, or ";
+
 /** A place for films that are dropped or chosen; they are sent to the server as they are. */
 function dropZone(app) {
   const file = element("input", { type: "file", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
   const bar = element("progress", { max: "1", value: 0, hidden: true, "aria-label": "Upload" });
-  const words = element("span", {}, "Drop a film here, or ");
+  const words = element("span", {}, ASKING);
   const zone = element("div", { class: "drop" }, icon("import"), words, element("label", { class: "pick plain", for: "file" }, "Choose a file"), file, bar);
   const mark = (on) => zone.classList.toggle("over", on);
   document.addEventListener("dragover", (event) => {
@@ -135,16 +125,12 @@ function dropZone(app) {
   async function upload(film) {
     bar.hidden = false;
     words.textContent = `Sending ${film.name} …`;
-    try {
-      const kept = await send(`/api/uploads?name=${encodeURIComponent(film.name)}`, film, (share) => (bar.value = share));
-      await openFilm(app, kept.name, true);
-    } catch (error) {
-      announce(`${film.name} was not taken: ${error.message}`, "error");
-    } finally {
-      bar.hidden = true;
-      words.textContent = "Drop a film here, or ";
-      file.value = "";
-    }
+    const sent = send(`/api/uploads?name=${encodeURIComponent(film.name)}`, film, (share) => (bar.value = share));
+    const kept = await tried(sent, `${film.name} was not taken: `);
+    if (kept) await openFilm(app, kept.name, true);
+    bar.hidden = true;
+    words.textContent = ASKING;
+    file.value = "";
   }
   return zone;
 }

@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { ask } from "./api.js";
 import { color, element, field, fill, fillAnew, sized } from "./dom.js";
-import { selectedItem, runningJobs } from "./derived.js";
+import { selectedItem, runningJobs, withOrWithout } from "./derived.js";
 import { LANES } from "./series.js";
 
 const ALWAYS = [
@@ -23,13 +23,13 @@ export function mountLayerPanel(app) {
   const surface = element("select", { onchange: ({ target }) => chooseSurface(store, target.value) });
   const plots = element("div", { class: "plots" });
   const lanes = element("div", { class: "checks" }, LANES.map(({ name, label, unit }) =>
-    check(unit ? `${label}, ${unit}` : label, store.state.lanes.has(name), (on) => store.set({ lanes: changed(store.state.lanes, name, on) }))));
+    check(unit ? `${label}, ${unit}` : label, store.state.lanes.has(name), (on) => store.set({ lanes: withOrWithout(store.state.lanes, name, on) }))));
   const panel = element("div", { class: "tabpanel" },
     element("section", { class: "panel" }, element("h2", {}, "Over the film"), boxes, field("Surface around the target", surface)),
     element("section", { class: "panel" }, element("h2", {}, "Target model and estimate"), plots),
     element("section", { class: "panel" }, element("h2", {}, "Timeline"), lanes));
   store.on(["shown"], ({ shown }) => fillAnew(boxes, [...shown], () => ALWAYS.map(([name, label]) =>
-    check(label, shown.has(name), (on) => store.set({ shown: changed(store.state.shown, name, on) })))));
+    check(label, shown.has(name), (on) => store.set({ shown: withOrWithout(store.state.shown, name, on) })))));
   store.on(["session", "selected", "shown"], (state) => paintSurfaces(surface, state));
   store.on(["looked", "looks", "pictured", "selected"], (state) => paintPlots(plots, state));
   let timer = 0;
@@ -43,13 +43,6 @@ export function mountLayerPanel(app) {
 function check(label, checked, onchange) {
   return element("label", { class: "check" },
     element("input", { type: "checkbox", checked, onchange: ({ target }) => onchange(target.checked) }), label);
-}
-
-function changed(set, name, on) {
-  const next = new Set(set);
-  if (on) next.add(name);
-  else next.delete(name);
-  return next;
 }
 
 /** Only one surface is shown at a time: they would cover each other. */

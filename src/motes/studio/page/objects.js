@@ -2,7 +2,7 @@
 
 import { button, element, field, fillAnew, icon } from "./dom.js";
 import { COLORS, dashes } from "./colors.js";
-import { isAbsent, keyframeOf, rowOf, selectedItem, shown } from "./derived.js";
+import { isAbsent, keyframeOf, rowOf, selectedItem, shown, withOrWithout } from "./derived.js";
 import { trackerFields } from "./trackers.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -48,12 +48,9 @@ function entries(app) {
       element("span", { class: "grow name" }, item.name),
       element("span", { class: "value muted", "data-object": item.object }),
     );
-    const toggle = button(`${seen ? "Hide" : "Show"} ${item.name}`, () => {
-      const next = new Set(hidden);
-      if (seen) next.add(item.object);
-      else next.delete(item.object);
-      store.set({ hidden: next });
-    }, { picture: seen ? "eye" : "hidden", "aria-pressed": String(!seen) });
+    const toggle = button(`${seen ? "Hide" : "Show"} ${item.name}`,
+      () => store.set({ hidden: withOrWithout(hidden, item.object, seen) }),
+      { picture: seen ? "eye" : "hidden", "aria-pressed": String(!seen) });
     return element("li", {}, choose, toggle);
   });
 }
@@ -113,7 +110,7 @@ function settings(app, item) {
   return element("section", { class: "panel" },
     element("header", {}, element("h2", {}, item.name), button(`Remove ${item.name}`, () => actions.remove(), { picture: "trash" })),
     field("Name", name), colors,
-    ...trackerFields(app, item, change),
+    trackerFields(app.store.state.presets?.track ?? [], item, change),
     element("div", { class: "row" }, track, item.compared === null && compare));
 }
 

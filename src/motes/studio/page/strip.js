@@ -1,7 +1,7 @@
 // The strip of thumbnails: small pictures from the whole film; a drag over it scrubs.
 
-import { color, element, sized } from "./dom.js";
-import { announce } from "./announce.js";
+import { color, element, scrub, sized } from "./dom.js";
+import { tried } from "./announce.js";
 import { askPicture } from "./api.js";
 
 export function mountStrip(root, { store, player }) {
@@ -14,27 +14,17 @@ export function mountStrip(root, { store, player }) {
     if (!film || of === film) return;
     of = film;
     picture = null;
-    try {
-      const found = await fetchStrip(session, canvas);
-      if (of !== film) return; // another one was opened meanwhile
-      picture = found;
-    } catch (error) {
-      announce(`The thumbnails cannot be shown: ${error.message}`, "error");
-    }
+    const found = await tried(fetchStrip(session, canvas), "The thumbnails cannot be shown: ");
+    if (of !== film) return; // another one was opened meanwhile
+    picture = found;
     draw();
   });
   store.on(["frame", "film", "looks", "sized"], draw);
   new ResizeObserver(draw).observe(canvas);
-  const seek = (event) => {
+  scrub(canvas, (x) => {
     const { film } = store.state;
-    if (!film) return;
-    player.go(Math.floor((event.offsetX / canvas.clientWidth) * film.frames));
-  };
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    seek(event);
+    if (film) player.go(Math.floor((x / canvas.clientWidth) * film.frames));
   });
-  canvas.addEventListener("pointermove", (event) => event.buttons && seek(event));
 }
 
 /** Return the strip as one picture: thumbnails of the film's shape, as many as fit. */

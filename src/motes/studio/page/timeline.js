@@ -1,6 +1,6 @@
 // The timeline: status, keyframes and the lanes of numbers of the selected object, frame by frame.
 
-import { calm, color, element, sized, textScale } from "./dom.js";
+import { calm, color, element, scrub, sized, textScale } from "./dom.js";
 import { columns, highest, isGap, LANES, SCENE_LANES } from "./series.js";
 import { COLORS } from "./colors.js";
 import { shown } from "./derived.js";
@@ -29,18 +29,8 @@ export function mountTimeline(root, { store, player }) {
   store.on(["session", "selected", "frame", "range", "film", "lanes", "doubts", "looks", "events"], draw);
   store.on(["rows", "scene"], calm(draw));
   new ResizeObserver(draw).observe(canvas);
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    seek(event);
-  });
-  canvas.addEventListener("pointermove", (event) => event.buttons && seek(event));
+  scrub(canvas, (x) => store.state.film && player.go(frameAt(canvas, store.state, x)));
   canvas.addEventListener("wheel", (event) => zoom(event), { passive: false });
-
-  function seek(event) {
-    const { film } = store.state;
-    if (!film) return;
-    player.go(frameAt(canvas, store.state, event.offsetX));
-  }
 
   function zoom(event) {
     const { film, range } = store.state;

@@ -1,6 +1,6 @@
 // The choice of a tracker: a preset or a configuration file of one's own, and a seed.
 
-import { element, field } from "./dom.js";
+import { element, field, fillAnew } from "./dom.js";
 import { announce } from "./announce.js";
 
 const OWN = "(own configuration)";
@@ -10,7 +10,7 @@ let allShown = false; // once somebody has asked for more, menus that are made l
 const LARGEST = 1 << 16;
 
 /** Return the entries of a menu of presets: few, the chosen one, and one that shows the rest. */
-export function presetOptions(presets, chosen) {
+function presetOptions(presets, chosen) {
   const wanted = presets.filter(({ name }) => allShown || FEW.includes(name) || name === chosen);
   const options = wanted.map(({ name, summary }) => element("option", { value: name, title: summary }, name));
   if (!presets.some(({ name }) => name === chosen)) options.push(element("option", { value: chosen }, chosen));
@@ -19,7 +19,7 @@ export function presetOptions(presets, chosen) {
 }
 
 /** Show all presets in a menu in which "More" was chosen; return whether it was. */
-export function isMore(menu, presets, chosen) {
+function isMore(menu, presets, chosen) {
   if (menu.value !== MORE) return false;
   allShown = true;
   const rest = [...menu.options].filter(({ value }) => value === OWN);
@@ -34,8 +34,7 @@ export function isMore(menu, presets, chosen) {
 }
 
 /** Return the fields that choose preset, configuration and seed; `change` is called with what changed. */
-export function trackerFields({ store }, { preset, config, seed }, change) {
-  const presets = store.state.presets?.track ?? [];
+export function trackerFields(presets, { preset, config, seed }, change) {
   const options = presetOptions(presets, preset);
   options.push(element("option", { value: OWN }, config === null ? "From a file …" : "Own configuration"));
   const file = element("input", { type: "file", accept: ".toml", class: "unseen", tabindex: "-1", "aria-label": "Configuration file" });
@@ -59,5 +58,16 @@ export function trackerFields({ store }, { preset, config, seed }, change) {
     type: "number", min: "0", step: "1", value: seed,
     onchange: ({ target }) => change({ seed: Math.max(0, Math.round(Number(target.value))) }),
   });
-  return [element("div", { class: "row tracker" }, field("Tracker", choice, { class: "field grow" }), field("Seed", number, { class: "field seed" }), file)];
+  return element("div", { class: "row tracker" }, field("Tracker", choice, { class: "field grow" }), field("Seed", number, { class: "field seed" }), file);
+}
+
+/** Return the fields of a choice that is not sent yet; they change it. */
+export function trackerChoice(presets, chosen) {
+  const place = element("div");
+  const paint = () => fillAnew(place, chosen, () => trackerFields(presets, chosen, (changes) => {
+    Object.assign(chosen, changes);
+    paint();
+  }));
+  paint();
+  return place;
 }
