@@ -14,7 +14,7 @@ import numpy as np
 from cyclopts import Parameter
 from msgspec import Meta
 
-from motes.cli.input_checks import check_counts, read_text
+from motes.cli.input_checks import check_counts, error_context, read_text
 from motes.cli.options import RUN
 from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError, SourceError
