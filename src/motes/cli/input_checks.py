@@ -159,15 +159,10 @@ def default_output(source: str) -> str:
     """Return the output of rows without -o: standard output, or a file if it is a terminal."""
     if not sys.stdout.isatty():
         return "-"
-    stem = stem_of(source)
+    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
+    stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
     log(f"Writing {stem}.csv; choose another name with -o.")
     return f"{stem}.csv"
-
-
-def stem_of(source: str) -> str:
-    """Return a name for the files of a source, without an ending."""
-    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
-    return re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
 
 
 def check_not_source(source: str, *outputs: Path | None) -> None:
