@@ -106,8 +106,7 @@ def test_the_power_of_growth() -> None:
     counts = (1, 10, 100, 1000)
     seconds: Timed = {("linear", n): [0.001 * n] * 3 for n in counts}
     seconds |= {("root", n): [9.0, 0.002 * n**0.5, 0.0] for n in counts}
-    growth = Growth.over("targets", seconds, large="9x9")
-    assert growth.title == "nummiaro, frames of 9x9"
+    growth = Growth.over("targets", "nummiaro, frames of 9x9", seconds)
     assert growth.powers["linear"] == pytest.approx((1, 1, 1))
     assert growth.powers["root"] == pytest.approx((0.5, 0.5, 0.5))
     table = growth.table()
@@ -276,7 +275,7 @@ def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
     seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
     steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
     whats = ("targets", "threads", "processes")[:growths]
-    grown = [Growth.over(what, steps, large="9x9") for what in whats]
+    grown = [Growth.over(what, "a tracker", steps) for what in whats]
     figure: Any = speed_plot.figure(seconds, grown)
     figure.canvas.draw()
     bars, *lower = figure.axes
@@ -330,7 +329,18 @@ def test_the_command_writes_all_there_is(
     assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV and PNG.\n")
     assert "slower" not in out
     written = {path.name for path in Path("new").iterdir()}
-    tables = {f"bench-{name}.csv" for name in ("trackers", *growth.KINDS, "files")}
+    tables = {
+        f"bench-{name}.csv"
+        for name in (
+            "trackers",
+            "targets",
+            "particles",
+            "megapixels",
+            "threads",
+            "processes",
+            "files",
+        )
+    }
     assert written == tables | {"bench.md", "bench.png"}
     assert Path("new/bench.png").read_bytes().startswith(b"\x89PNG")
     rows = [*csv.DictReader(Path("new/bench-targets.csv").read_text().splitlines())]

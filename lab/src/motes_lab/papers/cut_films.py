@@ -119,19 +119,17 @@ def run(
     """Return for each frame what a rig has of each (person, picture)."""
     association = CrossCameraAssociation(rig)
     given: list[list[Detection]] = [[], []]
-    reporters: list[CameraReporter] = []
+
+    def scene(view: int) -> Scene:
+        if moments[0].detections is None:
+            return Scene(BackgroundDetector("gaussian"))
+        return Scene(lambda _: given[view])
+
+    reporters = [CameraReporter(camera, scene(view)) for view, camera in enumerate(rig.camera)]
+    views = views_of(moments[0].frame.width, shared)
     answers = []
     for moment in moments:
         frame = moment.frame
-        views = views_of(frame.width, shared)
-        if not reporters:
-            for view, camera in enumerate(rig.camera):
-                detector = (
-                    BackgroundDetector("gaussian")
-                    if moment.detections is None
-                    else lambda _, view=view: given[view]
-                )
-                reporters.append(CameraReporter(camera, Scene(detector)))
         coming = [association.arrivals(name, frame.time) if exchange else () for name in NAMES]
         answer: dict[tuple[int, int], Found] = {}
         for view, reporter in enumerate(reporters):

@@ -105,12 +105,15 @@ def compared_pairs(jobs: Sequence[Job], films: str, measure: Measure, note: str)
 
     A job has all trackers on a film; a film on which any of them fails is left out.
     """
-    outcomes, problems = list[Outcome](), list[Problem]()
+    ended, problems = dict[str, list[Outcome]](), list[Problem]()
+    names = [job.sequence.name for job in jobs]
     for results, progress, share in finished_jobs(jobs):
         if failed := report_sections.problems((), results):
             problems += failed
         else:
-            outcomes += results
+            ended[results[0].item.sequence] = results
+        # In the order of the films, not of who was ready when: the bootstrap depends on it.
+        outcomes = [each for name in names for each in ended.get(name, ())]
         tables = {"": compared(outcomes, films, measure, note)} if outcomes else {}
         yield Result(tables, None, tuple(problems), progress, share)
 

@@ -40,28 +40,8 @@ Count = tuple[str, float]
 """A line of a plot, and a number of targets, particles, megapixels, threads or processes."""
 
 
-class Kind(NamedTuple):
-    """What becomes more.
-
-    Attributes
-    ----------
-    title
-        What is measured.
-    proportional
-        The exponent of growth in proportion: 1, or -1 where more workers share the same work.
-    """
-
-    title: str
-    proportional: int = 1
-
-
-KINDS = {
-    "targets": Kind(f"{REFERENCE}, frames of {{large}}"),
-    "particles": Kind(f"{REFERENCE}, frames of {{size}}"),
-    "megapixels": Kind("one target, the same scene enlarged"),
-    "threads": Kind(f"{DIVIDED} targets of {REFERENCE}, {{large}}", -1),
-    "processes": Kind(f"{DIVIDED} targets of {REFERENCE}, {{large}}", -1),
-}
+SHARED_WORK = ("threads", "processes")
+"""What becomes more where more workers share the same work: times shrink in proportion."""
 
 
 class Power(NamedTuple):
@@ -89,7 +69,7 @@ class Growth(NamedTuple):
     Attributes
     ----------
     what
-        A key of `KINDS`.
+        What becomes more: targets, particles, megapixels, threads or processes.
     title
         The tracker and the size of its frames.
     medians
@@ -105,12 +85,9 @@ class Growth(NamedTuple):
 
     @classmethod
     def over(
-        cls, what: str, seconds: Mapping[Count, list[float]], rounds: int = 1, **sizes: str
+        cls, what: str, title: str, seconds: Mapping[Count, list[float]], rounds: int = 1
     ) -> Self:
-        """Return the growth of the median times; a round has the same number of times as another.
-
-        `sizes` are those of frames that the title names.
-        """
+        """Return the growth of the median times; a round has as many times as another."""
         medians: dict[str, dict[float, float]] = {}
         single: dict[str, list[dict[float, float]]] = {}
         for (line, n), times in seconds.items():
@@ -119,12 +96,12 @@ class Growth(NamedTuple):
             for found, part in zip(each, np.array_split(times, rounds), strict=True):
                 found[n] = statistics.median(part.tolist())
         powers = {line: _power(each) for line, each in single.items()}
-        return cls(what, KINDS[what].title.format(**sizes), medians, powers)
+        return cls(what, title, medians, powers)
 
     @property
     def proportional(self) -> int:
         """The exponent of growth in proportion."""
-        return KINDS[self.what].proportional
+        return -1 if self.what in SHARED_WORK else 1
 
     def table(self) -> Table:
         """Return a table with a column for each line, and the first line's time in proportion."""

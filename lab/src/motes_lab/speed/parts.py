@@ -18,7 +18,7 @@ from motes_lab.speed import measure as speed
 from motes_lab.speed import plot as speed_plot
 from motes_lab.speed import report as speed_report
 from motes_lab.speed.growth import Growth
-from motes_lab.speed.measure import LARGE, MAIN, SIZE, Film, Job, Run
+from motes_lab.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Film, Job, Run
 from motes_lab.speed.report import Ratio, named_size
 
 if TYPE_CHECKING:
@@ -111,17 +111,18 @@ class Measured:
         film = Film.of(still(SIZE, MAIN, FRAMES))
         small = Film.of(still(SMALL, SMALL_TARGET, UPDATES + 1))
         many = Film.of(crowd(LARGE, MAIN), UPDATES + 1)
-        sizes = {"size": named_size(SIZE), "large": named_size(LARGE)}
-        for what, jobs, measured in (
-            ("targets", growth.targets, many),
-            ("particles", growth.particles, film),
-            ("megapixels", growth.megapixels, small),
-            ("threads", growth.threads, many),
-            ("processes", growth.processes, many),
+        size, large = named_size(SIZE), named_size(LARGE)
+        divided = f"{growth.DIVIDED} targets of {REFERENCE}, {large}"
+        for what, title, jobs, measured in (
+            ("targets", f"{REFERENCE}, frames of {large}", growth.targets, many),
+            ("particles", f"{REFERENCE}, frames of {size}", growth.particles, film),
+            ("megapixels", "one target, the same scene enlarged", growth.megapixels, small),
+            ("threads", divided, growth.threads, many),
+            ("processes", divided, growth.processes, many),
         ):
             rounds = speed.interleaved(jobs(measured), self._rounds)
             for done, seconds in enumerate(rounds, start=1):
-                self._growths[what] = found = Growth.over(what, seconds, done, **sizes)
+                self._growths[what] = found = Growth.over(what, title, seconds, done)
                 self._tables[what] = found.table()
                 yield what
 
