@@ -166,9 +166,7 @@ def _without_none(value: Any) -> Any:
     """Return plain values without the keys whose value is None, at any depth."""
     if isinstance(value, dict):
         return {key: _without_none(each) for key, each in value.items() if each is not None}
-    if isinstance(value, list | tuple):
-        return [_without_none(each) for each in value]
-    return value
+    return [*map(_without_none, value)] if isinstance(value, list | tuple) else value
 
 
 def from_flag(key: str, text: str) -> dict[str, Any]:
