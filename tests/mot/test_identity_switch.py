@@ -11,7 +11,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.mot.identity_switch import is_identity_switch, shape_model, swap_gain
+from motes.mot.identity_switch import EDGES, is_identity_switch, swap_gain
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.tracked_object import TrackedObject
@@ -43,7 +43,7 @@ def known(frame: Frame, x: int, identity: int) -> TrackedObject:
     """Return an object that was seen for a frame, alone."""
     tracker, rng = scene_config().tracker, np.random.default_rng(0)
     one = TrackedObject.begin(identity, tracker, rng, frame, [(frame.time, box(x))] * 2)
-    return replace(one, shape_model=shape_model(one, frame))
+    return replace(one, shape_model=EDGES.learn(frame, one.track.ellipse))
 
 
 @pytest.mark.parametrize(

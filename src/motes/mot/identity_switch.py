@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues.histogram_cue import HistogramModel
 from motes.cues.hog import Hog
 from motes.mot.boxes import as_rows
 from motes.mot.tracked_object import TrackedObject
@@ -20,12 +19,6 @@ EDGES = Hog(cells=3, rotation_normalized=False)
 """The 72 bins by which the paper distinguishes targets of one color, without rotation."""
 SWAP_MARGIN = 0.2
 """Least difference between the sums of distances for a decision by one cue."""
-
-
-def shape_model(each: TrackedObject, frame: Frame) -> HistogramModel:
-    """Return the edges of an object, learned where it is in a frame."""
-    model: HistogramModel = EDGES.learn(frame, each.track.ellipse)
-    return model
 
 
 def is_identity_switch(one: TrackedObject, other: TrackedObject, frame: Frame) -> bool:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows
-from motes.mot.identity_switch import shape_model
+from motes.mot.identity_switch import EDGES
 from motes.mot.occlusion import occlusion_candidates
 from motes.mot.tracked_object import TrackedObject
 
@@ -26,6 +26,7 @@ def update(objects: Sequence[TrackedObject], frame: Frame, dt: float) -> list[Tr
     for i, n in enumerate(visible):
         near = i in meeting
         each = objects[n].observe(frame, dt, learn=not near)
-        edges = shape_model(each, frame) if near and not each.near_other else each.shape_model
+        learns = near and not each.near_other
+        edges = EDGES.learn(frame, each.track.ellipse) if learns else each.shape_model
         after[n] = replace(each, near_other=near, shape_model=edges)
     return after
