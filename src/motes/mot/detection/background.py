@@ -183,8 +183,6 @@ class BackgroundDetector:
 
     Attributes
     ----------
-    mask
-        The foreground of the last frame, (H, W) of 0 and 1; None where it was not looked for.
     warnings
         Warnings about the picture by kind, each once: a moving camera, a change of light, too many
         objects.
@@ -204,7 +202,6 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
-        self.mask: Mask | None = None
         self.warnings: dict[str, str] = {}
 
     def prepare(self, frames: Iterable[Frame]) -> None:
@@ -241,7 +238,7 @@ class BackgroundDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
-        pixels, self.mask = frame.pixels, None
+        pixels = frame.pixels
         if pixels.shape != self._shape:
             self._shape = pixels.shape
             first, self._first = self._first, None
@@ -266,7 +263,7 @@ class BackgroundDetector:
                 self._warn(frame, "light", text)
             return []
         self._flooded = 0
-        self.mask = mask = without_tremble(mask, planes, self._background)
+        mask = without_tremble(mask, planes, self._background)
         self._memory.remember(mask, self._moved)
         if self._frames % LEARNED == 0:
             learned = self._update.learned_from(planes, mask, frame.time, self._moved)
