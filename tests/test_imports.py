@@ -39,10 +39,10 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2705, "kernels": 260, "video": 2412, "cues": 2135, "sot": 7175, "mot": 8150,
-    "testing": 305, "synthetic": 1150, "rows": 786, "output": 2395, "correction": 2210,
-    "formats": 2871, "cluster": 2390, "services": 445, "studio": 5610, "cli": 7366, "filtering": 90,
-    "lab": 15010,
+    "core": 2705, "kernels": 255, "video": 2415, "cues": 2065, "sot": 6810, "mot": 7645,
+    "testing": 305, "synthetic": 1150, "rows": 790, "output": 2395, "correction": 2200,
+    "formats": 2875, "cluster": 2390, "services": 445, "studio": 5115, "cli": 7110, "filtering": 80,
+    "lab": 12830,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 

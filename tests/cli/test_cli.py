@@ -432,6 +432,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
         ("track FILM again.mp4", 2, "No option takes again.mp4; see motes track --help"),
+        ("track FILM FILM", 2, r"No option takes .*; motes batch tracks in several films; see"),
         ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
         ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),

@@ -226,7 +226,8 @@ def feed(job: Job, *, shared: bool) -> tuple[dict[Pass, TrackerPass | MotPass], 
     running = {item: _new_pass(job, item) for item in job.passes}
     try:
         for frame in _frames(job.sequence):
-            frame.pixels.setflags(write=not shared)
+            if shared:
+                frame.pixels.setflags(write=False)
             for item in list(running):
                 own = frame if shared else Frame(frame.index, frame.time, frame.pixels.copy())
                 try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import inspect
+import os
 from collections.abc import Sequence
 
 from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
@@ -71,6 +72,8 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
     if isinstance(error, UnusedCliTokensError):
         words = error.unused_tokens or []
         hint = "numbers of one option need commas and no spaces; " * _are_numbers(words)
+        if command == "motes track" and all(map(os.path.exists, words)):
+            hint = "motes batch tracks in several films; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
 

@@ -70,11 +70,6 @@ class Edges(PixelHistogramCue, frozen=True):
         key = ("edges", self.threshold, self.bins)
         plane = plane_over(frame, part, key, compute)
         kernels.sobel.histograms(
-            plane.bins,
-            plane.column,
-            plane.row,
-            ellipses,
-            self.reading,
-            histograms,
+            plane.bins, plane.column, plane.row, ellipses, self.reading, histograms
         )
         return histograms

@@ -19,11 +19,10 @@ from motes import kernels
 from motes.core.config import Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
 from motes.core.types import Floats, Singles
 from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
-from motes.cues.histogram_cue import bhattacharyya
+from motes.cues.histogram_cue import HistogramModel, bhattacharyya
 from motes.cues.sampling import PROFILES, EllipsePixels
 
 FINEST = 0.7
@@ -36,23 +35,17 @@ HYSTERESIS = 0.1
 """Share by which the target's size must change before the filters' scale follows."""
 
 
-class OrientationModel(msgspec.Struct, frozen=True, eq=False, tag="orientation"):
+class OrientationModel(HistogramModel, frozen=True, eq=False, tag="orientation"):
     """A target's orientation histogram, and the filters that read the next frame.
 
     Attributes
     ----------
-    histogram
-        (m,), sums to 1, in the form that the cue compares.
-    anchor
-        (m,), the histogram of the first frame. The model update keeps the model near it.
     scale
         Standard deviation of the derivative filter, in pixels.
     threshold
         T; pixels with a certainty up to this value are left out.
     """
 
-    histogram: NotNegative
-    anchor: NotNegative
     scale: Annotated[float, Meta(ge=FINEST, le=WIDEST)]
     threshold: float
 

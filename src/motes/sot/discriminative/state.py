@@ -1,4 +1,4 @@
-"""The state of the default tracker, and what it reports of a step."""
+"""The state of the default tracker."""
 
 from __future__ import annotations
 
