@@ -49,7 +49,7 @@ def sample(shown: Shown, preset: str = "default") -> None:
     x, y, a, b = TARGET
     shown.draw((x - a, y - b), (x + a, y + b), key="e")
     if preset != "default":
-        shown.page.locator("#left").get_by_label("Tracker").select_option(preset)
+        shown.choose_tracker("#left", preset)
         shown.until(f"s.session.objects[0].preset === '{preset}'")
     shown.track()
 
@@ -66,7 +66,7 @@ def one_object(browser: Browser, address: str) -> None:
         shown.until("s.doubtful !== null && s.pictured === s.doubtful")
         save(shown, "doubts")
         shown.page.get_by_role("button", name="Side by side", exact=True).click()
-        shown.page.locator("dialog").get_by_label("Tracker").select_option("mean_shift")
+        shown.choose_tracker("dialog", "mean_shift")
         shown.page.get_by_role("button", name="Track and compare").click()
         shown.until("s.beside !== null && s.session.objects.every(({ tracked }) => tracked)")
         shown.settle()
