@@ -22,7 +22,7 @@ from arena import at_home, tracks
 from kinds import ALGORITHMS
 from motes.cluster.local import LocalPool
 from motes.core.config import to_toml
-from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.files import slug
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
@@ -32,7 +32,6 @@ from motes.video.writer import VideoWriter
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
-from motes_lab.adapters.trax import parse, write
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.protocols.sot import (
     FAILED,
@@ -245,30 +244,20 @@ def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
 def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder, with trackers of the user's own in it."""
     (tmp_path / "mine.py").write_text(arena.TRACKERS)
-    (tmp_path / "server.py").write_text(arena.SERVER)
     with at_home(tmp_path, "mine"):
         yield tmp_path
-
-
-def trax(version: int = 4, fault: str = "none") -> str:
-    return f"trax:{sys.executable} server.py {version} {fault}"
 
 
 def film() -> list[tuple[Frame, Box]]:
     return [(frame, truths[0].ellipse.box) for frame, truths in arena.still()]
 
 
-def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
-    contestant = tracker_spec(name).begin(seed)
-    try:
-        clip = film()[:frames]
-        first = contestant.init(*clip[0])
-        return [first, *(contestant.update(frame) for frame, _ in clip[1:])]
-    finally:
-        contestant.close()
+def answers(name: str, seed: int) -> list[Answer]:
+    contestant, clip = tracker_spec(name).begin(seed), film()[:6]
+    return [contestant.init(*clip[0]), *(contestant.update(frame) for frame, _ in clip[1:])]
 
 
-EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml"]
 
 
 def test_every_preset_is_a_tracker_to_evaluate() -> None:
@@ -303,14 +292,13 @@ def test_contestants_follow(name: str, home: Path) -> None:
     contestant.init(*clip[0])
     again = [contestant.update(frame) for frame, _ in clip[1:6]]
     assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
-    contestant.close()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
 def test_stochastic_contestants(name: str, home: Path) -> None:
     assert tracker_spec(name).stochastic
-    one, same, other = ([a.ellipse for a in answers(name, seed=seed)] for seed in (1, 1, 2))
+    one, same, other = ([a.ellipse for a in answers(name, seed)] for seed in (1, 1, 2))
     assert one == same
     assert one != other
 
@@ -344,9 +332,6 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
         ("broken:thing", "cannot be imported: SyntaxError"),
         ("leaving:thing", "cannot be imported: SystemExit"),
-        ("trax:", "no command"),
-        ('trax:"', "is not valid"),
-        ("trax:no-such-program -v", "no program no-such-program"),
     ],
 )
 def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
@@ -548,57 +533,6 @@ def test_peers_get_whole_pixels_and_bgr(
         assert answer.lost
 
 
-# Programs
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("version", [1, 2, 3, 4])
-def test_programs(version: int, home: Path) -> None:
-    said = answers(trax(version), frames=4)
-    x, y, width, height = film()[0][1]
-    assert len(said) == 4
-    for i, answer in enumerate(said):
-        assert answer.ellipse is not None
-        assert tuple(answer.ellipse.box) == pytest.approx((x + i, y, width, height), abs=1e-4)
-
-
-def test_a_program_that_is_lost(home: Path) -> None:
-    said = answers(trax(fault="lost"), frames=4)
-    assert [answer.lost for answer in said] == [False, False, True, False]
-    assert said[2].ellipse is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("version", "fault", "error"),
-    [
-        (4, "ends", "ended with code 9; its output: warming up / out of memory"),
-        (5, "none", "has TraX 5"),
-        (1, "polygon", "needs region polygon;"),
-        (4, "quits", "quit: no more; its output: at work / at work / at work"),
-        (2, "nonsense", r"gave \['here'\] for a rectangle"),
-        (4, "hello", "sent hello instead of state"),
-    ],
-)
-def test_programs_that_do_not_do(version: int, fault: str, error: str, home: Path) -> None:
-    with pytest.raises(MotesError, match=error) as raised:
-        answers(trax(version, fault), frames=4)
-    assert "\n" not in str(raised.value)
-
-
-def test_messages_are_escaped() -> None:
-    line = write("frame", 'a "quoted" \\ path\n', "b c")
-    assert line == '@@TRAX:frame "a \\"quoted\\" \\\\ path\\n" "b c"\n'
-    assert parse(line) == ("frame", ['a "quoted" \\ path\n', "b c"], {})
-    assert parse('@@TRAX:STATE 1,2,3,4 "a.b=c=d e" x="y z"\r\n') == (
-        "state",
-        ["1,2,3,4"],
-        {"a.b": "c=d e", "x": "y z"},
-    )
-    assert parse("@@TRAX:quit\n") == ("quit", [], {})
-    assert parse("loss @@TRAX:state 3\n") is None
-
-
 # Runs
 
 
@@ -710,13 +644,12 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
     home = tmp_path_factory.mktemp("bad")
     arena.write_sequence(home / "data" / "a", arena.still())
     (home / "mine.py").write_text(arena.TRACKERS)
-    (home / "server.py").write_text(arena.SERVER)
     with VideoWriter(home / "film.mkv", 25) as writer:
         for frame, _ in arena.still():
             writer.write(frame.pixels)
     with at_home(home, "mine"):
         names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
-        entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
+        entries, problems = resolve(f"mine:{name}" for name in names)
         assert not problems
         sequences, _ = load_dataset(home / "data")
         row = sequences[0].boxes[0].tolist()
@@ -766,15 +699,9 @@ def test_failures_have_their_reasons(
 
 
 @pytest.mark.slow
-def test_what_hangs_is_ended_with_all_that_it_started(
-    bad_day: tuple[Path, dict[str, dict[Pass, str]]],
-) -> None:
-    out, errors = bad_day
-    (error,) = errors[f"{trax(fault='hangs')} on a, ope"].values()
-    assert "took longer" in error
-    processes = out.parent / "processes"
-    assert len(processes.read_text().split()) == 2  # a worker, and the program of another
-    arena.wait_for(lambda: arena.all_gone(processes))
+def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
+    out, _ = bad_day
+    arena.wait_for(lambda: arena.all_gone(out.parent / "processes"))
 
 
 @pytest.mark.slow

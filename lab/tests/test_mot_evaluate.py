@@ -127,7 +127,6 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
     running = MotPass(lambda: entries[0].begin(seed), crowd)
     for index in range(crowd.frames):
         running.feed(frame(index))
-    running.close()
     return running.trace
 
 

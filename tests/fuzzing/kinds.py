@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from . import (
     configurations,
-    conversations,
     detections,
     evaluations,
     films,
@@ -41,7 +40,6 @@ KINDS = (
     Kind("track-rows", detections.seeds, evaluations.check_track_rows),
     Kind("speeds", tables.seeds, tables.check),
     *formats.KINDS,
-    Kind("trax", conversations.seeds, conversations.check, block=20),
     Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
     Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),
     *films.KINDS,

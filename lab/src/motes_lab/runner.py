@@ -234,14 +234,11 @@ def feed(job: Job, *, shared: bool) -> tuple[dict[Pass, TrackerPass | MotPass], 
                     running[item].feed(own)
                 except BaseException as error:  # a tracker may raise anything
                     errors[item] = f"At frame {frame.index}: {explain(error)}"
-                    running.pop(item).close()
+                    del running[item]
             if not running:
                 break
     except Exception as error:
         return {}, errors | dict.fromkeys(running, explain(error))
-    finally:
-        for each in running.values():
-            each.close()
     return running, errors
 
 

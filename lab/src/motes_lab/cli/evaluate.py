@@ -35,7 +35,6 @@ Trackers:
   cv2:vit=NETWORK               VitTrack, with its ONNX file
   module:factory                a Python callable; it returns an object with
                                 init(image, box) and update(image)
-  "trax:COMMAND ARGUMENTS"      a program that speaks TraX
 Trackers of many objects:
   trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort,
   trackers:cbiou, trackers:mcbyte

@@ -206,11 +206,6 @@ class TrackerPass:
             Row(frame.index, self._last, confidence, lost, seconds, event, covariance)
         )
 
-    def close(self) -> None:
-        """Close the tracker."""
-        if self._adapter is not None:
-            self._adapter.close()
-
     @property
     def trace(self) -> TrackerOutput:
         """The output so far."""
