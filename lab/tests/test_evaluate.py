@@ -33,15 +33,7 @@ from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
 from motes_lab.datasets.sot import Sequence, load_dataset
-from motes_lab.protocols.sot import (
-    FAILED,
-    SKIPPED,
-    STARTED,
-    TRACKED,
-    Start,
-    TrackerPass,
-    starts,
-)
+from motes_lab.protocols.sot import Start, TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
 from motes_lab.runner import Job, JobEvent, Pass, plan, run, unfinished
@@ -67,40 +59,6 @@ ABSENT = [np.nan] * 4
 def test_one_pass_starts_where_the_target_first_is() -> None:
     film = sequence([ABSENT, [1, 2, 3, 4], [5, 6, 7, 8]])
     assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
-    assert starts("reset", film, 90, 90) == [Start("reset", "", 1, Box(1, 2, 3, 4))]
-
-
-def test_perturbed_starts() -> None:
-    film = sequence([ABSENT, [50, 40, 40, 20], [0, 0, 9, 9]])
-    found = {start.label: start.box for start in starts("sre", film, 200, 100)}
-    assert found == {
-        "shift-left": (46, 40, 40, 20),
-        "shift-right": (54, 40, 40, 20),
-        "shift-up": (50, 38, 40, 20),
-        "shift-down": (50, 42, 40, 20),
-        "shift-up-left": (46, 38, 40, 20),
-        "shift-up-right": (54, 38, 40, 20),
-        "shift-down-left": (46, 42, 40, 20),
-        "shift-down-right": (54, 42, 40, 20),
-        "scale-0.8": pytest.approx((54, 42, 32, 16)),
-        "scale-0.9": pytest.approx((52, 41, 36, 18)),
-        "scale-1.1": pytest.approx((48, 39, 44, 22)),
-        "scale-1.2": pytest.approx((46, 38, 48, 24)),
-    }
-    assert {(start.protocol, start.frame) for start in starts("sre", film, 200, 100)} == {
-        ("sre", 1)
-    }
-
-
-def test_perturbed_starts_stay_in_the_frame() -> None:
-    found = {s.label: s.box for s in starts("sre", sequence([[0, 85, 190, 15]]), 200, 100)}
-    expected = {
-        "shift-left": Box(0, 85, 190, 15),
-        "shift-right": Box(10, 85, 190, 15),
-        "shift-down-left": Box(0, 85, 190, 15),
-        "scale-1.2": Box(0, 82, 200, 18),
-    }
-    assert {label: found[label] for label in expected} == expected
 
 
 def test_starts_moved_by_a_pixel() -> None:
@@ -112,26 +70,6 @@ def test_starts_moved_by_a_pixel() -> None:
     ]
     corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
     assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
-
-
-@pytest.mark.parametrize(
-    ("frames", "absent", "expected"),
-    [
-        (100, range(0), list(range(0, 100, 5))),
-        (100, range(4, 12), [0, 12, *range(15, 100, 5)]),
-        (100, range(90, 100), list(range(0, 90, 5))),
-        (20, range(0), list(range(16))),  # each leaves five frames
-        (30, range(0), [0, 1, 3, 4, 6, 7, 9, 10, 12, 13, 15, 16, 18, 19, 21, 22, 24, 25]),
-        (3, range(0), [0]),
-        (3, range(2), [2]),
-    ],
-)
-def test_perturbed_times(frames: int, absent: range, expected: list[int]) -> None:
-    film = sequence([ABSENT if i in absent else [i, 0, 9, 9] for i in range(frames)])
-    found = starts("tre", film, 200, 100)
-    assert [start.frame for start in found] == expected
-    assert [start.box and start.box.x for start in found] == expected
-    assert [start.label for start in found] == [f"from-{frame:03d}" for frame in expected]
 
 
 class _Scripted(TrackerAdapter):
@@ -151,50 +89,19 @@ class _Scripted(TrackerAdapter):
         return Answer(ellipse, np.nan, box is None, 0.25)
 
 
-def passed(
-    protocol: str, truth: list[list[float]], boxes: list[Box | None]
-) -> tuple[TrackerOutput, Any]:
+def passed(truth: list[list[float]], boxes: list[Box | None]) -> tuple[TrackerOutput, Any]:
     film, contestant = sequence(truth), _Scripted(boxes)
-    begin = starts(protocol, film, 200, 100)[0]
-    running = TrackerPass(lambda: contestant, begin, film.boxes)
+    begin = starts("ope", film, 200, 100)[0]
+    running = TrackerPass(lambda: contestant, begin)
     for index in range(len(truth)):
         running.feed(Frame(index, float(index), np.zeros((100, 200, 3), np.uint8)))
     return running.trace, contestant.begun
 
 
-def test_reset_by_hand() -> None:
-    here, away, edge = Box(10, 10, 20, 20), Box(50, 10, 20, 20), Box(29, 29, 20, 20)
-    truth = [[10.0, 10, 20, 20]] * 24
-    for absent in (0, 10, 11, 14):
-        truth[absent] = ABSENT
-    said: list[Box | None] = [here] * 24
-    said[4] = edge  # one pixel is enough
-    said[5] = away  # a failure; 6 to 9 are skipped, and 10 and 11, without a target
-    said[14] = away  # no failure: there is no target
-    said[15] = None  # where it was, which is away: a failure; 16 to 19 are skipped
-    said[22] = away  # a failure too late for another start
-    trace, begun = passed("reset", truth, said)
-    assert begun == [(1, here), (12, here), (20, here)]
-    assert trace.frames.tolist() == list(range(1, 24))
-    t, s, f, k = TRACKED, STARTED, FAILED, SKIPPED
-    assert trace.events.tolist() == [
-        *(s, t, t, t, f, k, k, k, k, k, k),
-        *(s, t, t, f, k, k, k, k),
-        *(s, t, f, k),
-    ]
-    skipped = trace.events == SKIPPED
-    assert np.isnan(trace.ellipses[skipped]).all()
-    assert np.isnan(trace.seconds[skipped]).all()
-    assert not trace.lost[skipped].any()
-    assert np.isfinite(trace.ellipses[~skipped]).all()
-    assert trace.ellipses[14].tolist() == list(Ellipse.from_box(away))
-
-
-def test_one_pass_is_not_reset() -> None:
+def test_one_pass_by_hand() -> None:
     truth = [ABSENT, *[[10.0, 10, 20, 20]] * 4]
-    trace, begun = passed("ope", truth, [None, None, Box(70, 9, 9, 9), None, Box(10, 10, 20, 20)])
+    trace, begun = passed(truth, [None, None, Box(70, 9, 9, 9), None, Box(10, 10, 20, 20)])
     assert begun == [(1, Box(10, 10, 20, 20))]
-    assert trace.events.tolist() == [STARTED, TRACKED, TRACKED, TRACKED]
     assert trace.lost.tolist() == [False, False, True, False]
     assert trace.ellipses[2].tolist() == trace.ellipses[1].tolist()  # its last
     assert trace.seconds.tolist() == [0.5, 0.25, 0.25, 0.25]
@@ -208,7 +115,6 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
         np.array([0.1, 1.0, np.nan, 1 / 3]),
         np.array([True, False, True, False]),
         np.array([1e-7, 2.0, 0.1 + 0.2, np.nan]),
-        np.array([STARTED, TRACKED, FAILED, SKIPPED], np.int8),
         np.array([(1 / 3, -1e-9, 2.0)] * 3 + [(np.nan,) * 3]),
     )
     save_trace(tmp_path / "new" / "a.csv", trace)
@@ -225,7 +131,8 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     "text",
     [
         *("", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"),
-        "HEAD\n7,1,2,3,4,0,,1,,tracked\n",
+        "HEAD\n7,1,2,3,4,0,,1,,tracked,,,\n",
+        "HEAD\n7,1,2,3,4,0,,1,,started,,,\n8,1,2,3,4,0,,1,,started,,,\n",
     ],
 )
 def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
@@ -556,15 +463,15 @@ def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
 def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     entries, sequences = dataset
     gone = sequence([[1, 2, 3, 4]], "gone", tmp_path / "gone")
-    jobs, problems = plan(entries, [gone, *sequences], ["ope", "sre"], seeds=3)
+    jobs, problems = plan(entries, [gone, *sequences], ["ope", "pixel"], seeds=3)
     assert [problem.where for problem in problems] == ["sequence gone"]
     assert [job.name for job in jobs] == [
         "nummiaro on a, ope",
         "mean_shift on a, ope",
-        "nummiaro on a, sre",
-        "mean_shift on a, sre",
+        "nummiaro on a, pixel",
+        "mean_shift on a, pixel",
     ]
-    assert [len(job.passes) for job in jobs] == [3, 1, 36, 12]
+    assert [len(job.passes) for job in jobs] == [3, 1, 9, 3]
     assert {item.seed for item in jobs[0].passes} == {0, 1, 2}
     done = jobs[0].passes[1].path(tmp_path)
     done.parent.mkdir(parents=True)
@@ -601,7 +508,7 @@ def test_overwriting_removes_only_what_an_evaluation_wrote(
 ) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now)
-    for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "report.html"):
+    for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "summary.md"):
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         (out / name).touch()
     for name in ("mine.txt", "tracks/c/mine.txt"):
@@ -627,7 +534,7 @@ def test_resuming_something_else_is_refused(
     for error, changed in other.items():
         with pytest.raises(FormatError, match=f"cannot be resumed with this {error}.*--overwrite"):
             prepare(out, changed, resume=True)
-    more = note(dataset, trackers={"new": "1"}, seeds=7, protocols=("ope", "sre"))
+    more = note(dataset, trackers={"new": "1"}, seeds=7, protocols=("ope", "pixel"))
     prepare(out, more, resume=True)
     prepare(out, now, resume=True)  # what was left out is still known
     with pytest.raises(FormatError, match="tracker new"):

@@ -32,7 +32,6 @@ KINDS = (
     Kind("lists", sequences.lists, sequences.check_list),
     Kind("labels", sequences.labels, sequences.check_label),
     Kind("seqinfo", sequences.information, sequences.check_information),
-    Kind("references", sequences.references, sequences.check_reference),
     Kind("masks", sequences.masks, sequences.check_mask),
     Kind("records", evaluations.records, evaluations.check_record),
     Kind("traces", evaluations.traces, evaluations.check_trace),

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, Generic, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
-
-Quantity = Callable[[Outcome], ArrayLike]
-"""A function that returns an array for a pass that finished."""
 
 
 class LostStatus(NamedTuple):
@@ -56,7 +53,7 @@ class Share(NamedTuple):
 
 def ranking_column(protocol: str) -> str:
     """Return the column of results.csv by which a protocol ranks trackers."""
-    return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
+    return "hota" if protocol == "mot" else "auc"
 
 
 class Passes(ABC, Generic[E]):
@@ -122,25 +119,25 @@ class Passes(ABC, Generic[E]):
 
     @abstractmethod
     def per_seed(
-        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return a number or an array for the sequences that a tracker finished, (seeds, ...).
+        """Return a number for the sequences that a tracker finished, (seeds,).
 
         Parameters
         ----------
         tracker, protocol
             Names of the tracker and the protocol.
-        quantity
-            A column of results.csv, or a function.
+        column
+            A column of results.csv.
         sequences
             Only these sequences; by default all.
         """
 
     def mean(
-        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Mean:
         """Return mean and standard deviation over seeds of `per_seed`."""
-        return over(self.per_seed(tracker, protocol, quantity, sequences))
+        return over(self.per_seed(tracker, protocol, column, sequences))
 
 
 class Evaluation(Passes[Outcome]):
@@ -156,35 +153,13 @@ class Evaluation(Passes[Outcome]):
         self.table = self.table.join(pd.DataFrame(numbers, columns=columns, dtype=float))
 
     def per_seed(
-        self,
-        tracker: str,
-        protocol: str,
-        quantity: str | Quantity,
-        sequences: Iterable[str] | None = None,
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
-
-        As in `Passes`; the quantity is a column, or a function of the result of a pass.
-        """
+        """Return means over starts and sequences, (seeds,); NaN where no pass has a number."""
         rows = self.passes(tracker, protocol, sequences)
-        if isinstance(quantity, str):
-            return _mean(rows, rows[[quantity]])[:, 0]
-        return _mean(rows, pd.DataFrame([quantity(each) for each in rows.outcome], rows.index))
-
-    def worst_tenth(self, tracker: str, protocol: str) -> Mean:
-        """Return the mean of the lowest tenth of AUC (rounded up) among the passes of each seed."""
-        aucs = self.passes(tracker, protocol).groupby("seed").auc
-        return over(each.nsmallest(-(-each.count() // 10)).mean() for _, each in aucs)
-
-    def aucs(self, tracker: str, protocol: str) -> Floats:
-        """Return the AUC of each pass that has one, of all seeds, in increasing order."""
-        return np.sort(self.passes(tracker, protocol).auc.dropna().to_numpy(float))
-
-    def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
-        """Return the AUC of one start of a protocol: the mean over sequences, then over seeds."""
-        rows = self.passes(tracker, protocol)
-        rows = rows[rows.start == start]
-        return over(_mean(rows, rows[["auc"]])[:, 0])
+        means = rows.groupby(["seed", "sequence"])[column].mean().groupby("seed").mean()
+        array: Floats = means.to_numpy(float)
+        return array
 
     def lost_status(self, tracker: str, protocol: str) -> LostStatus:
         """Return how well a tracker reports its losses; each seed over the frames of all passes."""
@@ -209,49 +184,24 @@ class Evaluation(Passes[Outcome]):
         """Return the sums of numbers over the passes of each seed."""
         return self.passes(tracker, protocol).groupby("seed").sum(numeric_only=True)
 
-    def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
-        """Return a tracker's reliability over all passes; None if it gives no confidence.
+    def calibration(self, tracker: str, protocol: str) -> Mean:
+        """Return the calibration error, each seed's over all sequences; NaN without confidence.
 
         Each pass counts equally, whatever its length.
         """
-        return _reliability(self.passes(tracker, protocol).outcome)
-
-    def calibration(self, tracker: str, protocol: str) -> Mean:
-        """Return the calibration error, each seed's over all sequences; NaN without confidence."""
         seeds = self.passes(tracker, protocol).groupby("seed").outcome
-        found = (_reliability(outcomes) for _, outcomes in seeds)
-        return over(seed.error for seed in found if seed is not None)
+        return over(_calibration_error(outcomes) for _, outcomes in seeds)
 
 
-def success_curve(outcome: Outcome) -> Floats:
-    """Return the success curve of a pass, (21,)."""
-    assert outcome.fit is not None
-    return metrics.success_curve(outcome.fit.overlaps[outcome.fit.present])
-
-
-def precision_curve(outcome: Outcome) -> Floats:
-    """Return the precision curve of a pass, (51,)."""
-    assert outcome.fit is not None
-    return metrics.precision_curve(outcome.fit.distances[outcome.fit.present])
-
-
-def _mean(rows: Any, values: Any) -> Floats:
-    """Return values of passes (n, ...) as means over starts and sequences, (seeds, ...)."""
-    means = values.groupby([rows.seed, rows.sequence]).mean().groupby("seed").mean()
-    array: Floats = means.to_numpy(float)
-    return array
-
-
-def _reliability(outcomes: Iterable[Outcome]) -> metrics.Reliability | None:
+def _calibration_error(outcomes: Iterable[Outcome]) -> float:
     columns: list[tuple[Floats, NDArray[np.bool_], Floats]] = []
     for outcome in outcomes:
         assert outcome.fit is not None
         assert outcome.trace is not None
-        confidence = outcome.trace.confidence[outcome.fit.rows]
+        confidence = outcome.trace.confidence
         if (sure := np.isfinite(confidence)).any():
             weights = np.full(np.count_nonzero(sure), 1 / np.count_nonzero(sure))
             columns.append((confidence[sure], outcome.fit.correct[sure], weights))
     if not columns:
-        return None
-    confidence, correct, weights = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return metrics.reliability(confidence, correct.astype(bool), weights)
+        return np.nan
+    return metrics.calibration_error(*map(np.concatenate, zip(*columns, strict=True)))

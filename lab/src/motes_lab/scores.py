@@ -23,7 +23,6 @@ from motes.core.spreadsheet import guarded
 from motes.core.types import Floats
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
-from motes_lab.protocols.sot import FAILED, SKIPPED, STARTED, TRACKED
 from motes_lab.protocols.trace import TrackerOutput, load_trace
 from motes_lab.runner import Job, Pass
 
@@ -41,10 +40,6 @@ CORRECT_IOU = 0.5
 PROTOCOL_NAMES = {
     "ope": "One pass (OPE)",
     "pixel": "Starts moved by a pixel",
-    "sre": "Perturbed starts (SRE)",
-    "tre": "Perturbed times (TRE)",
-    "reset": "Restarted after failures (VOT)",
-    "robust": "Perturbed views",
     "mot": "All objects (MOT)",
 }
 """The titles of the protocols, in the order of reports."""
@@ -54,7 +49,6 @@ COLUMNS = (
     *("auc", "precision_20", "iou", "od", "lost_frame"),
     *("lost_recall", "lost_precision", "lost_f1", "ece"),
     *("losses", "recovered", "coverage"),
-    *("accuracy", "robustness", "failures"),
     *("ms_median", "ms_95", "fps", "error"),
 )
 """The columns of results.csv; see `score`."""
@@ -64,13 +58,10 @@ COUNTS = ("judged", "missed", "reported", "both", "known", "covered", "lost_trac
 
 
 class Fit(NamedTuple):
-    """A trace compared with the truth, in the frames in which that is possible.
+    """A trace compared with the truth.
 
     Attributes
     ----------
-    rows
-        (n,), the rows of the trace that are compared: all except those in which the tracker waits
-        for its next start.
     overlaps
         (n,), IoU of the boxes; NaN without a target.
     distances
@@ -78,10 +69,9 @@ class Fit(NamedTuple):
         if the tracker gave no region.
     covered
         (n,), 1 if the truth's center lies in the 95 % ellipse of the tracker's position, else 0;
-        NaN without a target, and if the tracker is started, lost, or gives no covariance.
+        NaN without a target, at the start, and if the tracker is lost or gives no covariance.
     """
 
-    rows: NDArray[np.int64]
     overlaps: Floats
     distances: Floats
     covered: Floats
@@ -105,38 +95,33 @@ class Fit(NamedTuple):
 
 def fit(trace: TrackerOutput, sequence: Sequence) -> Fit:
     """Compare a trace with the truth."""
-    rows = np.flatnonzero(trace.events != SKIPPED)
-    truths = sequence.boxes[trace.frames[rows]]
-    boxes = metrics.enclosing_boxes(trace.ellipses[rows])
+    truths = sequence.boxes[trace.frames]
+    boxes = metrics.enclosing_boxes(trace.ellipses)
     given = np.isfinite(boxes).all(axis=1)
     gaps = (boxes[:, :2] + boxes[:, 2:] / 2) - (truths[:, :2] + truths[:, 2:] / 2)
     present = np.isfinite(truths).all(axis=1)
     overlaps = iou(np.nan_to_num(boxes), np.nan_to_num(truths))
-    covariances = trace.covariances[rows]
-    tracking = ~trace.lost[rows] & (trace.events[rows] != STARTED)
-    sure = present & tracking & np.isfinite(covariances).all(axis=1)
+    sure = present & ~trace.lost & np.isfinite(trace.covariances).all(axis=1)
+    sure[:1] = False
     return Fit(
-        rows,
         np.where(present, np.where(given, overlaps, 0), np.nan),
         np.where(present, np.where(given, np.hypot(*gaps.T), np.inf), np.nan),
-        np.where(sure, metrics.covered(gaps, covariances), np.nan),
+        np.where(sure, metrics.covered(gaps, trace.covariances), np.nan),
     )
 
 
 def updates(trace: TrackerOutput) -> Floats:
-    """Return the running times of a trace's updates, without starts, in seconds."""
-    measured = (trace.events != STARTED) & (trace.events != SKIPPED) & np.isfinite(trace.seconds)
-    seconds: Floats = trace.seconds[measured]
-    return seconds
+    """Return the running times of a trace's updates, without the start, in seconds."""
+    seconds: Floats = trace.seconds[1:]
+    return seconds[np.isfinite(seconds)]
 
 
-def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Scores:
+def score(trace: TrackerOutput, sequence: Sequence) -> Scores:
     """Return the numbers of results.csv by column, without the columns that name the pass.
 
     A number that is not defined is None:
 
-    - after a restart, `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses` and `recovered`:
-      the protocol `reset` has `accuracy`, `robustness` and `failures` instead;
+    - `auc`, `precision_20`, `iou`, `od`, `losses` and `recovered` without a target;
     - `lost_frame`, if the target is never lost;
     - `lost_recall`, `lost_precision` and `coverage`, if they would be a share of no frames;
     - `ece` without a confidence, and times without an update.
@@ -146,39 +131,28 @@ def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Sc
     the times.
     """
     found, present = (judged := fit(trace, sequence)).overlaps, judged.present
-    lost, confidence = trace.lost[judged.rows], trace.confidence[judged.rows]
-    sure = np.isfinite(confidence)
+    lost, sure = trace.lost, np.isfinite(trace.confidence)
     values: Scores = dict.fromkeys(COLUMNS[5:-1])
     values["frames"] = len(trace.frames)
-    if protocol == "reset":
-        failures, tracked = int((trace.events == FAILED).sum()), trace.events == TRACKED
-        started = trace.events == STARTED
-        overlaps = np.full(len(trace.frames), np.nan)
-        overlaps[judged.rows] = found
-        values["accuracy"] = metrics.reset_accuracy(overlaps, started, tracked)
-        values["robustness"] = metrics.reset_robustness(failures, len(trace.frames))
-        values["failures"] = failures
-    elif present.any():
-        rows = judged.rows[present]
-        distances = metrics.overlap_distances(
-            trace.ellipses[rows], sequence.ellipses[trace.frames[rows]]
-        )
+    if present.any():
+        frames = trace.frames[present]
+        distances = metrics.overlap_distances(trace.ellipses[present], sequence.ellipses[frames])
         values["auc"] = metrics.success_auc(found[present])
         values["precision_20"] = float(metrics.precision_curve(judged.distances[present])[20])
         values["iou"] = float(found[present].mean())
         values["od"] = float(distances.mean())
         if (first := metrics.first_lost(distances)) is not None:
-            values["lost_frame"] = int(trace.frames[rows[first]])
+            values["lost_frame"] = int(frames[first])
         values["losses"], values["recovered"] = metrics.recoveries(
             present, judged.missed, judged.correct
         )
-    if judged.rows.size:
+    if lost.size:
         values["lost_recall"] = metrics.detection_recall(lost, judged.missed)
         values["lost_precision"] = metrics.detection_precision(lost, judged.missed)
         values["lost_f1"] = metrics.detection_f1(lost, judged.missed)
     if sure.any():
         values["ece"] = metrics.calibration_error(
-            confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
+            trace.confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
         )
     if (known := np.isfinite(judged.covered)).any():
         values["coverage"] = float(judged.covered[known].mean())
@@ -295,7 +269,7 @@ class Outcome(PassResult[Sequence, TrackerOutput]):
         """
         if self.trace is None or self.fit is None:
             return {}
-        lost, missed, covered = self.trace.lost[self.fit.rows], self.fit.missed, self.fit.covered
+        lost, missed, covered = self.trace.lost, self.fit.missed, self.fit.covered
         flags = (
             np.ones_like(lost),
             missed,
@@ -313,7 +287,7 @@ class Outcome(PassResult[Sequence, TrackerOutput]):
         """The numbers of `score`; None for each column if the pass failed."""
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
-        return score(self.trace, self.sequence, self.item.start.protocol)
+        return score(self.trace, self.sequence)
 
 
 E = TypeVar("E", bound=PassResult[Any, Any])

@@ -16,13 +16,12 @@ from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
+from motes_lab.datasets.shortened import shortened
 from motes_lab.datasets.sot import Problem
-from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.finished_jobs import finished_jobs
 from motes_lab.inputs import FirstPixel, Only, Seeds, films_of
 from motes_lab.metrics.statistics import over, paired_difference
-from motes_lab.protocols.perturbations import PerturbedSequence
 from motes_lab.protocols.sot import Start
 from motes_lab.report import sections as report_sections
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, difference, number
@@ -78,26 +77,6 @@ def pairs(
     note = f"At most {frames} frames of each film{apart}; seeds: {seeds}."
     steps = compared_pairs(jobs, dataset.resolve().name, measure, note)
     return results.show("pairs", steps, problems)
-
-
-def shortened(film: Film, frames: int, every: int) -> PerturbedSequence | None:
-    """Return a film from the first frame with the target on; None if there is none.
-
-    Parameters
-    ----------
-    film
-        The film.
-    frames
-        Most frames of the result.
-    every
-        Their distance in the film: with 3, every third one.
-    """
-    there = np.flatnonzero(np.isfinite(film.boxes).all(axis=1))
-    if not there.size:
-        return None
-    chosen = np.arange(there[0], film.frames, every)[:frames]
-    boxes, ellipses = film.boxes[chosen], film.ellipses[chosen]
-    return PerturbedSequence(film.name, film.source, boxes, ellipses, film, "shortened", chosen)
 
 
 def compared_pairs(jobs: Sequence[Job], films: str, measure: Measure, note: str) -> Experiment:
