@@ -77,7 +77,7 @@ gallery: ready
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes-lab bench --against lab/docs/performance.md --plot --out bench --overwrite \
+	$(BIN)/motes-lab bench --against lab/docs/performance.md --out bench --overwrite \
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
