@@ -289,10 +289,7 @@ def smooth_gradient(pixels: Pixels, y: int, x: int) -> tuple[float, float]:
             p * q * gray(row + i, column + j) for i, p in taps.items() for j, q in taps.items()
         )
 
-    return (
-        (smooth(y, x + 1) - smooth(y, x - 1)) / 2,
-        (smooth(y + 1, x) - smooth(y - 1, x)) / 2,
-    )
+    return ((smooth(y, x + 1) - smooth(y, x - 1)) / 2, (smooth(y + 1, x) - smooth(y - 1, x)) / 2)
 
 
 def edge_bins(strength: Floats, angle: Floats, threshold: float, count: int) -> NDArray[np.int64]:

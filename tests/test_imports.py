@@ -222,17 +222,7 @@ def loaded_after(code: str) -> set[str]:
 
 
 def test_importing_motes_loads_nothing_heavy() -> None:
-    heavy = {
-        "numpy",
-        "av",
-        "scipy",
-        "PIL",
-        "matplotlib",
-        "cv2",
-        "dlib",
-        "rich",
-        "cyclopts",
-    }
+    heavy = {"numpy", "av", "scipy", "PIL", "matplotlib", "cv2", "dlib", "rich", "cyclopts"}
     assert not loaded_after("import motes") & heavy
 
 

@@ -203,12 +203,7 @@ KINDS = (
     ),
     Kind("Alike", "it meets its twin, and both turn back", twins, (10, 58, 110)),
     Kind("Hidden", "a car behind a lorry", lambda: first(synthetic.Street()), (40, 90, 130)),
-    Kind(
-        "Shrinking",
-        "to a quarter",
-        lambda: first(synthetic.growing(SIZE), 50),
-        (5, 25, 48),
-    ),
+    Kind("Shrinking", "to a quarter", lambda: first(synthetic.growing(SIZE), 50), (5, 25, 48)),
     Kind("Turning", "once around itself", lambda: first(synthetic.turning(SIZE)), (10, 40, 70)),
     Kind("Shaking camera", "by a third of its side", lambda: shaken(3), (5, 30, 55)),
     Kind("Zoom", "in to three times, and out", zoomed, (4, 28, 52)),

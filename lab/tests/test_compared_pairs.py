@@ -79,7 +79,7 @@ def test_passes_are_those_of_a_tracker_alone(tmp_path: Path) -> None:
     trackers, _ = resolve(["nummiaro", "maggio", "mean_shift"])
     together = run(job(short, trackers, 2))
     assert [(each.item.tracker, each.item.seed) for each in together] == [
-        *(("nummiaro", 0), ("nummiaro", 1), ("maggio", 0), ("maggio", 1), ("mean_shift", 0)),
+        *(("nummiaro", 0), ("nummiaro", 1), ("maggio", 0), ("maggio", 1), ("mean_shift", 0))
     ]
     (alone, _) = run(job(short, trackers[1:2], 2))
     assert alone.trace is not None

@@ -16,16 +16,8 @@ from motes.synthetic.clips import occluded
 from motes.video.film import Film as Reader
 from motes_lab.cli import main
 from motes_lab.effort.annotator import annotate, annotate_equidistant
-from motes_lab.effort.methods import (
-    Film,
-    equidistant,
-    forward_only,
-    interpolated,
-    smoothed,
-)
-from motes_lab.effort.methods import (
-    Path as Rows,
-)
+from motes_lab.effort.methods import Film, equidistant, forward_only, interpolated, smoothed
+from motes_lab.effort.methods import Path as Rows
 
 FRAMES = 30
 

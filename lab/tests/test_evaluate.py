@@ -327,10 +327,7 @@ def test_what_callables_return(
 
 @pytest.mark.parametrize(
     ("covariance", "position"),
-    [
-        (np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)),
-        (np.zeros((5, 5)), (np.nan,) * 3),
-    ],
+    [(np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)), (np.zeros((5, 5)), (np.nan,) * 3)],
 )
 def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
     Path("odd.py").write_text(ODD)

@@ -157,7 +157,7 @@ def test_numbers_for_people() -> None:
     assert number(None).text == number(float("nan")).text == NO_VALUE
     assert number(0.12345).text == "0.123"
     assert [three_digits(v).text for v in (0.0123456, 0.5, 9.996, 12.34, 1234.5, 0.0)] == [
-        *("0.0123", "0.500", "10.0", "12.3", "1234", "0"),
+        *("0.0123", "0.500", "10.0", "12.3", "1234", "0")
     ]
     assert three_digits(float("nan")).text == NO_VALUE
 

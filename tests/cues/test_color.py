@@ -242,8 +242,7 @@ def test_distances(
 
 
 @pytest.mark.parametrize(
-    ("p", "q", "rho"),
-    [([1, 0], [1, 0], 1), ([1, 0], [0, 1], 0), ([0.5, 0.5], [1, 0], 0.5**0.5)],
+    ("p", "q", "rho"), [([1, 0], [1, 0], 1), ([1, 0], [0, 1], 0), ([0.5, 0.5], [1, 0], 0.5**0.5)]
 )
 def test_distance_worked_by_hand(p: list[float], q: list[float], rho: float) -> None:
     cue = Color(bins=(2, 1, 1), kernel="epanechnikov", sampling=EveryPixel())

@@ -72,10 +72,7 @@ def blocks(pixels: Pixels, step: int) -> tuple[int, int]:
 
 
 def computed(
-    pixels: Pixels,
-    filters: Filters,
-    count: int = 36,
-    part: tuple[int, int, int, int] | None = None,
+    pixels: Pixels, filters: Filters, count: int = 36, part: tuple[int, int, int, int] | None = None
 ) -> Edges:
     """Return the kernel's plane over `part` (left, top, right, bottom), or over all blocks."""
     rows, columns = blocks(pixels, filters.step)

@@ -172,11 +172,7 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    ("change", "gain", "found"),
-    [
-        ({"deviations": 40.0}, 1.4, 0),
-        ({"shadow": 1.0}, 0.7, 1),
-    ],
+    ("change", "gain", "found"), [({"deviations": 40.0}, 1.4, 0), ({"shadow": 1.0}, 0.7, 1)]
 )
 def test_settings_decide_what_is_found(
     method: Method, change: dict[str, float], gain: float, found: int

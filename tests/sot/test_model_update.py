@@ -24,11 +24,7 @@ from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.model_update import (
-    ExponentialForgetting,
-    PerCue,
-    Strategy,
-)
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, Strategy
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker

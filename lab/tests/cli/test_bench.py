@@ -338,8 +338,7 @@ def test_a_bench_of_nothing_is_refused(capfd: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "line",
-    ["bench --rounds HUGE", "evaluate . --seeds HUGE", "experiment pairs . --seeds HUGE"],
+    "line", ["bench --rounds HUGE", "evaluate . --seeds HUGE", "experiment pairs . --seeds HUGE"]
 )
 def test_numbers_that_are_too_large(line: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(line.replace("HUGE", "9" * 30).split()) == 2

@@ -165,11 +165,7 @@ def test_a_detector(go: Go) -> None:
             2,
             "--annotation is for datasets with one",
         ),
-        (
-            "data --tracker crowds_of:Echo --first-pixel 0",
-            2,
-            "--first-pixel is for datasets with",
-        ),
+        ("data --tracker crowds_of:Echo --first-pixel 0", 2, "--first-pixel is for datasets with"),
         ("one --detector background", 2, "--detector is for datasets with many objects, but"),
         ("data --tracker crowds_of:Echo --detector no:x", 2, "The detector no:x: There is neither"),
         ("data --tracker crowds_of:Echo --sequence c", 2, "--sequence c fits none of a, b"),

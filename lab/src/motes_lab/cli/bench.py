@@ -24,10 +24,7 @@ def bench(
     part: Annotated[
         list[Part] | None,
         REPEATED,
-        Parameter(
-            group=RUN,
-            help="Measure only this part; may be repeated. All by default.",
-        ),
+        Parameter(group=RUN, help="Measure only this part; may be repeated. All by default."),
     ] = None,
     rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
     against: Annotated[

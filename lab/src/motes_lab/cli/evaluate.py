@@ -10,12 +10,7 @@ from cyclopts import App
 from motes.core.errors import ConfigError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-from motes_lab.cli.evaluate_options import (
-    DatasetOptions,
-    ReportOptions,
-    RunOptions,
-    check_kind,
-)
+from motes_lab.cli.evaluate_options import DatasetOptions, ReportOptions, RunOptions, check_kind
 from motes_lab.cli.evaluate_run import run_jobs, write_all
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.sot import Sequence as Film

@@ -35,9 +35,7 @@ for _experiment in (
 
 
 @app.default
-def experiment(
-    *name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
-) -> int:
+def experiment(*name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]) -> int:
     """Reproduce tables and figures of the papers, beside the papers' numbers.
 
     Without a name, list the experiments. motes track --figures draws further figures: Nummiaro et

@@ -33,11 +33,7 @@ Efforts = Mapping[str, Mapping[str, Effort]]
 
 
 def effort(
-    dataset: Path,
-    /,
-    *,
-    first_pixel: FirstPixel = None,
-    results: ResultOptions = ResultOptions(),
+    dataset: Path, /, *, first_pixel: FirstPixel = None, results: ResultOptions = ResultOptions()
 ) -> int:
     """Effort of annotation: keyframes until 95 % is right.
 
