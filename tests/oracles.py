@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -349,3 +350,16 @@ def sequence(folder: Path, limit: int | None = None) -> tuple[list[Frame], Float
         frame(np.array(Image.open(path).convert("RGB")), index) for index, path in enumerate(paths)
     ]
     return frames, boxes
+
+
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
+regions = st.builds(
+    Ellipse,
+    *(st.floats(-6, 22), st.floats(-6, 22), st.floats(0.3, 30), st.floats(0.3, 30)),
+    st.floats(-4, 4),
+)
+
+
+def rows(*ellipses: Ellipse) -> NDArray[np.float64]:
+    """Return ellipses as an array (n, 5)."""
+    return np.array(ellipses, np.float64)
