@@ -214,40 +214,6 @@ def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
     assert boxes == pytest.approx(np.array(expected, np.float64).reshape(-1, 4))
 
 
-# Lost status
-
-
-def test_recall_and_precision() -> None:
-    said = np.array([True, True, True, True, False])
-    true = np.array([True, False, True, False, True])
-    assert metrics.detection_recall(said, true) == pytest.approx(2 / 3)
-    assert metrics.detection_precision(said, true) == pytest.approx(2 / 4)
-    nothing = np.zeros(5, bool)
-    assert math.isnan(metrics.detection_recall(nothing, nothing))
-    assert math.isnan(metrics.detection_precision(nothing, nothing))
-    assert metrics.detection_recall(nothing, true) == 0
-    assert math.isnan(metrics.detection_precision(nothing, true))  # a share of no frames
-    assert math.isnan(metrics.detection_recall(said, nothing))
-    assert metrics.detection_precision(said, nothing) == 0
-
-
-@given(flags)
-def test_detection_by_counting(rows: list[tuple[bool, bool]]) -> None:
-    hits = sum(1 for said, true in rows if said and true)
-    alarms = sum(1 for said, true in rows if said and not true)
-    misses = sum(1 for said, true in rows if not said and true)
-    said, true = columns(rows)
-    if hits + misses:
-        assert metrics.detection_recall(said, true) == pytest.approx(hits / (hits + misses))
-    if hits + alarms:
-        assert metrics.detection_precision(said, true) == pytest.approx(hits / (hits + alarms))
-    if hits + misses:
-        f1 = hits / (hits + (alarms + misses) / 2)
-        assert metrics.detection_f1(said, true) == pytest.approx(f1)
-    else:
-        assert math.isnan(metrics.detection_f1(said, true))
-
-
 # Calibration
 
 

@@ -268,11 +268,16 @@ def test_lost_status_is_over_all_frames() -> None:
             outcome("a", book, trace(fits(20))),
             outcome("a", ant, trace(shifted([90.0] * 5 + [0.0] * 5), lost=right)),
         ]
-    ).lost_status("a", "ope")
-    assert found.missed.mean == pytest.approx(5 / 30)
-    assert found.reported.mean == pytest.approx(4 / 30)
-    assert (found.recall.mean, found.precision.mean) == pytest.approx((0.8, 1))
-    assert found.f1.mean == pytest.approx(8 / 9)
+    )
+    shares = {
+        ("missed", "judged"): 5 / 30,
+        ("reported", "judged"): 4 / 30,
+        ("both", "missed"): 0.8,
+        ("both", "reported"): 1,
+    }
+    for of, expected in shares.items():
+        assert found.share("a", "ope", *of).mean == pytest.approx(expected)
+    assert found.lost_f1("a", "ope").mean == pytest.approx(8 / 9)
 
 
 def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
@@ -290,15 +295,15 @@ def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
             outcome("c", short, trace(shifted([0.0] * 32))),
         ]
     )
-    assert found.recovery("a", "ope").total.mean == 3
-    assert found.recovery("a", "ope").share.mean == pytest.approx(2 / 3)
-    assert found.coverage("a", "ope").total.mean == 31 + 9
-    assert found.coverage("a", "ope").share.mean == pytest.approx(31 / 40)
-    share = found.recovery("b", "ope").share
+    (a,), b, (c,) = (found.sums(name, "ope").to_dict("records") for name in "abc")
+    assert (a["losses"], a["known"]) == (3, 31 + 9)
+    assert found.share("a", "ope", "recovered", "losses").mean == pytest.approx(2 / 3)
+    assert found.share("a", "ope", "covered", "known").mean == pytest.approx(31 / 40)
+    share = found.share("b", "ope", "recovered", "losses")
+    assert len(b) == 2
     assert share == pytest.approx((0.5, math.sqrt(0.5)))
-    assert found.recovery("c", "ope").total.mean == 0
-    assert math.isnan(found.recovery("c", "ope").share.mean)
-    assert found.coverage("c", "ope").total.mean == 0
+    assert (c["losses"], c["known"]) == (0, 0)
+    assert math.isnan(found.share("c", "ope", "recovered", "losses").mean)
 
 
 def test_calibration_counts_passes_alike() -> None:

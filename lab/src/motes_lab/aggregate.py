@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, Generic, NamedTuple
+from typing import Any, Generic
 
 import numpy as np
 import pandas as pd
@@ -14,41 +14,6 @@ from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
-
-
-class LostStatus(NamedTuple):
-    """How well a tracker reports its losses, over the frames of all sequences.
-
-    Attributes
-    ----------
-    missed
-        Share of frames in which the target is lost.
-    reported
-        Share of frames in which the tracker reports a loss.
-    recall, precision, f1
-        See `metrics.sot.detection_recall`.
-    """
-
-    missed: Mean
-    reported: Mean
-    recall: Mean
-    precision: Mean
-    f1: Mean
-
-
-class Share(NamedTuple):
-    """A share of all counted items in the passes of a seed.
-
-    Attributes
-    ----------
-    total
-        Number of items.
-    share
-        The share; NaN without items.
-    """
-
-    total: Mean
-    share: Mean
 
 
 def ranking_column(protocol: str) -> str:
@@ -148,7 +113,7 @@ class Evaluation(Passes[Outcome]):
 
     def __init__(self, outcomes: Iterable[Outcome]) -> None:
         super().__init__(outcomes)
-        numbers = [each.scores | each.counts for each in self.outcomes]
+        numbers = [each.scores for each in self.outcomes]
         columns = [*COLUMNS[5:-1], *COUNTS]
         self.table = self.table.join(pd.DataFrame(numbers, columns=columns, dtype=float))
 
@@ -161,27 +126,18 @@ class Evaluation(Passes[Outcome]):
         array: Floats = means.to_numpy(float)
         return array
 
-    def lost_status(self, tracker: str, protocol: str) -> LostStatus:
-        """Return how well a tracker reports its losses; each seed over the frames of all passes."""
-        sums = self._sums(tracker, protocol)
-        sums = sums[sums.judged > 0]
-        shares = (sums.missed / sums.judged, sums.reported / sums.judged)
-        f1 = (2 * sums.both / (sums.missed + sums.reported)).where(sums.missed > 0)
-        scores = (sums.both / sums.missed, sums.both / sums.reported, f1)
-        return LostStatus(*map(over, (*shares, *scores)))
+    def lost_f1(self, tracker: str, protocol: str) -> Mean:
+        """Return F1 of the reported losses; each seed over the frames of all passes."""
+        sums = self.sums(tracker, protocol)
+        return over((2 * sums.both / (sums.missed + sums.reported)).where(sums.missed > 0))
 
-    def recovery(self, tracker: str, protocol: str) -> Share:
-        """Return the number of losses, and the share after which the target was found again."""
-        sums = self._sums(tracker, protocol)
-        return Share(over(sums.losses), over(sums.recovered / sums.losses))
+    def share(self, tracker: str, protocol: str, part: str, whole: str) -> Mean:
+        """Return the share of one number of `COUNTS` in another, over all passes of a seed."""
+        sums = self.sums(tracker, protocol)
+        return over(sums[part] / sums[whole])
 
-    def coverage(self, tracker: str, protocol: str) -> Share:
-        """Return the number of frames with a covariance, and the share in its 95 % ellipse."""
-        sums = self._sums(tracker, protocol)
-        return Share(over(sums.known), over(sums.covered / sums.known))
-
-    def _sums(self, tracker: str, protocol: str) -> Any:
-        """Return the sums of numbers over the passes of each seed."""
+    def sums(self, tracker: str, protocol: str) -> Any:
+        """Return the sums of numbers over the passes of each seed, a row for each seed."""
         return self.passes(tracker, protocol).groupby("seed").sum(numeric_only=True)
 
     def calibration(self, tracker: str, protocol: str) -> Mean:

@@ -125,7 +125,7 @@ def write_results(out: Path, evaluation: MotEvaluation) -> None:
     FormatError
         If it cannot be written.
     """
-    rows = [row_of(outcome) for outcome in evaluation.outcomes]
+    rows = [row_of(outcome, COLUMNS) for outcome in evaluation.outcomes]
     for tracker in evaluation.trackers:
         for protocol in evaluation.protocols:
             for seed, outcomes in evaluation.passes(tracker, protocol).groupby("seed").outcome:

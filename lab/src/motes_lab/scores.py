@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from collections.abc import Sequence as Many
@@ -54,7 +53,10 @@ COLUMNS = (
 """The columns of results.csv; see `score`."""
 
 COUNTS = ("judged", "missed", "reported", "both", "known", "covered", "lost_track")
-"""The names of `Outcome.counts`."""
+"""Numbers of frames in `score` beside the columns, of which shares are over all passes together:
+`judged` are compared with the truth, in `missed` of them the target is lost, in `reported` the
+tracker says so, in `both` rightly; `known` have a covariance, `covered` are in its 95 % ellipse.
+`lost_track` is 1 if the track is lost in any frame."""
 
 
 class Fit(NamedTuple):
@@ -116,8 +118,8 @@ def updates(trace: TrackerOutput) -> Floats:
     return seconds[np.isfinite(seconds)]
 
 
-def score(trace: TrackerOutput, sequence: Sequence) -> Scores:
-    """Return the numbers of results.csv by column, without the columns that name the pass.
+def score(trace: TrackerOutput, sequence: Sequence, judged: Fit | None = None) -> Scores:
+    """Return the numbers of results.csv by column, without those that name the pass, and `COUNTS`.
 
     A number that is not defined is None:
 
@@ -130,8 +132,8 @@ def score(trace: TrackerOutput, sequence: Sequence) -> Scores:
     right, and every confidence is wrong. The frame of the start counts like all others, except for
     the times.
     """
-    found, present = (judged := fit(trace, sequence)).overlaps, judged.present
-    lost, sure = trace.lost, np.isfinite(trace.confidence)
+    judged = judged or fit(trace, sequence)
+    found, present, missed = judged.overlaps, judged.present, judged.missed
     values: Scores = dict.fromkeys(COLUMNS[5:-1])
     values["frames"] = len(trace.frames)
     if present.any():
@@ -143,21 +145,24 @@ def score(trace: TrackerOutput, sequence: Sequence) -> Scores:
         values["od"] = float(distances.mean())
         if (first := metrics.first_lost(distances)) is not None:
             values["lost_frame"] = int(frames[first])
-        values["losses"], values["recovered"] = metrics.recoveries(
-            present, judged.missed, judged.correct
-        )
-    if lost.size:
-        values["lost_recall"] = metrics.detection_recall(lost, judged.missed)
-        values["lost_precision"] = metrics.detection_precision(lost, judged.missed)
-        values["lost_f1"] = metrics.detection_f1(lost, judged.missed)
-    if sure.any():
+        values["losses"], values["recovered"] = metrics.recoveries(present, missed, judged.correct)
+    if (sure := np.isfinite(trace.confidence)).any():
         values["ece"] = metrics.calibration_error(
             trace.confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
         )
-    if (known := np.isfinite(judged.covered)).any():
-        values["coverage"] = float(judged.covered[known].mean())
+    flags = (
+        *(np.ones_like(missed), missed, trace.lost, trace.lost & missed),
+        *(np.isfinite(judged.covered), judged.covered == 1),
+    )
+    counts = [int(np.count_nonzero(each)) for each in flags]
+    _, lost, reported, both, known, covered = counts
+    values["lost_recall"] = both / lost if lost else None
+    values["lost_precision"] = both / reported if reported else None
+    values["lost_f1"] = 2 * both / (reported + lost) if lost else None
+    values["coverage"] = covered / known if known else None
     values |= speed(updates(trace))
-    return {name: None if _is_nan(value) else value for name, value in values.items()}
+    lost_track = int(values["lost_frame"] is not None)
+    return values | dict(zip(COUNTS, [*counts, lost_track], strict=True))
 
 
 def speed(seconds: Floats) -> Scores:
@@ -167,10 +172,6 @@ def speed(seconds: Floats) -> Scores:
     median, high = metrics.time_quantiles(seconds)
     fps = float(seconds.size / seconds.sum()) if seconds.sum() else None
     return {"ms_median": median, "ms_95": high, "fps": fps}
-
-
-def _is_nan(value: float | int | None) -> bool:
-    return value is not None and math.isnan(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,34 +261,11 @@ class Outcome(PassResult[Sequence, TrackerOutput]):
         return None if self.trace is None else fit(self.trace, self.sequence)
 
     @cached_property
-    def counts(self) -> dict[str, int]:
-        """Numbers of frames, of which shares are over all passes together; none if it failed.
-
-        `judged` are compared with the truth, in `missed` of them the target is lost, in `reported`
-        the tracker says so, in `both` rightly; `known` have a covariance, `covered` are in its 95 %
-        ellipse. `lost_track` is 1 if the track is lost in any frame.
-        """
-        if self.trace is None or self.fit is None:
-            return {}
-        lost, missed, covered = self.trace.lost, self.fit.missed, self.fit.covered
-        flags = (
-            np.ones_like(lost),
-            missed,
-            lost,
-            lost & missed,
-            np.isfinite(covered),
-            covered == 1,
-        )
-        numbers = [int(np.count_nonzero(each)) for each in flags]
-        lost_track = int(self.scores["lost_frame"] is not None)
-        return dict(zip(COUNTS, [*numbers, lost_track], strict=True))
-
-    @cached_property
     def scores(self) -> Scores:
         """The numbers of `score`; None for each column if the pass failed."""
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
-        return score(self.trace, self.sequence)
+        return score(self.trace, self.sequence, self.fit)
 
 
 E = TypeVar("E", bound=PassResult[Any, Any])
@@ -318,14 +296,16 @@ def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
     FormatError
         If it cannot be written.
     """
-    write_table(out / "results.csv", COLUMNS, map(row_of, in_order(outcomes)))
+    rows = (row_of(each, COLUMNS) for each in in_order(outcomes))
+    write_table(out / "results.csv", COLUMNS, rows)
 
 
-def row_of(outcome: PassResult[Any, Any]) -> list[str]:
+def row_of(outcome: PassResult[Any, Any], columns: Many[str]) -> list[str]:
     """Return the row of a pass in results.csv."""
     item = outcome.item
     names = [item.tracker, item.sequence, item.start.protocol, item.start.label, str(item.seed)]
-    return [*names, *map(format_score, outcome.scores.values()), " ".join(outcome.error.split())]
+    numbers = (format_score(outcome.scores[name]) for name in columns[5:-1])
+    return [*names, *numbers, " ".join(outcome.error.split())]
 
 
 def format_score(value: float | int | None) -> str:

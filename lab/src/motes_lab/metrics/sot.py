@@ -131,40 +131,6 @@ def first_lost(distances: Floats) -> int | None:
     return int(lost[0]) if lost.size else None
 
 
-def detection_recall(reported: Flags, actual: Flags) -> float:
-    """Return the share of the frames with an actual loss in which a loss was reported.
-
-    NaN where nothing was lost, and so nothing to be found.
-
-    Parameters
-    ----------
-    reported, actual
-        (frames,), whether a loss was reported, and whether there was one.
-    """
-    return _ratio(reported & actual, actual)
-
-
-def detection_precision(reported: Flags, actual: Flags) -> float:
-    """Return the share of the reported losses that were actual losses.
-
-    NaN where nothing was reported. Parameters as in `detection_recall`.
-    """
-    return _ratio(reported & actual, reported)
-
-
-def _ratio(part: Flags, whole: Flags) -> float:
-    count = np.count_nonzero(whole)
-    return np.count_nonzero(part) / count if count else np.nan
-
-
-def detection_f1(reported: Flags, actual: Flags) -> float:
-    """Return F1 of the reported losses; NaN where nothing was lost, and so nothing to be found."""
-    lost = np.count_nonzero(actual)
-    if not lost:
-        return np.nan
-    return 2 * np.count_nonzero(reported & actual) / (np.count_nonzero(reported) + lost)
-
-
 def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
     """Return the number of losses, and the number of losses after which the target was found again.
 

@@ -108,7 +108,7 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
         if measure == "od":
             lost = evaluation.per_seed(tracker, "ope", "lost_track", names) * len(names)
             scores.append(number(over(lost), 1))
-        f1 = number(evaluation.lost_status(tracker, "ope").f1)
+        f1 = number(evaluation.lost_f1(tracker, "ope"))
         ends = [Cell(NO_VALUE)] * 3
         if tracker != first:
             ends = _difference(*(_each(evaluation, name, measure) for name in (tracker, first)))

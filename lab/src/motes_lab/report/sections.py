@@ -14,7 +14,7 @@ from motes import __version__
 from motes_lab.aggregate import Evaluation, Passes, ranking_column
 from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
-from motes_lab.metrics.statistics import paired_difference
+from motes_lab.metrics.statistics import over, paired_difference
 from motes_lab.report.tables import (
     NO_VALUE,
     Cell,
@@ -55,7 +55,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         return lambda tracker: number(evaluation.mean(tracker, protocol, name), digits)
 
     def f1(tracker: str) -> Cell:
-        return number(evaluation.lost_status(tracker, protocol).f1)
+        return number(evaluation.lost_f1(tracker, protocol))
 
     def calibration(tracker: str) -> Cell:
         return number(evaluation.calibration(tracker, protocol))
@@ -150,10 +150,11 @@ def comparisons(evaluation: Evaluation, protocol: str) -> Table:
 
 def lost_status(evaluation: Evaluation, protocol: str) -> Table:
     """Return a table of how well each tracker reports its losses."""
-    rows = [
-        (Cell(tracker), *map(number, evaluation.lost_status(tracker, protocol)))
-        for tracker in evaluation.trackers
-    ]
+    shares = ("missed", "judged"), ("reported", "judged"), ("both", "missed"), ("both", "reported")
+    rows: list[Row] = []
+    for tracker in evaluation.trackers:
+        cells = (number(evaluation.share(tracker, protocol, *of)) for of in shares)
+        rows.append((Cell(tracker), *cells, number(evaluation.lost_f1(tracker, protocol))))
     return Table(
         "Reported losses",
         ("tracker", "frames missed", "frames reported lost", "recall", "precision", "F1"),
@@ -170,10 +171,13 @@ def recovery(evaluation: Evaluation, protocol: str) -> Table:
     """Return a table of recoveries after losses, and of the accuracy of the covariance."""
     rows: list[Row] = []
     for tracker in evaluation.trackers:
-        shares = evaluation.recovery(tracker, protocol), evaluation.coverage(tracker, protocol)
-        # A count has a fraction only if it is a mean.
-        pairs = [(number(n, int(math.isfinite(n.deviation))), number(of)) for n, of in shares]
-        rows.append((Cell(tracker), *(cell for pair in pairs for cell in pair)))
+        cells: list[Cell] = []
+        for part, whole in (("recovered", "losses"), ("covered", "known")):
+            total = over(evaluation.sums(tracker, protocol)[whole])
+            # A count has a fraction only if it is a mean.
+            cells.append(number(total, int(math.isfinite(total.deviation))))
+            cells.append(number(evaluation.share(tracker, protocol, part, whole)))
+        rows.append((Cell(tracker), *cells))
     return Table(
         "Recovery after losses, and covariance",
         ("tracker", "losses", "found again", "frames with a covariance", "truth within 95 %"),
