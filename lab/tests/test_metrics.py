@@ -9,21 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import paired_difference, wilson_interval
 
 shares = st.floats(0, 1)
-flags = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30)
-
-
-def columns(rows: list[tuple[bool, bool]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    table = np.array(rows, bool).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
-
-
 # Recovery and coverage
 
 

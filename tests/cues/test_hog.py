@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
@@ -218,13 +217,3 @@ def test_gradients_at_points_are_those_found_everywhere(
         pixels, ellipses, lattice, gaussian, cells, turned, SMOOTH, DERIVATIVE, found
     )
     np.testing.assert_array_equal(found, expected)
-
-
-def test_settings_that_are_refused() -> None:
-    refused: list[tuple[str, Any]] = [
-        ("cells", 0), ("cells", 5), ("bins", 1), ("bins", 17),
-        ("rotation_normalized", 1), ("kernel", "flat"),
-    ]  # fmt: skip
-    for key, value in refused:
-        with pytest.raises(ConfigError, match=key):
-            Hog(**{key: value})

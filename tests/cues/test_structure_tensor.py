@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes import kernels, synthetic
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
@@ -774,14 +773,3 @@ def test_the_filters_follow_the_estimate() -> None:
         assert model.scale == pytest.approx(wanted, rel=HYSTERESIS / (1 - HYSTERESIS))
     assert 2 < len({model.scale for model in models}) < 10
     assert len({model.threshold for model in models}) > 25
-
-
-def test_settings_that_are_refused() -> None:
-    refused: list[tuple[str, Any]] = [
-        ("bins", 3), ("bins", 181), ("scale", 0), ("scale", 1.5), ("window", 0),
-        ("kept_fraction", 1.1),
-        ("kept_fraction", math.nan), ("form", "both"), ("kernel", "flat"),
-    ]  # fmt: skip
-    for key, value in refused:
-        with pytest.raises(ConfigError, match=key):
-            Orientation(**{key: value})

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.sot.filtering.motion import (
@@ -319,10 +318,3 @@ def test_the_scale_multiplies_both_half_axes_and_the_angle_stays() -> None:
     assert out[:, 2].std() > 5
     states[:, 2] = 1.5
     np.testing.assert_allclose(model.ellipses(states)[0], [500, 400, 90, 37.5, 0.1])
-
-
-@pytest.mark.parametrize("field", ["position_return", "size_return"])
-def test_returns_that_are_none(field: str) -> None:
-    for value in (1.0, -0.1, math.nan):
-        with pytest.raises(ConfigError, match=field):
-            Autoregressive(**{field: value})

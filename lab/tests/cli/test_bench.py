@@ -36,7 +36,6 @@ SECONDS = {
     ("cv2:csrt", MAIN): [0.03] * 3,
 }
 NAME = Path("earlier.md")
-Timed = dict[tuple[str, float], list[float]]
 
 
 def texts(table: Table) -> list[dict[str, str]]:
