@@ -381,7 +381,7 @@ def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:
     groups = re.findall(r"^╭─ (.+?) ─", out, re.MULTILINE)
     assert groups[-1] == "Live sources"
     last = out.rpartition("Live sources")[2]
-    live = ["--reconnect", "--queue", "--home-assistant", "--metrics"]
+    live = ["--reconnect", "--queue", "--home-assistant"]
     assert re.findall(r"^│ (--[a-z-]+)", last, re.MULTILINE) == live
 
 
