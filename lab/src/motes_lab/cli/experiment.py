@@ -41,8 +41,8 @@ def experiment(
 ) -> int:
     """Reproduce tables and figures of the papers, beside the papers' numbers.
 
-    Without a name, list the experiments. motes track --figures draws further figures: Nummiaro et
-    al., figures 3, 7, 12 and 14, and Maggio et al., figures 1 and 3.
+    Without a name, list the experiments. motes studio shows further figures: Nummiaro et al.,
+    figures 3, 7 and 12, and Maggio et al., figures 1 and 3.
     """
     known = {each: app[each].default_command for each in app if not each.startswith("-")}
     if name:

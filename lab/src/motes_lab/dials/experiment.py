@@ -18,7 +18,7 @@ from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.types import Floats
-from motes.output import charts
+from motes_lab import charts
 from motes_lab.adapters.networks import short_name
 from motes_lab.adapters.registry import TrackerSpec, resolve
 from motes_lab.datasets.film_cutouts import cut_out

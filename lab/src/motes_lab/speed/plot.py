@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motes.output import charts
+from motes_lab import charts
 from motes_lab.adapters.opencv import PEERS
 from motes_lab.speed.growth import Growth
 from motes_lab.speed.measure import MAIN, OURS, SIZE, Job
