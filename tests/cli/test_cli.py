@@ -384,7 +384,6 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
             "min is 9, and max is 3",
         ),
         ("track FILM --init BOX --places a.toml", 2, "belong to --histogram"),
-        ("track FILM --init BOX --face-model f", 2, "--face-model belongs to --detect face"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
         ("track FILM --init 1,2,3,4,5,6", 2, "takes x,y,width,height or x,y,a,b,theta"),
