@@ -328,8 +328,8 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     [
         ("numiaro", "did you mean nummiaro?"),
         (
-            "mean_shift:kalmn",
-            "neither such a name here nor a module mean_shift; did you mean mean_s",
+            "maggio:O-RO",
+            "neither such a name here nor a module maggio; did you mean maggio",
         ),
         ("cv2:mill", "did you mean cv2:mil?"),
         ("zzz", "known are default"),

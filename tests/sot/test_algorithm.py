@@ -97,7 +97,7 @@ def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> Non
         assert getattr(config.localizer, name) is getattr(config, name)
 
 
-@pytest.mark.parametrize("name", ["nummiaro", "zhao_pei:color", "mean_shift"])
+@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
 def test_a_target_that_changes_is_followed_while_it_stands_out(name: str) -> None:
     """A green stripe over a third of it; from frame 14 on the target is gone."""
     statuses = []
