@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 
 import arena
 from arena import at_home, tracks
-from kinds import ALGORITHMS
 from motes.cluster.local import LocalPool
 from motes.core.config import to_toml
 from motes.core.errors import ConfigError, FormatError, MotesError
@@ -268,7 +267,16 @@ def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
         contestant.close()
 
 
-EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+EVERYONE = [
+    "default",
+    "nummiaro",
+    "mean_shift",
+    *PEERS,
+    "mine:Still",
+    "mine:Seeded",
+    "changed.toml",
+    trax(),
+]
 
 
 def test_every_preset_is_a_tracker_to_evaluate() -> None:
