@@ -190,8 +190,8 @@ def _opened(
 ) -> list[Sink]:
     """Return all outputs but the rows; `sending` is among them if it is there."""
     from motes.cli.annotated_video import drawn, painted_scene
+    from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_outputs import Events
-    from motes.cli.watch_pictures import Heatmap, Paths, Slits
 
     overwrite = outputs.overwrite
     opened = drawn(outputs, film, stride, lambda: painted_scene(where))
