@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.files import check_ended, write_whole
+from motes.core.files import check_ended
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.formats.text import number, read_text
@@ -34,8 +34,6 @@ CLASSES = range(1, 14)
 """Classes of objects in the truth; 1 is a pedestrian."""
 UNKNOWN = -1
 """Class of a box that has none, and identity of a detection."""
-DIGITS = 9
-"""Decimals of results: enough to restore them except for rounding errors."""
 
 AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
 """The kinds whose rows must have an area, and their names in the error."""
@@ -181,15 +179,3 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     if (label := further[0]) not in (UNKNOWN, *CLASSES):
         raise ValueError(f"{more[0]} is not a class; classes are 1 to {CLASSES[-1]}")
     return [*values, label, further[1] if len(further) > 1 else 1]
-
-
-def write_rows(path: Path, rows: MotRows) -> None:
-    """Write results, complete or not at all; raise an OSError if that fails."""
-    lines = []
-    for frame, identity, box, score in zip(
-        rows.frames.tolist(), rows.ids.tolist(), rows.boxes.tolist(), rows.scores.tolist(),
-        strict=True,
-    ):  # fmt: skip
-        numbers = ",".join(f"{round(value, DIGITS):.15g}" for value in (*box, score))
-        lines.append(f"{frame},{identity},{numbers},-1,-1,-1\n")
-    write_whole(path, "".join(lines).encode())
