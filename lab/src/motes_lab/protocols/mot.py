@@ -15,9 +15,10 @@ from motes.core.detection import Detection
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
-from motes.formats.mot_files import UNKNOWN, MotRows, read_rows, rows_of
+from motes.formats.mot import UNKNOWN
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import MotRows, read_rows, rows_of
 from motes_lab.protocols.trace import duration
 
 DIGITS = 9
