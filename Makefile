@@ -110,7 +110,7 @@ needed:
 # compare with; of what they ask for, an OpenCV would overwrite ours.
 $(READY): $(DEMO_READY) lab/pyproject.toml
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[faces,peers]'
+	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[peers]'
 	$(INSTALL) --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@ $(KERNELS)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import json
 import os
 import subprocess
 import sys
@@ -65,21 +64,17 @@ def finish(jobs: Path, out: str | Path, *options: str, cores: int | None = None)
         raise RuntimeError((jobs.parent / "errors").read_text()[-2000:])
 
 
-def events(log: Path) -> list[dict[str, Any]]:
-    """Return the lines of a log that are whole."""
-    lines = log.read_bytes().split(b"\n")[:-1] if log.exists() else []
-    return [json.loads(line) for line in lines]
-
-
-def running(log: Path) -> dict[int, str]:
-    """Return the processes of the jobs that run, by the log of the batch."""
-    found: dict[str, int] = {}
-    for event in events(log):
-        if event["event"] == "started":
-            found[event["job"]] = event["pid"]
-        else:
-            found.pop(event["job"], None)
-    return {pid: job for job, pid in found.items()}
+def running(driver: int) -> list[int]:
+    """Return the processes that do jobs: workers of the driver, and tasks of Ray by their names."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended
+            line = (process / "cmdline").read_text()
+            parent = int((process / "stat").read_text().rpartition(")")[2].split()[1])
+            worker = parent == driver and "multiprocessing.spawn" in line
+            if worker or line.startswith("ray::job-"):
+                found.append(int(process.name))
+    return found
 
 
 def results(out: Path) -> dict[str, bytes]:

@@ -53,17 +53,16 @@ class Trial:
     def run(self, kind: str, most: int, rng: random.Random, seconds: float, cluster: Any) -> None:
         """Run the batch, hit it at random moments, and compare its results."""
         with tempfile.TemporaryDirectory(dir=self.jobs.parent) as folder:
-            out, log = Path(folder) / "out", Path(folder) / "log"
-            self._undergo(kind, most, rng, seconds, cluster, out, log)
+            out = Path(folder) / "out"
+            self._undergo(kind, most, rng, seconds, cluster, out)
             found = results(out)
             names = {*found, *self.whole}
             self.different += sum(found.get(name) != self.whole.get(name) for name in names)
 
     def _undergo(
-        self, kind: str, most: int, rng: random.Random, seconds: float, cluster: Any,
-        out: Path, log: Path,
-    ) -> None:  # fmt: skip
-        options = [*self.options, "--attempts", ATTEMPTS, "--log", str(log), "--workers", "2"]
+        self, kind: str, most: int, rng: random.Random, seconds: float, cluster: Any, out: Path
+    ) -> None:
+        options = [*self.options, "--attempts", ATTEMPTS, "--workers", "2"]
         process, before = start(self.jobs, out, *options), dict[str, int]()
         while True:
             try:
@@ -81,10 +80,10 @@ class Trial:
                 before = stamps(out)
                 process = start(self.jobs, out, *options)
             elif kind == "worker":
-                if not (there := running(log)):
+                if not (there := running(process.pid)):
                     continue
                 with contextlib.suppress(ProcessLookupError):
-                    os.kill(rng.choice([*there]), signal.SIGKILL)
+                    os.kill(rng.choice(there), signal.SIGKILL)
             else:
                 node = rng.choice([*cluster.worker_nodes])
                 cluster.remove_node(node, allow_graceful=False)

@@ -20,12 +20,15 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.video.sources import open_source
+from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.metrics.statistics import over
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table, number
 
-PRESETS = "maggio", "maggio:C", "maggio:O-FOH", "maggio:O-ROH"
+PRESETS = (
+    "maggio", "maggio:C", "lab/docs/variants/maggio-orientation-fourier.toml", "maggio:O-ROH"
+)  # fmt: skip
 FRAMES = 100
 FOLLOWED = 45.0
 """Degrees; a tracker has followed the whole turn if its error is always smaller."""
@@ -40,7 +43,7 @@ def first_of(folder: Path) -> tuple[Image.Image, Ellipse]:
 
 def errors(preset: str, picture: Image.Image, target: Ellipse) -> Floats:
     """Return the errors of a tracker's angle (frames,) in degrees, modulo half a turn."""
-    tracker, off = Tracker(preset, 0), np.empty(FRAMES)
+    tracker, off = Tracker(motes_config(preset), 0), np.empty(FRAMES)
     for index in range(FRAMES):
         angle = 360 * index / FRAMES
         turned = picture.rotate(-angle, Image.Resampling.BICUBIC, center=(target.x, target.y))

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
+from motes.formats.mot import UNKNOWN
+from motes_lab.datasets.mot_rows import MotRows, rows_of
 from motes_lab.metrics.mot import Tally
 
 FIELDS: Mapping[str, tuple[str, str]] = {

@@ -15,6 +15,21 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure
 # Presets, and what no preset uses.
 CONFIGS: dict[str, TrackerConfig] = {
     **PRESETS,
+    "mean shift, predicted": configure(PRESETS["mean_shift"], {"prediction": {"type": "kalman"}}),
+    "sum of spectra": configure(
+        PRESETS["maggio"],
+        {
+            "orientation": {"form": "fourier", "scale_selection": False},
+            "fusion": {"type": "printed_mixture"},
+        },
+    ),
+    "parts of the pixels": configure(
+        PRESETS["ng_delp"],
+        {
+            "color": {"sampling": {"type": "checkerboard", "share": "half"}},
+            "edges": {"sampling": {"type": "checkerboard", "share": "quarter"}},
+        },
+    ),
     "second order, systematic": ParticleFilter(
         motion=SecondOrder(
             noise=Noise(position=0.3, angle=0.02), velocity=0.3, acceleration=0.1, persistence=0.5
@@ -39,15 +54,12 @@ CONFIGS: dict[str, TrackerConfig] = {
         {"correlation": {}, "posterior": {}, "presence": {"max_positions": 500}},
     ),
 }
-# Some presets are the same under two names, as the columns of a paper's table are.
-DISTINCT = [name for i, name in enumerate(CONFIGS) if CONFIGS[name] not in [*CONFIGS.values()][:i]]
-ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
+ALGORITHMS = ["default", "nummiaro", "mean shift, predicted"]
 """One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
 VARIANTS = [
     "nummiaro:printed",
     "maggio:printed",
-    "ng_delp:half",
-    "ng_delp:quarter",
+    "parts of the pixels",
     "ng_delp:printed",
     "zhao_pei:printed",
 ]
@@ -55,13 +67,13 @@ VARIANTS = [
 KINDS = [
     "default",
     "mean_shift",
-    "mean_shift:kalman",
-    "maggio:C+O-SS-ROH",
-    "maggio:C+O-A-FOH",
+    "mean shift, predicted",
+    "maggio",
+    "sum of spectra",
     "ng_delp",
     "zhao_pei",
-    "zhao_pei:color",
-    "zhao_pei:hog",
+    "maggio:C",
+    "ng_delp:edges",
     "second order, systematic",
     "random walk, every pixel",
     "half of the pixels",
@@ -69,10 +81,8 @@ KINDS = [
     *VARIANTS,
 ]
 """Together they have each part that any has: for what depends on parts, but not on numbers."""
-FILTERS = [name for name in DISTINCT if isinstance(CONFIGS[name], ParticleFilter)]
-FILTER_KINDS = [
-    name for name in KINDS if name in FILTERS and name in PRESETS and name not in VARIANTS
-]
+FILTERS = [name for name in CONFIGS if isinstance(CONFIGS[name], ParticleFilter)]
+FILTER_KINDS = ["maggio", "sum of spectra", "ng_delp", "zhao_pei", "maggio:C"]
 """For what any filter can be combined with: they have one cue or two, fused in each way."""
 
 

@@ -26,7 +26,7 @@ from pages import blocks
 ROOT = Path(__file__).parent.parent
 KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
 MAIN = ("track", "watch", "demo", "doctor")
-LAB = ("evaluate", "compare", "experiment", "bench", "faces")
+LAB = ("evaluate", "compare", "experiment", "bench")
 USER_PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
 PAGES = [*USER_PAGES, *(ROOT / "lab/docs").rglob("*.md")]
 CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}

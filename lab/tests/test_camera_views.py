@@ -10,9 +10,10 @@ import pytest
 from crowds import write_crowd
 from evaluations import pictures
 from motes.core.frame import Frame
-from motes.formats.mot_files import UNKNOWN, rows_of
+from motes.formats.mot import UNKNOWN
 from motes_lab.cli import main
 from motes_lab.datasets.mot import load_mot_dataset
+from motes_lab.datasets.mot_rows import rows_of
 from motes_lab.papers.moving_camera import motion_errors, rows_in, seen, view_of
 
 

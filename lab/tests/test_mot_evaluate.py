@@ -23,7 +23,6 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.formats.mot_files import MotRows
 from motes.mot.detection.background import BackgroundDetector
 from motes_lab.adapters.mot import (
     AssociationAdapter,
@@ -34,6 +33,7 @@ from motes_lab.adapters.mot import (
 )
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
 from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes_lab.protocols.sot import Start

@@ -10,11 +10,13 @@ import pytest
 from crowds import rows
 from evaluations import pictures
 from motes.core.errors import FormatError
-from motes.formats.mot_files import Kind, MotRows, read_rows, write_rows
+from motes.formats.mot import Kind
 from motes.synthetic.clips import still
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
+from motes_lab.datasets.mot_rows import MotRows, read_rows
+from motes_lab.protocols.mot import write_rows
 
 INI = "[Sequence]\nname=other\nimDir=img1\nframeRate=12.5\nseqLength=4\nimExt=.png\n"
 TRUTH = "1,1,5,6,20,30,1,1,1\n2,1,6,6,20,30,1,1,0.5\n\n1,2,50,6,20,30,0,1,1\n"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes.formats.mot_files import MotRows
 from motes_lab.cli import main
+from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.papers import real_occlusions
 from motes_lab.papers.real_occlusions import Counts, Occlusion, count, identities, occlusions_of
 

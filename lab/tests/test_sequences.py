@@ -16,9 +16,10 @@ from PIL import Image
 from motes import Tracker, open_source
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
-from motes.formats.regions import ABSENT, TruthRegion, read_mask, read_regions
+from motes.formats.regions import ABSENT, TruthRegion, read_regions
 from motes.rows.writer import TrackWriter
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
+from motes_lab.datasets.truth import read_mask
 
 NAN = [math.nan] * 4
 
@@ -465,14 +466,14 @@ def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("frame,x,y,a,b\n1,2,3,4,5\n", "line 2: a track has the column theta"),
-        ("frame,x,y,a,b,theta\n1,2,3,4\n", "line 2: 4 values for 6 columns"),
-        ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "line 3: frame 0 is repeated"),
-        ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "line 2: frame -1"),
-        ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "line 2: inf is not the index"),
-        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "line 2: 'b' is not a number"),
+        ("frame,x,y,a,b\n1,2,3,4,5\n", "a track has the column theta"),
+        ("frame,x,y,a,b,theta\n1,2,3,4\n", "row 1 has 4 fields instead of 6"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "has a frame twice"),
+        ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "one that no film has"),
+        ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "row 1: frame: "),
+        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "row 1: b: could not convert"),
         ("frame,x,y,a,b,theta\n", "has no frame with a target"),
-        ('{"frame": 0, "x": 1}\n', "line 1: a track has the column y"),
+        ('{"frame": 0, "x": 1}\n', "a track has the column y"),
         ('{"frame": 0, \n', "line 1: "),
         ("[1]", "line 1: "),
         ("frame,x,y,a,b,theta\n0,2,3,4,0,0\n", "has no frame with a target"),

@@ -16,12 +16,12 @@ from evaluations import TARGET, pictures, sequence
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.formats.mot_files import MotRows
 from motes.mot.association import Association
 from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
 from motes.mot.scene import Scene
 from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
+from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.experiment import Result
 from motes_lab.papers import zhao_pei_figure9
 

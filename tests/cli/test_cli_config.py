@@ -36,7 +36,7 @@ def test_presets_are_listed_with_their_meanings(go: Go) -> None:
         assert re.search(rf"^{re.escape(name)} +{re.escape(text)}$", out, re.M)
 
 
-@pytest.mark.parametrize("name", ["default", "nummiaro", "zhao_pei", "maggio:O-FOH", "mean_shift"])
+@pytest.mark.parametrize("name", ["default", "nummiaro", "zhao_pei", "maggio:O-ROH", "mean_shift"])
 def test_the_keys_of_a_preset_are_its_configuration(go: Go, name: str) -> None:
     out = go(name)[1]
     used = "\n".join(re.findall(r"^\S.*? = .+?(?=  \[)", out, re.M))

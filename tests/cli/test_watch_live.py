@@ -1,4 +1,4 @@
-"""motes watch and motes track as they run for long: shown, sent, measured, killed."""
+"""motes watch and motes track as they run for long: shown, sent, killed."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ import re
 import signal
 import subprocess
 import sys
-import threading
-import urllib.request
 from pathlib import Path
 
 import pytest
 
 from brokers import Broker, Listener, free_port, wait_until
 from motes.cli import main
-from motes.cli.metrics_page import MetricsPage
 from motes.output import delivery
 from motes.output.delivery import Delivery
 from motes.output.event_queue import MessageQueue
@@ -110,42 +107,19 @@ def test_what_waits_is_reported(
     assert f"3 events of earlier runs for {hook} in {queue}; this run does not send them" in error
 
 
-def test_a_run_is_shown_and_measured(
-    film: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    pages: list[bytes] = []
-    write = MetricsPage.write
-
-    def look(page: MetricsPage, moment: object) -> None:
-        write(page, moment)  # type: ignore[arg-type]
-        if moment.frame.index == FRAMES - 1:  # type: ignore[attr-defined]
-            error = capsys.readouterr().err
-            for address in re.findall(r"http://\S+", error):
-                with urllib.request.urlopen(address) as answer:
-                    pages.append(answer.read())
-
-    monkeypatch.setattr(MetricsPage, "write", look)
-    assert main(watch(film, "--show", "--metrics", str(free_port()))) == 0
-    page, metrics = pages
-    assert b"/stream" in page
-    lines = metrics.decode().splitlines()
-    assert f"motes_frames_total {FRAMES}" in lines
-    assert "motes_objects_total 1" in lines
-    assert "motes_dropped_frames_total 0" in lines
-    crossed = [line for line in lines if line.startswith('motes_events_total{event="crosses"')]
-    assert [line.split()[-1] for line in crossed] == ["1"]
-    assert not any(thread.name == "delivery" for thread in threading.enumerate())
-
-
-@pytest.mark.parametrize("boxes", [1, 2])
-def test_tracks_are_shown(boxes: int, film: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "command",
+    [
+        "track --preset mean_shift --init 40,40,16,30",
+        "track --preset mean_shift --init 40,40,16,30 --init 40,40,16,30",
+        "watch --detector gaussian",
+    ],
+)
+def test_a_run_is_shown(command: str, film: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     drawn: list[tuple[int, ...]] = []
     monkeypatch.setattr(Page, "offer", lambda page, draw: drawn.append(draw().shape))
-    init = ["--init", "40,40,16,30"] * boxes
-    more = ["--start", "30", "--end", "35", "--preset", "mean_shift", "--show"]
-    assert main(["track", film, *init, *more]) == 0
+    assert main([*command.split(), film, "--start", "30", "--end", "35", "--show"]) in (0, 4)
     assert drawn == 5 * [(96, 160, 3)]
 
 
@@ -158,9 +132,6 @@ def test_tracks_are_shown(boxes: int, film: str, monkeypatch: pytest.MonkeyPatch
         ("--events https://h/a --events https://h/a", "are the same"),
         ("--events mqtt://h", "lacks a host or a topic"),
         ("--events http:///a", "has no host"),
-        ("--metrics abc", "takes PORT or HOST:PORT"),
-        ("--metrics 99999", "takes PORT or HOST:PORT"),
-        ("--metrics 192.0.2.1:1", "choose another port"),
         ("--reconnect -1", "--reconnect is -1"),
         ("--events - -o -", "would mix on standard output"),
     ],

@@ -131,16 +131,12 @@ def test_changed_inputs_are_told_by_their_checksums(tmp_path: Path, film: Path) 
     jobs, out = [job("a", film)], tmp_path / "out"
     _, made = run(out, jobs, InProcess())
     checksum = made["a"].inputs[0].sha256
-    status = film.stat()
-    film.write_bytes(film.read_bytes()[::-1])
-    os.utime(film, ns=(status.st_atime_ns, status.st_mtime_ns))
-    assert run(out, jobs, InProcess())[0] == ["a"]  # nothing shows, but to its checksum
-    _, made = run(out, jobs, InProcess(), thorough=True)
-    assert made["a"].inputs[0].sha256 != checksum
     os.utime(film, (1, 1))  # as a copy of the same film
     assert run(out, jobs, InProcess())[0] == ["a"]
-    film.write_bytes(film.read_bytes() + b"more")
-    assert run(out, jobs, InProcess())[1]["a"].status == "done"
+    film.write_bytes(film.read_bytes()[::-1])
+    _, made = run(out, jobs, InProcess())
+    assert made["a"].status == "done"
+    assert made["a"].inputs[0].sha256 != checksum
     assert run(out, [job("a", film, seed=1)], InProcess())[1]["a"].status == "done"
     assert rows(out, "a") == "film-0.mp4 1\n"
 
@@ -277,7 +273,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow
 def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["batch", "jobs.csv", "-o", "out", "--workers", "2", "--log", "log"]) == 0
+    assert main(["batch", "jobs.csv", "-o", "out", "--workers", "2"]) == 0
     assert "5 jobs, 5 done, 0 failed" in capsys.readouterr().err
     particles = ["--preset", "nummiaro"]
     box = ["--init", batch_jobs.REGION]
@@ -296,8 +292,6 @@ def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixtur
     frames = {job.name: record and record.frames for job, record in records(
         Folder(home / "out"), load_jobs(Folder(home / "out")))}  # fmt: skip
     assert frames == {"film-1": 15, "film-2": 20, "both": 10, "mended": 10, "two": 20}
-    log = [msgspec.json.decode(line) for line in Path("log").read_bytes().splitlines()]
-    assert Counter(each["event"] for each in log) == {"started": 5, "done": 5}
 
 
 def test_a_network_is_a_column(
@@ -374,7 +368,7 @@ def test_progress_is_counted(
     monkeypatch.setattr("motes.cli.batch_progress.INTERVAL", 0.0)
     done = Record(name="a", status="done", digest="", frames=7)
     task = Task("c", batch_jobs.square, 0)
-    with BatchProgress(9, None) as progress:
+    with BatchProgress(9) as progress:
         progress.keep(done)
         for event in (
             Started(task, "here", 1),

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.formats.mot_files import Kind, read_rows
+from motes.formats.mot import Kind
 from motes.mot.detection.pretrained import RecordedDetections
 from motes_lab.datasets.distractors import evaluated_rows
+from motes_lab.datasets.mot_rows import read_rows
 from motes_lab.metrics.mot import tally
 
 from .outcomes import READ, REFUSED, check_finite, outcome, put

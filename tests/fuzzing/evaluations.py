@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 
 from motes.core.geometry import Box, Ellipse
-from motes.formats.mot_files import read_rows
 from motes_lab.adapters.registry import tracker_spec
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import read_rows
 from motes_lab.datasets.sot import Sequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.protocols.mot import Tracks, save_tracks

@@ -10,9 +10,9 @@ import numpy as np
 from PIL import Image
 
 from motes.core.errors import MotesError
-from motes.formats.regions import read_mask
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
+from motes_lab.datasets.truth import read_mask
 
 from . import detections, track_rows
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

@@ -1,4 +1,4 @@
-"""Live pictures and metrics, over HTTP and in a window."""
+"""Live pictures, over HTTP and in a window."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ from motes.core.errors import ConfigError
 from motes.output import live_picture, local_server
 from motes.output.live_picture import Page, PictureWindow, view
 from motes.output.local_server import Server, reply
-from motes.output.metrics import CONTENT_TYPE, Metric, text
 
 
 def gray(value: int) -> NDArray[np.uint8]:
@@ -310,28 +309,6 @@ def test_a_server_without_file_descriptors_waits_for_one(
             with pytest.raises(OSError, match="Too many"):
                 server.get_request()
         assert pauses == [0.1]
-
-
-def test_prometheus_reads_metrics() -> None:
-    parser = pytest.importorskip("prometheus_client.parser")
-    name = 'gate "1" \\ north\nside'
-    families = parser.text_string_to_metric_families(
-        text(
-            [
-                Metric("motes_frames_total", "counter", "Frames.", {(): 1e7}),
-                Metric("motes_events_total", "counter", "Events.", {(name, ""): 3}, ("place", "c")),
-                Metric("motes_lag_seconds", "gauge", "Lag.", {(): 0.0625}),
-                Metric("motes_none", "gauge", "Nothing.", {}, ("a",)),
-            ]
-        )
-    )
-    found = {family.name: family for family in families}
-    assert found["motes_frames"].type == "counter"
-    assert found["motes_frames"].samples[0].value == 1e7
-    assert found["motes_events"].samples[0].labels == {"place": name, "c": ""}
-    assert found["motes_lag_seconds"].samples[0].value == 0.0625
-    assert found["motes_none"].samples == []
-    assert "version=0.0.4" in CONTENT_TYPE
 
 
 def test_a_reader_that_leaves_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from histogram_series import lessons, series
-from kinds import FILTER_KINDS
+from kinds import CONFIGS, FILTER_KINDS
 from motes.core.config import from_flag, from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
@@ -25,7 +25,7 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, Strategy
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
+from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
@@ -167,7 +167,7 @@ STRATEGIES = ["forgetting", "kalman", "gaussian", "anchored_kalman"]
 @pytest.mark.parametrize(("name", "kind"), [*zip(FILTER_KINDS, cycle(STRATEGIES), strict=False)])
 def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
     config = configure(
-        PRESETS[name],
+        CONFIGS[name],
         {
             "particles": 40,
             "presence": {"stride": 8, "margin": 0, "deviations": 0},

@@ -60,19 +60,7 @@ class WorkOptions:
         ),
     ] = ATTEMPTS
     time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
-    checksums: Annotated[
-        bool,
-        FLAG,
-        Parameter(
-            help="Compare the checksums of all inputs with those of the last run, not only of "
-            "those whose size or time has changed."
-        ),
-    ] = False
     own_code: OwnCode = False
-    log: Annotated[
-        str | None,
-        Parameter(help="File of JSON Lines to which each start, end and new attempt is added."),
-    ] = None
 
     def check(self) -> None:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
@@ -274,14 +262,13 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
         attempts=work.attempts,
         time_limit=work.time_limit,
         again=again,
-        thorough=work.checksums,
     )
     for job in load_jobs(store):  # also those of a folder that somebody else has made
         check_code(job.detector, work.own_code)
     workers = worker_count(work.workers)
     threads = max(resources.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
-    with BatchProgress(options.total, work.log) as progress:
+    with BatchProgress(options.total) as progress:
         try:
             with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
                 for event in batch(pool, store, load_jobs(store), plan, progress.keep):

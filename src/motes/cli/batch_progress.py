@@ -1,20 +1,15 @@
-"""The progress of a batch: a bar or lines, and a log."""
+"""The progress of a batch: a bar or lines."""
 
 from __future__ import annotations
 
-import contextlib
 import time
-from pathlib import Path
-from typing import BinaryIO, Self
-
-import msgspec
+from typing import Self
 
 from motes.cli.messages import counted, log
 from motes.cli.progress import TerminalBar
 from motes.cluster.driver import BatchEvent
 from motes.cluster.pool import Again, Started
 from motes.cluster.records import Record
-from motes.core.errors import FormatError
 
 INTERVAL = 30.0
 """Seconds between lines of progress where there is no terminal."""
@@ -27,8 +22,6 @@ class BatchProgress:
     ----------
     total
         The number of jobs.
-    file
-        The log; None for none.
 
     Attributes
     ----------
@@ -41,14 +34,11 @@ class BatchProgress:
         The table that was written.
     """
 
-    def __init__(self, total: int, file: str | None) -> None:
+    def __init__(self, total: int) -> None:
         self.total = total
         self.kept = self.done = self.failed = self.frames = self.running = 0
         self.written: str | None = None
-        self._file = None if file is None else Path(file)
-        self._log: BinaryIO | None = None
         self._bar = TerminalBar("jobs", total)
-        self._open = contextlib.ExitStack()
         self._begun = self._shown = time.monotonic()
 
     def keep(self, record: Record) -> None:
@@ -63,13 +53,8 @@ class BatchProgress:
         """Count an event."""
         if isinstance(event, Started):
             self.running += 1
-            self._add(
-                "started", event.task.name, attempt=event.task.attempt, host=event.host,
-                pid=event.pid,
-            )  # fmt: skip
         elif isinstance(event, Again):
             self.running -= 1
-            self._add("again", event.task.name, attempt=event.task.attempt, error=event.error)
             log(f"[{event.task.name}] attempt {event.task.attempt}: {event.error}")
         else:
             self.running -= 1
@@ -77,22 +62,12 @@ class BatchProgress:
         self._show()
 
     def _finish(self, record: Record) -> None:
-        self._add(
-            record.status, record.name, attempt=record.attempts, host=record.host,
-            seconds=record.seconds, frames=record.frames, error=record.error,
-        )  # fmt: skip
         if record.status == "done":
             self.done += 1
             self.frames += record.frames
         else:
             self.failed += 1
             log(f"[{record.name}] failed: {record.error}")
-
-    def _add(self, event: str, job: str, **more: object) -> None:
-        """Add a line to the log."""
-        if self._log is not None:
-            line = {"time": round(time.time(), 3), "event": event, "job": job, **more}
-            self._log.write(msgspec.json.encode(line) + b"\n")
 
     @property
     def ended(self) -> int:
@@ -127,16 +102,11 @@ class BatchProgress:
         return ", ".join(parts) + f"; {where}"
 
     def __enter__(self) -> Self:
-        if self._file is not None:
-            try:
-                self._log = self._open.enter_context(self._file.open("ab", buffering=0))
-            except OSError as error:
-                raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
-        self._open.enter_context(self._bar)
+        self._bar.__enter__()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._open.close()
+        self._bar.__exit__(*exception)
 
     def numbers(self) -> dict[str, float]:
         """Return the number of jobs of each status."""

@@ -137,8 +137,7 @@ def _table(found: Sequence[Doubt], tracks: dict[int, Track]) -> str:
 
 
 def _sheet(film: Film, found: Sequence[Doubt], tracks: dict[int, Track]) -> bytes:
-    from PIL import Image
-
+    from motes.cli.pictures import png
     from motes.output.contact_sheet import contact_sheet
 
     def pictures() -> Iterator[tuple[object, Track, str]]:
@@ -146,6 +145,4 @@ def _sheet(film: Film, found: Sequence[Doubt], tracks: dict[int, Track]) -> byte
             text = f"{rank}. frame {doubt.frame}, gain {doubt.gain:.1f}\n{_why(doubt)}"
             yield film.frame(doubt.frame).pixels, tracks[doubt.frame], text
 
-    out = io.BytesIO()
-    Image.fromarray(contact_sheet(pictures())).save(out, "PNG")  # type: ignore[arg-type]
-    return out.getvalue()
+    return png(contact_sheet(pictures()))  # type: ignore[arg-type]

@@ -60,7 +60,7 @@ class DrawOutputs:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_target
         from motes.cli.masks import masks_output
-        from motes.cli.motion_figures import MotionFigures
+        from motes.cli.pictures import MotionFigures
 
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
@@ -76,7 +76,7 @@ class DrawOutputs:
     def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:
         """Return the outputs of rows of several objects."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-        from motes.cli.watch_pictures import Heatmap, Paths, Slits
+        from motes.cli.pictures import Heatmap, Paths, Slits
 
         if self.masks is not None:
             raise ConfigError("--masks is for rows of one target; omit it.")

@@ -19,17 +19,18 @@ from motes.core.errors import (
     SourceError,
 )
 
+CODES: dict[type[MotesError], int] = {
+    AwayError: AWAY, SourceError: UNREADABLE, InputError: UNREADABLE, FormatError: UNWRITABLE,
+    MotesError: USAGE,
+}  # fmt: skip
+"""The exit codes of errors; the first class that fits counts."""
+
 
 def explain(error: Exception, program: str) -> tuple[str, int]:
     """Return the message for an error of a program, and its exit code."""
-    if isinstance(error, AwayError):
-        return str(error), AWAY
-    if isinstance(error, SourceError | InputError):
-        return str(error), UNREADABLE
-    if isinstance(error, FormatError):
-        return str(error), UNWRITABLE
-    if isinstance(error, MotesError):
-        return str(error), USAGE
+    for kind, code in CODES.items():
+        if isinstance(error, kind):
+            return str(error), code
     if isinstance(error, CycloptsError):
         return _wrong_option(error, program), USAGE
     if isinstance(error, MemoryError) or _lacks_memory(error):

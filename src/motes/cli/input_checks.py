@@ -120,9 +120,11 @@ def error_context(where: Path | str) -> Iterator[None]:
 
 
 def checked_output(
-    source: str, outputs: OutputOptions, others: Sequence[str | Path], *, alone: bool = True
+    source: str, outputs: OutputOptions, others: Sequence[str | Path] = ()
 ) -> str | None:
     """Return the file of the rows, or -, or None without rows, after a check of all outputs.
+
+    Rows without -o have a name of their own if nothing else is made.
 
     Parameters
     ----------
@@ -130,8 +132,6 @@ def checked_output(
         The source, and the options of outputs.
     others
         The files of further outputs.
-    alone
-        Whether nothing else is made, so that rows without -o have a name of their own.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def checked_output(
     from motes.rows.journal import journal_of
 
     output = outputs.output
-    if output is None and alone and not (outputs.overlay or outputs.show or others):
+    if output is None and not (outputs.overlay or outputs.show or others):
         output = default_output(source)
     check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error)

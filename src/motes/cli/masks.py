@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.moment import Moment, Sink
+from motes.cli.pictures import png
 from motes.cli.watch_outputs import LABEL, DocumentOutput
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFolder
@@ -80,17 +80,13 @@ class FolderMasks(Sink):
 
     def write(self, moment: Moment) -> None:
         """Write the file of a frame."""
-        from PIL import Image
-
         mask = _mask(self._segmenter, moment)
         file = self._film.file_of(moment.frame.index)
         stem = Path(file).stem if file else frame_name(moment.frame.index)
-        data = io.BytesIO()
-        Image.fromarray(mask.astype(np.uint8) * 255).save(data, "PNG")
         try:
             if self._folder is None:
                 self._folder = PartialFolder(self._path)
-            self._folder.add(f"{stem}.png", data.getvalue())
+            self._folder.add(f"{stem}.png", png(mask.astype(np.uint8) * 255))
         except OSError as error:
             raise self._failure(error) from error
         self._count += 1

@@ -58,10 +58,6 @@ class TargetOptions:
     detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
         None
     )
-    face_model: Annotated[
-        Path | None,
-        Parameter(help="With --detect face: a detector that motes-lab faces train has written."),
-    ] = None
     places: Annotated[
         Path | None,
         Parameter(
@@ -89,7 +85,7 @@ class TargetOptions:
         ConfigError
             If the target is given in another way, or there are several.
         """
-        others = (self.histogram, self.detect, self.face_model, self.places, self.background)
+        others = (self.histogram, self.detect, self.places, self.background)
         if any(other is not None for other in others):
             raise ConfigError("Keyframes go with --init; omit other targets.")
         regions = self.regions()
@@ -129,17 +125,13 @@ class TargetOptions:
             raise ConfigError(
                 "--places and --background belong to --histogram; give it, or omit them."
             )
-        if self.detect is None and self.face_model:
-            raise ConfigError("--face-model belongs to --detect face; give it, or omit it.")
-
         if self.init:
             region = self.regions()[0]
             return lambda tracker, frame: tracker.init(frame, region)
         if known is None:
-            from motes.mot.detection.pretrained import FacesConfig
+            from motes.mot.detection.pretrained import FaceDetector
 
-            model = None if self.face_model is None else str(self.face_model)
-            faces = FacesConfig(model=model).detector()
+            faces = FaceDetector()
             return lambda tracker, frame: tracker.detect(frame, faces)
         return self._search(known)
 
@@ -162,10 +154,6 @@ class TargetOptions:
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    figures: Annotated[
-        Path | None,
-        Parameter(help="Folder for the figures of the papers; motes draw makes those of rows."),
-    ] = None
     save_histogram: Annotated[
         Path | None,
         Parameter(
@@ -178,7 +166,7 @@ class TrackOutputs(OutputOptions):
         FLAG,
         Parameter(
             help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "The run is repeated up to the missing rows; overlay and figures are made again."
+            "The run is repeated up to the missing rows; an overlay is made again."
         ),
     ] = False
 

@@ -27,7 +27,6 @@ from motes.cli.watch_options import QUEUE, CountingOptions, ObjectOptions, Watch
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.metrics_page import MetricsPage
     from motes.cli.moment import Sink
     from motes.cli.sent_events import SentEvents
     from motes.core.detection import Detector, DetectorConfig
@@ -44,7 +43,7 @@ app = App(
     help_format="plaintext",
     help_formatter=UsualOptions(
         "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
-        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect", "--metrics",
+        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect",
     ),
 )  # fmt: skip
 PRESET = "nummiaro:adaptive"
@@ -112,14 +111,12 @@ def watch(
 
     from msgspec.structs import replace
 
-    from motes.cli.metrics_page import MetricsPage, place_of
     from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
     from motes.mot.analytics.events import EventCounter
     from motes.mot.scene import Scene
 
     counter = EventCounter(where)
-    metrics = None if outputs.metrics is None else place_of(outputs.metrics)
     sending = None
     if addresses:
         queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
@@ -130,8 +127,7 @@ def watch(
         film = running.enter_context(frames.open(source))
         where.check(film.width, film.height)
         say_rate(film)
-        page = None if metrics is None else MetricsPage(metrics, film, scene, sending)
-        opened = _opened(outputs, events, film, frames.stride, where, sending, page)
+        opened = _opened(outputs, events, film, frames.stride, where, sending)
         if rows is not None:
             from motes.cli.known_run import rows_outputs
             from motes.mot.analytics.real_units import RealUnits
@@ -156,9 +152,7 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
     queues = [outputs.queue or Path(QUEUE)] if sent else []
-    output = checked_output(
-        source, outputs, [*written, *pictures, *queues], alone=outputs.metrics is None
-    )
+    output = checked_output(source, outputs, [*written, *pictures, *queues])
     if output is not None:
         check_several(output, outputs.format)
     return output, written, sent
@@ -193,18 +187,16 @@ def _opened(
     stride: int,
     where: Regions,
     sending: SentEvents | None,
-    page: MetricsPage | None,
 ) -> list[Sink]:
-    """Return all outputs but the rows; `sending` and `page` are among them if they are there."""
+    """Return all outputs but the rows; `sending` is among them if it is there."""
     from motes.cli.annotated_video import drawn, painted_scene
+    from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_outputs import Events
-    from motes.cli.watch_pictures import Heatmap, Paths, Slits
 
     overwrite = outputs.overwrite
     opened = drawn(outputs, film, stride, lambda: painted_scene(where))
     opened += [Events(name, overwrite) for name in events]
     opened += [] if sending is None else [sending]
-    opened += [] if page is None else [page]
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))
     if outputs.heatmap is not None:

@@ -191,13 +191,6 @@ class WatchOutputs(OutputOptions):
         FLAG,
         Parameter(group=LIVE, help="Announce the counts to Home Assistant, over MQTT of --events."),
     ] = False
-    metrics: Annotated[
-        str | None,
-        Parameter(
-            group=LIVE,
-            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT.",
-        ),
-    ] = None
     slit: Annotated[
         Path | None,
         Parameter(

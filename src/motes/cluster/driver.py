@@ -105,7 +105,7 @@ def _outdated(record: Record, job: Job, plan: Plan) -> bool:
         return True
     if any(missing(each.path) for each in record.inputs):
         return True
-    return changed(record.inputs, thorough=plan.thorough)
+    return changed(record.inputs)
 
 
 def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:

@@ -123,17 +123,11 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
     return job.with_files(places.__getitem__), tuple(inputs)
 
 
-def changed(inputs: Iterable[InputFile], *, thorough: bool = False) -> bool:
+def changed(inputs: Iterable[InputFile]) -> bool:
     """Return whether the content of a file is another one than before.
 
-    Where the stamp of a file has changed, its checksum decides; with `thorough`, it always does.
-    What a server holds is known by its stamp alone.
+    Where the stamp of a file has changed, its checksum decides. What a server holds is known by its
+    stamp alone.
     """
-    for each in inputs:
-        same = stamp(each.path) == each.stamp
-        if "://" in each.path or (same and not thorough):
-            if not same:
-                return True
-        elif checksum(each.path) != each.sha256:
-            return True
-    return False
+    others = (each for each in inputs if stamp(each.path) != each.stamp)
+    return any("://" in each.path or checksum(each.path) != each.sha256 for each in others)

@@ -57,8 +57,6 @@ class Plan:
         Seconds for an attempt.
     again
         Whether jobs that have failed are tried again.
-    thorough
-        Whether the checksums of all inputs are compared, not only of those that seem changed.
     """
 
     out: str
@@ -68,7 +66,6 @@ class Plan:
     attempts: int = ATTEMPTS
     time_limit: float = TIME_LIMIT
     again: bool = False
-    thorough: bool = False
 
     def new_record(self, job: Job) -> Record:
         """Return the record of a job that has no results yet."""

@@ -1,22 +1,39 @@
-"""Results, truth and detections of the MOTChallenge: a line for each box, see `mot_files`.
+"""Results, truth and detections of the MOTChallenge.
 
-Frames and pixels count from 1.
+A line is a box, its numbers separated by commas, semicolons, tabs or spaces:
+
+    frame, id, x, y, width, height, score, class, visibility
+
+Frames and pixels count from 1. Only truth has classes. The score of truth is a flag, 0 for boxes
+that do not count. Milan et al., MOT16: a benchmark for multi-object tracking, 2016, table 4. Lines
+of ten numbers have world coordinates instead of a class, as in Leal-Taixé et al., MOTChallenge
+2015.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Literal
 
+from motes.core.errors import FormatError
+from motes.core.files import check_ended
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.mot_files import UNKNOWN, Kind, MotRows, read_rows
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
+from motes.formats.text import number, read_text
 from motes.formats.visibility import shown, visible
 from motes.rows.journal import ObjectRow
 
+Kind = Literal["truth", "results", "detections"]
+
+UNKNOWN = -1
+"""Class of a box that has none, and identity of a detection."""
+AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
+"""The kinds whose rows must have an area, and their names in the error."""
 CLASSES = {
     "pedestrian": 1, "person on vehicle": 2, "car": 3, "bicycle": 4, "motorbike": 5,
     "non-motorized vehicle": 6, "static person": 7, "distractor": 8, "occluder": 9,
@@ -25,6 +42,9 @@ CLASSES = {
 """Numbers of classes in the MOTChallenge (Milan et al., MOT16, 2016, table 3)."""
 SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
 _NAMES = {number: name for name, number in CLASSES.items()}
+
+_NEEDED, _MOST = 7, 10
+_SEPARATOR = re.compile(r"[ \t]*[,;][ \t]*|[ \t]+")
 
 
 def write_results(recorded: Recording) -> Iterator[bytes]:
@@ -96,23 +116,102 @@ def read_detections(path: Path, facts: FilmFacts) -> Recording:
 
 
 def _read(path: Path, facts: FilmFacts, kind: Kind) -> Recording:
-    rows = read_rows(path, facts.frames or MAX_FRAME, kind, sized=True)
-    return recording_of(facts, _objects(rows, facts.label))
+    lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
+    return recording_of(facts, _objects(lines, facts.label))
 
 
-def _objects(rows: MotRows, usual: str) -> Iterator[tuple[int, ObjectRow]]:
-    for i, (frame, identity, label) in enumerate(
-        zip(rows.frames.tolist(), rows.ids.tolist(), rows.classes.tolist(), strict=True)
-    ):
-        x, y, width, height = rows.boxes[i].tolist()
-        status = Status.OCCLUDED if rows.visibilities[i] == 0 else Status.TRACKING
+def _objects(lines: Iterable[list[float]], usual: str) -> Iterator[tuple[int, ObjectRow]]:
+    for frame, identity, x, y, width, height, score, label, share in lines:
         yield (
-            frame - 1,
+            int(frame) - 1,
             ObjectRow(
-                identity if identity > 0 else ANONYMOUS,
+                int(identity) if identity > 0 else ANONYMOUS,
                 Ellipse.from_box((x - 1, y - 1, width, height)),
-                float(rows.scores[i]),
-                status,
-                label=label_or_none(_NAMES.get(label), usual),
+                score,
+                Status.OCCLUDED if share == 0 else Status.TRACKING,
+                label=label_or_none(_NAMES.get(int(label)), usual),
             ),
         )
+
+
+def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
+    """Return the boxes of a video, in the order of the lines; these have equally many fields.
+
+    Parameters
+    ----------
+    path
+        The file; empty lines are skipped.
+    frames
+        Number of frames of the video.
+    kind
+        The content of the file. In truth and results, a frame has each identity at most once.
+        Truth has classes and visibilities, and so have results of motes, which end with `1,-1`.
+        Objects and detections must have an area; results need not.
+    sized
+        Whether results must have an area too.
+
+    Returns
+    -------
+    Frame, identity, x, y, width, height, score, class and visibility of each. The class is
+    `UNKNOWN` and the visibility 1 where the line has none. The first frame and pixel are 1.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    FormatError
+        If it is not text, or a line is wrong, with file and line.
+    """
+    name = "/".join([path.parent.name, path.name]).lstrip("/")
+    text = read_text(path)
+    lines: list[list[float]] = []
+    seen: dict[tuple[float, float], int] = {}
+    count = 0
+    for place, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
+        fields = _SEPARATOR.split(line.strip())
+        count = count or len(fields)
+        try:
+            if len(fields) != count:
+                raise ValueError(f"{len(fields)} fields, and the lines before it have {count}")
+            row = _parse_row(fields, frames, kind)
+            frame, identity, _, _, width, height, *_ = row
+            first = seen.setdefault((frame, identity), place)
+            if kind != "detections" and first != place:
+                raise ValueError(
+                    f"frame {frame:.0f} already has the identity {identity:.0f}, in line {first}"
+                )
+            if (sized or kind in AREAS) and not (width > 0 and height > 0):
+                raise ValueError(
+                    f"{AREAS.get(kind, 'a box')} of {width:g}x{height:g} pixels has no area"
+                )
+        except ValueError as error:
+            raise FormatError(f"{name}, line {place}: {error}") from None
+        lines.append(row)
+    try:
+        check_ended(text)
+    except ValueError as error:
+        raise FormatError(f"{name}: {error}") from None
+    return lines
+
+
+def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
+    if not _NEEDED <= len(fields) <= _MOST:
+        raise ValueError(
+            f"{len(fields)} numbers, but a line has {_NEEDED} to {_MOST}: frame, id, x, y, width, "
+            f"height, score, and up to three more"
+        )
+    values, more = [number(field) for field in fields[:_NEEDED]], fields[_NEEDED:]
+    frame, identity, *_ = values
+    further = [number(field) for field in more]
+    if not (frame.is_integer() and identity.is_integer()):
+        raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
+    if not 1 <= frame <= frames:
+        raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
+    ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
+    if not ours and (kind != "truth" or len(fields) not in (8, 9)):
+        return [*values, UNKNOWN, 1]
+    if (label := further[0]) not in (UNKNOWN, *_NAMES):
+        raise ValueError(f"{more[0]} is not a class; classes are 1 to {max(_NAMES)}")
+    return [*values, label, further[1] if len(further) > 1 else 1]

@@ -1,4 +1,4 @@
-"""Formats of annotated regions: boxes, polygons, masks and tracks.
+"""Formats of annotated regions: boxes, polygons and masks.
 
 Each region becomes a box and an ellipse in the coordinates of `motes.core.geometry`, except for the
 number of the first pixel, which the text does not contain. The corners of a polygon lie on the
@@ -11,20 +11,14 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from motes.core.errors import FormatError
 from motes.core.geometry import FARTHEST, Box, Ellipse
-from motes.core.track import Status
 
-PLACED = (Status.TRACKING, Status.INTERPOLATED)
-"""The statuses of tracks in frames that have a target."""
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
 
@@ -67,9 +61,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     - no target: NaN, a box or polygon without width or height, an empty mask, or VOT's codes 0, 1
       and 2.
 
-    Empty lines are skipped. Tracks written by `motes.rows.writer`, in CSV or JSON Lines, are
-    recognized by their first character or column. They have a target in the frames with the status
-    `tracking`.
+    Empty lines are skipped.
 
     Parameters
     ----------
@@ -83,45 +75,14 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     FormatError
         If a line has another format, with its number.
     """
-    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
-    lines = [(number, line) for number, line in lines if line]
-    head = lines[0][1] if lines else ""
-    tracks: dict[int, TruthRegion] = {}
     regions = []
-    columns = head.split(",") if head.startswith("frame,") else None
-    for number, line in lines[columns is not None :]:
-        try:
-            if columns or head.startswith("{"):
-                frame, region = _parse_track_row(line, columns)
-                if frame in tracks or frame < 0:
-                    raise ValueError(f"frame {frame} is repeated, or negative")
-                tracks[frame] = region
-            else:
-                regions.append(_parse_row(line, strict))
-        except (ValueError, msgspec.DecodeError, RecursionError) as error:
-            raise FormatError(f"line {number}: {error}") from None
-    if tracks:
-        return [tracks.get(frame, ABSENT) for frame in range(max(tracks) + 1)]
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.strip():
+            try:
+                regions.append(_parse_row(line.strip(), strict))
+            except ValueError as error:
+                raise FormatError(f"line {number}: {error}") from None
     return regions
-
-
-def read_mask(path: Path) -> TruthRegion:
-    """Return the region of the pixels of an image that are not zero (black).
-
-    Raises
-    ------
-    FormatError
-        If the image cannot be read, or has a lossy format, which changes zeros.
-    """
-    if path.suffix.lower() in (".jpg", ".jpeg"):
-        raise FormatError(f"the mask {path.name} is JPEG, which alters zeros; save masks as PNG")
-    try:
-        with Image.open(path) as image:
-            values = np.asarray(image.convert("RGB") if image.mode in ("RGBA", "LA") else image)
-    except Exception as error:  # decoders of damaged images raise errors of many kinds
-        raise FormatError(f"the mask {path.name} cannot be read; replace it") from error
-    y, x = np.nonzero(values.any(axis=2) if values.ndim == 3 else values)
-    return _region_of_pixels(x, y)
 
 
 def _parse_row(row: str, strict: bool) -> TruthRegion:
@@ -161,30 +122,6 @@ def _parse_number(field: str) -> float:
     return value
 
 
-def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, TruthRegion]:
-    """Return frame and region of a row of CSV, or of JSON Lines if `columns` is None."""
-    row: dict[str, Any]
-    if columns is None:
-        row = msgspec.json.decode(line, type=dict[str, Any])
-    else:
-        fields = line.split(",")
-        if len(fields) != len(columns):
-            raise ValueError(f"{len(fields)} values for {len(columns)} columns")
-        row = dict(zip(columns, fields, strict=True))
-    needed = ("frame", *Ellipse._fields)
-    if missing := [name for name in needed if name not in row]:
-        raise ValueError(f"a track has the column {missing[0]}")
-    frame = _parse_number(str(row["frame"]))
-    if not frame.is_integer() or frame > MAX_FRAME:
-        raise ValueError(f"{frame:g} is not the index of a frame")
-    values = [row[name] for name in Ellipse._fields]
-    if row.get("status", Status.TRACKING) not in PLACED or None in values or "" in values:
-        return int(frame), ABSENT
-    ellipse = Ellipse(*(_parse_number(str(value)) for value in values))
-    present = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
-    return int(frame), TruthRegion(ellipse.box, ellipse) if present else ABSENT
-
-
 def _region_of_runs(values: list[float]) -> TruthRegion:
     if len(values) < 4 or any(value != int(value) for value in values):
         raise ValueError("a mask is x, y, width, height and runs, all whole numbers")
@@ -194,10 +131,11 @@ def _region_of_runs(values: list[float]) -> TruthRegion:
     inside = np.flatnonzero(np.repeat(np.arange(len(runs)) % 2, runs))
     if not inside.size:
         return ABSENT
-    return _region_of_pixels(x + inside % width, y + inside // width)
+    return region_of_pixels(x + inside % width, y + inside // width)
 
 
-def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> TruthRegion:
+def region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> TruthRegion:
+    """Return the region of pixels, of their columns and rows (n,)."""
     if not x.size:
         return ABSENT
     low = float(x.min()), float(y.min())

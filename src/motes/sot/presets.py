@@ -16,7 +16,7 @@ from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
+from motes.cues.sampling import EveryPixel, Lattice, Sampling
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
@@ -27,7 +27,7 @@ from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 
 TrackerConfig = ParticleFilter | MeanShift | Discriminative
@@ -67,25 +67,20 @@ MEAN_SHIFT = MeanShift(  # section VI
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
 # paper's: the lattice, the appearance rule with its limits, and the fusion, a product with the
 # fixed weights that the paper compares its own with. No adaptive rule was better on film
-# (lab/docs/papers.md); variants with an A have the paper's, a sum; maggio:printed has none of them.
-ROH = Orientation(bins=36, form="rotated", scale_selection=True, kept_fraction=0.5)  # 3.2 and 5
-FOH = replace(ROH, form="fourier")  # section 3.2.1
+# (lab/docs/papers.md); maggio:printed has the paper's, a sum, and none of the others.
 MAGGIO = ParticleFilter(
     particles=150,  # section 5
     motion=EllipseWalk(position=5.5, size=0.05, eccentricity=0.021, angle=math.radians(10)),  # 5
     color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov"),  # sections 3.1 and 5
-    orientation=ROH,
+    orientation=Orientation(  # sections 3.2 and 5
+        bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
+    ),
     fusion=Fixed(weights={"color": 0.66, "orientation": 0.34}),  # section 5
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Multinomial(threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7, contrast=0.6, spread=0.5),
     calibration=Calibration(middle=0.32, width=0.09, spread=1.5),
 )
-MAGGIO_FOH = replace(
-    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.3, width=0.11, spread=1.75)
-)  # spectra differ less than histograms: a calibration of their own, as each cue alone has
-ADAPTIVE_WEIGHTS = PrintedMixture()  # equations 7 to 10
-
 # Ng and Delp give neither motion, nor number of particles, nor bins of edges, and do not say how
 # color and edges become one. The motion is nummiaro's; 150 particles are those of the other filter
 # of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
@@ -166,7 +161,7 @@ NUMMIARO_PRINTED = replace(
 )
 MAGGIO_PRINTED = replace(
     _reading(MAGGIO, EveryPixel()),
-    fusion=ADAPTIVE_WEIGHTS,
+    fusion=PrintedMixture(),  # equations 7 to 10
     presence=ALWAYS_PRESENT,
     calibration=Calibration(middle=0.42, width=0.1),
 )
@@ -202,56 +197,19 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         "Mean shift on a color histogram, the comparison of Nummiaro et al.",
         MEAN_SHIFT,
     ),
-    "mean_shift:kalman": (
-        "The same from a start that a Kalman filter predicts.",
-        replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
-    ),
     "maggio": ("Maggio et al.: color and edge orientation (ROH), fixed cue weights.", MAGGIO),
     "maggio:printed": (
         "As printed: adaptive cue weights, every pixel, no appearance rule.",
         MAGGIO_PRINTED,
     ),
-    # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
     "maggio:C": ("Color alone (table 1).", _alone(MAGGIO, "color", 0.33, 0.15, 1.25)),
-    "maggio:O-FOH": (
-        "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
-        _alone(MAGGIO_FOH, "orientation", 0.19, 0.08, 1.25),
-    ),
     "maggio:O-ROH": (
         "Orientation alone, turned with the target (table 1).",
         _alone(MAGGIO, "orientation", 0.19, 0.09, 0.75),
     ),
-    "maggio:C+O-SS-FOH": ("Fixed cue weights, scale selection, FOH (table 1).", MAGGIO_FOH),
-    "maggio:C+O-SS-ROH": ("Fixed cue weights, scale selection, ROH: the same as maggio.", MAGGIO),
-    "maggio:C+O-A-FOH": (
-        "Adaptive cue weights, no scale selection, FOH (figure 5).",
-        replace(
-            MAGGIO_FOH, orientation=replace(FOH, scale_selection=False), fusion=ADAPTIVE_WEIGHTS
-        ),
-    ),
-    "maggio:C+O-A-ROH": (
-        "Adaptive cue weights, no scale selection, ROH (figure 5).",
-        replace(MAGGIO, orientation=replace(ROH, scale_selection=False), fusion=ADAPTIVE_WEIGHTS),
-    ),
-    "maggio:C+O-A-SS-FOH": (
-        "Adaptive cue weights, scale selection, FOH (table 1).",
-        replace(MAGGIO_FOH, fusion=ADAPTIVE_WEIGHTS),
-    ),
-    "maggio:C+O-A-SS-ROH": (
-        "Adaptive cue weights, scale selection, ROH (table 1).",
-        replace(MAGGIO, fusion=ADAPTIVE_WEIGHTS),
-    ),
     "ng_delp": ("Ng and Delp: color and edge histograms, on a part of the pixels.", NG_DELP),
     "ng_delp:color": ("Color alone.", _alone(NG_DELP, "color", 0.64, 0.2)),
     "ng_delp:edges": ("Edges alone.", _alone(NG_DELP, "edges", 0.0, 0.18)),
-    "ng_delp:half": (
-        "Half of the pixels (figure 2).",
-        _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
-    ),
-    "ng_delp:quarter": (
-        "A quarter of the pixels (figure 2).",
-        _reading(NG_DELP, Checkerboard(share="quarter")),  # section 3.5, figure 2
-    ),
     "ng_delp:printed": ("As printed: every pixel, epsilon 0.1, never lost.", NG_DELP_PRINTED),
     "zhao_pei": (
         "Zhao and Pei: color and HOG, target models updated bin by bin, with a gate.",
@@ -261,20 +219,6 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
         "As printed: the updates of equations 3 to 16, every pixel, never lost.",
         ZHAO_PEI_PRINTED,
     ),
-    "zhao_pei:fixed": (
-        "The same with target models that stay fixed (figure 2).",
-        replace(  # figure 2, above
-            ZHAO_PEI,
-            adaptation=ExponentialForgetting(),
-            calibration=Calibration(middle=0.25, width=0.07),
-        ),
-    ),
-    "zhao_pei:72": (
-        "HOG of 72 bins, in 3x3 cells (section 2.1).",
-        replace(ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)),
-    ),
-    "zhao_pei:color": ("Color alone.", _alone(ZHAO_PEI, "color", 0.11, 0.2)),
-    "zhao_pei:hog": ("HOG alone.", _alone(ZHAO_PEI, "hog", 0.0, 0.05)),
 }
 """The presets by name, with one line on each."""
 PRESETS = {name: config for name, (_, config) in KNOWN.items()}

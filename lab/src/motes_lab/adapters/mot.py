@@ -22,13 +22,13 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
 from motes.core.import_callable import import_callable
 from motes.core.track import Status
-from motes.formats.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.sources import open_source
 from motes_lab.adapters.sot import LARGEST
+from motes_lab.datasets.mot_rows import read_rows
 
 PEERS = {
     "trackers:sort": "SORTTracker",

@@ -4,7 +4,7 @@ A name of a tracker of one object is one of these:
 
 | name | meaning |
 |---|---|
-| `nummiaro`, `mean_shift:kalman` … | a preset of motes |
+| `nummiaro`, `mean_shift` … | a preset of motes |
 | `default:network=FILE,FILE` | the default tracker with a trained network |
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
@@ -127,8 +127,8 @@ def tracker_spec(name: str) -> TrackerSpec:
     MissingDependencyError
         If its package is not installed.
     """
-    if name in presets.PRESETS:
-        return _motes_spec(name, presets.PRESETS[name])
+    if name in presets.PRESETS or name.endswith(".toml"):
+        return _motes_spec(name, motes_config(name))
     if is_peer(name):
         version = f"OpenCV {opencv(name).__version__}"
         for file in network_files(name):
@@ -139,8 +139,6 @@ def tracker_spec(name: str) -> TrackerSpec:
         network = Network(tuple(name.removeprefix(JOINED).split(",")))
         network.open()
         return _motes_spec(name, Discriminative(network=network))
-    if name.endswith(".toml"):
-        return _motes_spec(name, _config_from_file(Path(name)))
     if colon and rest and kind != "cv2":
         return _callable_spec(name, CallableAdapter, KNOWN)
     raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
@@ -240,9 +238,12 @@ def _motes_spec(name: str, config: TrackerConfig) -> TrackerSpec:
     )
 
 
-def _config_from_file(path: Path) -> TrackerConfig:
+def motes_config(name: str) -> TrackerConfig:
+    """Return the configuration of a preset or of a TOML file; raise as `tracker_spec` does."""
+    if not name.endswith(".toml"):
+        return presets.preset(name)
     try:
-        values = from_toml(path.read_text(encoding="utf-8-sig"), "this file")
+        values = from_toml(Path(name).read_text(encoding="utf-8-sig"), "this file")
     except OSError as error:
         raise SourceError(f"It cannot be read: {error.strerror}; check the name.") from None
     except UnicodeDecodeError:

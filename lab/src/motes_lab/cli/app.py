@@ -13,5 +13,4 @@ app.command(
     help="Reproduce tables and figures of the papers.",
 )
 app.command("motes_lab.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
-app.command("motes_lab.cli.faces:app", name="faces", help="Train a detector of faces.")
 app.register_install_completion_command(help="Install completion for this shell and exit.")

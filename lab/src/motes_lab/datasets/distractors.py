@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import UNKNOWN, MotRows
+from motes.formats.mot import UNKNOWN
+from motes_lab.datasets.mot_rows import MotRows
 
 Integers = NDArray[np.int64]
 

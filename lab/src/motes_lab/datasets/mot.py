@@ -5,7 +5,7 @@ A sequence is a folder with these files:
 | file | content |
 |---|---|
 | `seqinfo.ini` | section Sequence: `seqLength`, `frameRate`, and `imDir` if it is not `img1` |
-| `gt/gt.txt` | the truth, in the format of `mot_files` |
+| `gt/gt.txt` | the truth, in the format of `motes.formats.mot` |
 | `det/det.txt` | detections, the same for all trackers; may be missing |
 | `img1/` | the frames; instead, the folder may contain one video |
 
@@ -22,9 +22,9 @@ from functools import partial
 from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
-from motes.formats.mot_files import MotRows, read_rows
 from motes.formats.text import read_text
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
+from motes_lab.datasets.mot_rows import MotRows, read_rows
 from motes_lab.datasets.sot import Problem, load_each, printable, series_source
 
 VIDEO_ENDINGS = frozenset(

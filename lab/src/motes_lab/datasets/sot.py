@@ -12,14 +12,14 @@ truth:
 
 The first of these in a folder is used. Numbered files of OTB hold one target each and make the
 sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target.
-`read_regions` describes the text files. The first pixel is the number of the first row and column
-in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according to its authors),
-while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the file
-`sequence`, a `camera_motion` tag, and polygons or masks in the truth.
+`motes.formats.regions` describes the text files. The first pixel is the number of the first row and
+column in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according to its
+authors), while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the
+file `sequence`, a `camera_motion` tag, and polygons or masks in the truth.
 
 A dataset is a folder of such folders; with a file `list.txt`, only the folders named in it. It may
-also hold films with the truth beside each: `cup.mp4` and `cup.txt`, as `read_regions` describes it,
-the first pixel 0.
+also hold films with the truth beside each: `cup.mp4` and `cup.txt`, such a text or
+rows of motes, the first pixel 0.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
-from motes.formats.regions import TruthRegion, read_mask, read_regions
+from motes.formats.regions import TruthRegion
 from motes.formats.text import read_text
 from motes.video.image_files import IMAGE_ENDINGS
+from motes_lab.datasets.truth import read_mask, read_truth
 
 FILM_ENDINGS = (".mp4", ".mkv", ".mov", ".m4v", ".avi", ".webm", ".mpg", ".wmv")
 """Endings of the films that a dataset may hold."""
@@ -124,7 +125,7 @@ def load_dataset(
         a pattern such as "seg-*"; the last pattern that matches is used. The default is that of the
         layout, and 0 with an annotation.
     annotation
-        The truth of one video: a text for `read_regions`, or a folder of masks.
+        The truth of one video: such a text, rows of motes, or a folder of masks.
 
     Returns
     -------
@@ -269,14 +270,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     if truth is None:
         raise FormatError("it has no truth; add groundtruth_rect.txt, groundtruth.txt or masks/")
     source, count = (place, None) if place.is_file() else series_source(_frames_folder(place))
-    if truth.is_dir():
-        regions = [read_mask(path) for path in _series(truth)]
-    else:
-        text = read_text(truth)
-        try:
-            regions = read_regions(text)
-        except FormatError as error:
-            raise FormatError(f"{truth.name}, {error}") from None
+    regions = [read_mask(path) for path in _series(truth)] if truth.is_dir() else read_truth(truth)
     if count not in (None, len(regions)):
         raise FormatError(f"{truth.name} is for {len(regions)} frames, but there are {count}")
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)

@@ -15,6 +15,7 @@ from motes.cluster.pool import Ended, Task
 from motes.core.types import Floats
 from motes.sot.presets import preset
 from motes.video.film import Film as Reader
+from motes_lab import charts
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import MotRows
 from motes_lab.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
+from motes_lab.datasets.mot_rows import MotRows
 
 Integers = NDArray[np.int64]
 

@@ -20,8 +20,8 @@ from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError, SourceError
 from motes.core.types import Bytes, Floats
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
+from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
@@ -81,11 +81,10 @@ def maggio_figure3(
     Parameters
     ----------
     presets
-        Presets that fuse color and orientation; by default maggio:C+O-A-SS-ROH and
-        maggio:printed.
+        Presets or TOML files that fuse color and orientation; by default maggio:printed.
     """
     check_counts(seeds=seeds)
-    names = presets or ("maggio:C+O-A-SS-ROH", "maggio:printed")
+    names = presets or ("maggio:printed",)
     parts = None
     if marks is not None:
         text = read_text(marks)
@@ -96,12 +95,12 @@ def maggio_figure3(
 
 
 def config_of(name: str) -> ParticleFilter:
-    """Return a preset; raise a ConfigError unless it has color and orientation as cues."""
-    config = preset(name)
+    """Return a configuration; raise a ConfigError unless its cues are color and orientation."""
+    config = motes_config(name)
     if not isinstance(config, ParticleFilter) or tuple(config.cues) != CUES:
         raise ConfigError(
-            f"Preset {name} does not fuse color and orientation; give maggio or a variant of it "
-            f"that begins with maggio:C+O."
+            f"Preset {name} does not fuse color and orientation; give maggio, maggio:printed or a "
+            f"TOML file."
         )
     return config
 

@@ -19,7 +19,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
+from motes.formats.mot import UNKNOWN
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.morphology import opencv
@@ -28,6 +28,7 @@ from motes.mot.scene import Scene
 from motes.video.sources import open_source
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import MotRows, rows_of
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of, films_of

@@ -11,11 +11,11 @@ import numpy as np
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.formats.mot_files import MotRows
 from motes.mot.assignment import assign
 from motes_lab.adapters.registry import mot_tracker_spec, resolve
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.finished_jobs import finished_jobs

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.formats.mot_files import UNKNOWN, rows_of
+from motes.formats.mot import UNKNOWN
 from motes.mot.detection.background import BackgroundDetector
 from motes.video.sources import open_source
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import rows_of
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of
 from motes_lab.papers.zhao_pei_figure9 import count_accurate

@@ -18,18 +18,19 @@ from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
-from motes.formats.mot_files import UNKNOWN, MotRows, rows_of
+from motes.formats.mot import UNKNOWN
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.pipeline_config import for_lookalikes, lookalike_detector, named_detector
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
-from motes.output import charts
 from motes.video.sources import open_source
+from motes_lab import charts
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
+from motes_lab.datasets.mot_rows import MotRows, rows_of
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of, films_of

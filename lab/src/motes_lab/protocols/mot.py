@@ -15,11 +15,14 @@ from motes.core.detection import Detection
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
-from motes.formats.mot_files import UNKNOWN, MotRows, read_rows, rows_of, write_rows
+from motes.formats.mot import UNKNOWN
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.mot_rows import MotRows, read_rows, rows_of
 from motes_lab.protocols.trace import duration
 
+DIGITS = 9
+"""Decimals of results: enough to restore them except for rounding errors."""
 COLUMNS = ("frame", "objects", "seconds")
 """The columns of the CSV file beside the rows: frames from 0, number of objects, running time."""
 
@@ -113,6 +116,18 @@ def save_tracks(path: Path, tracks: Tracks) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_rows(path.with_suffix(".txt"), tracks.rows)
         write_whole(path, text.getvalue().encode())
+
+
+def write_rows(path: Path, rows: MotRows) -> None:
+    """Write results, complete or not at all; raise an OSError if that fails."""
+    lines = []
+    for frame, identity, box, score in zip(
+        rows.frames.tolist(), rows.ids.tolist(), rows.boxes.tolist(), rows.scores.tolist(),
+        strict=True,
+    ):  # fmt: skip
+        numbers = ",".join(f"{round(value, DIGITS):.15g}" for value in (*box, score))
+        lines.append(f"{frame},{identity},{numbers},-1,-1,-1\n")
+    write_whole(path, "".join(lines).encode())
 
 
 def load_tracks(path: Path) -> Tracks:

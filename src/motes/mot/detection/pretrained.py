@@ -28,24 +28,20 @@ class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
     threshold
         Least score of a detection: its distance from the classifier's boundary. With a larger value
         there are fewer detections.
-    model
-        File of a detector that `motes-lab faces train` has written; by default the one in dlib.
     """
 
     upsample: Annotated[int, Meta(ge=0)] = 1
     threshold: float = 0.0
-    model: str | None = None
 
     def detector(self) -> FaceDetector:
-        """Return the detector; raise as it does if dlib is missing or the model is none."""
+        """Return the detector; raise a MissingDependencyError without dlib."""
         return FaceDetector(self)
 
 
 class FaceDetector:
     """Finds upright frontal faces, by gradient histograms and a support vector machine.
 
-    The kind of detector of Nummiaro et al., section V. dlib contains a trained model; another one
-    may be trained on pictures of one's own.
+    The kind of detector of Nummiaro et al., section V, as dlib has trained it.
 
     Parameters
     ----------
@@ -56,22 +52,12 @@ class FaceDetector:
     ------
     MissingDependencyError
         If dlib is not installed.
-    SourceError
-        If the model cannot be read.
     """
 
     def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
         dlib = optional("dlib", "Finding faces needs dlib", "motes[faces]")
         self._config = config
-        if config.model is None:
-            self._find = dlib.get_frontal_face_detector()
-            return
-        try:
-            self._find = dlib.fhog_object_detector(config.model)
-        except RuntimeError:
-            raise SourceError(
-                f"{config.model} is not a detector of faces; make one with motes-lab faces train."
-            ) from None
+        self._find = dlib.get_frontal_face_detector()
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the faces in a frame."""

@@ -1,10 +1,11 @@
-"""The pictures of `motes watch`: slit scans of lines, a heatmap, and paths."""
+"""Pictures that a run leaves: slit scans, a heatmap and paths of objects; figures of one target."""
 
 from __future__ import annotations
 
 import io
+import math
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,11 @@ from motes.cli.moment import Moment, Sink
 from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.optional import optional
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
+from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.writer import check_writable
@@ -24,19 +27,30 @@ from motes.rows.writer import check_writable
 Pixels = NDArray[np.uint8]
 
 
+def png(pixels: Pixels) -> bytes:
+    """Return a picture as a PNG file."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "PNG")
+    return data.getvalue()
+
+
 class _Pictures(Sink):
-    """Pictures that are written at the end, also of an interrupted run."""
+    """Files that are written at the end, also of an interrupted run."""
+
+    ending = ".png"
 
     def __init__(self, names: Mapping[str, Path], overwrite: bool) -> None:
         for path in names.values():
-            if path.suffix.lower() != ".png":
-                raise ConfigError(f"{path} does not end in .png; rename it.")
+            if path.suffix.lower() != self.ending:
+                raise ConfigError(f"{path} does not end in {self.ending}; rename it.")
             check_writable(path, overwrite)
         self._names, self._written = names, list[Path]()
 
     @abstractmethod
-    def pictures(self) -> Mapping[str, Pixels]:
-        """Return the pictures by their keys; nothing if there was no frame."""
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the files' contents with their keys; nothing if there was no frame."""
 
     @property
     def result(self) -> str | None:
@@ -44,14 +58,10 @@ class _Pictures(Sink):
         return ", ".join(map(str, self._written)) or None
 
     def __exit__(self, *exception: object) -> None:
-        from PIL import Image
-
-        for key, pixels in self.pictures().items():
-            data, path = io.BytesIO(), self._names[key]
-            Image.fromarray(pixels).save(data, "PNG")
-            with writing(path):
-                write_whole(path, data.getvalue())
-            self._written.append(path)
+        for key, data in self.pictures():
+            with writing(self._names[key]):
+                write_whole(self._names[key], data)
+            self._written.append(self._names[key])
 
 
 class Slits(_Pictures):
@@ -78,9 +88,10 @@ class Slits(_Pictures):
                 place = event.x, event.y
                 self._scans[event.place].mark(event.frame, place, event.identity, second=second)
 
-    def pictures(self) -> Mapping[str, Pixels]:
-        """Return the scans."""
-        return {name: scan.picture() for name, scan in self._scans.items()} if self._begun else {}
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the scans."""
+        for name, scan in self._scans.items() if self._begun else ():
+            yield name, png(scan.picture())
 
 
 def slit_files(path: Path, places: Regions) -> dict[str, Path]:
@@ -115,9 +126,10 @@ class Heatmap(_Pictures):
                 self._seconds[y, x] += frame.time - self._last
         self._last = frame.time
 
-    def pictures(self) -> Mapping[str, Pixels]:
-        """Return the heatmap over the first frame."""
-        return {} if self._first is None else {"": heatmap(self._first, self._seconds)}
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the heatmap over the first frame."""
+        if self._first is not None:
+            yield "", png(heatmap(self._first, self._seconds))
 
 
 class Paths(_Pictures):
@@ -139,6 +151,47 @@ class Paths(_Pictures):
                 if not feet or max(abs(place[0] - feet[-1][0]), abs(place[1] - feet[-1][1])) >= 1:
                     feet.append(place)
 
-    def pictures(self) -> Mapping[str, Pixels]:
-        """Return the paths over the first frame."""
-        return {} if self._first is None else {"": paths(self._first, self._feet)}
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the paths over the first frame."""
+        if self._first is not None:
+            yield "", png(paths(self._first, self._feet))
+
+
+class MotionFigures(_Pictures):
+    """Figures of one target's path, speed and size, as PDF; `stem` begins their names."""
+
+    ending = ".pdf"
+
+    def __init__(self, stem: Path, unit: str, *, overwrite: bool) -> None:
+        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
+        names = {name: stem.with_name(f"{stem.name}.{name}.pdf") for name in FIGURES}
+        super().__init__(names, overwrite)
+        self._unit = unit
+        self._rows: list[tuple[float, ...]] = []
+
+    def write(self, moment: Moment) -> None:
+        """Record a frame."""
+        place, track = moment.place, moment.track
+        if track is None or place is None:  # it is not seen
+            self._rows.append((moment.frame.time, *[math.nan] * 10))
+            return
+        _, _, a_std, b_std, _ = np.sqrt(track.covariance.diagonal()).tolist()
+        self._rows.append(
+            (
+                moment.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
+                place.speed_std, track.ellipse.a, track.ellipse.b, a_std, b_std,
+            )
+        )  # fmt: skip
+
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the figures."""
+        if not self._rows:
+            return
+        series = MotionSeries(*np.array(self._rows).T)
+        with style():
+            for name, draw in FIGURES.items():
+                data = io.BytesIO()  # without a date in it, equal runs give equal files
+                draw(series, self._unit).savefig(
+                    data, format="pdf", metadata={"CreationDate": None}
+                )
+                yield name, data.getvalue()

@@ -1,0 +1,85 @@
+"""Boxes with identities as arrays: truth, detections and results of the MOTChallenge."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import Box
+from motes.core.types import Floats
+from motes.formats.mot import Kind, read_lines
+
+Integers = NDArray[np.int64]
+
+CLASS = 7
+"""The column of the class; the next one is the visibility."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotRows:
+    """Boxes in the order of their frames.
+
+    Attributes
+    ----------
+    frames, ids
+        (n,), frames count from 1.
+    boxes
+        (n, 4): x, y, width, height; the first pixel is 1.
+    scores
+        (n,), confidences or, in the truth, flags.
+    classes
+        (n,), `UNKNOWN` where there is none.
+    visibilities
+        (n,), the visible part of each object, 0 to 1; 1 where it is not known.
+    """
+
+    frames: Integers
+    ids: Integers
+    boxes: Floats
+    scores: Floats
+    classes: Integers
+    visibilities: Floats
+
+    def at(self, frame: int) -> slice:
+        """Return the slice of the rows of a frame, which counts from 1."""
+        low, high = np.searchsorted(self.frames, [frame, frame + 1]).tolist()
+        return slice(low, high)
+
+    def listed(self, index: int) -> list[tuple[int, Box, float]]:
+        """Return identity, box and score of the rows of a frame; frame and pixels count from 0."""
+        rows = self.at(index + 1)
+        boxes = (self.boxes[rows] - (1, 1, 0, 0)).tolist()
+        columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
+        return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
+
+    def where(self, chosen: NDArray[np.bool_]) -> MotRows:
+        """Return the rows for which a mask (n,) is True."""
+        return MotRows(
+            self.frames[chosen],
+            self.ids[chosen],
+            self.boxes[chosen],
+            self.scores[chosen],
+            self.classes[chosen],
+            self.visibilities[chosen],
+        )
+
+
+def rows_of(lines: Sequence[Sequence[float]]) -> MotRows:
+    """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order.
+
+    Each list may end with the visibility.
+    """
+    table = np.array(lines, np.float64).reshape(len(lines), -1 if lines else CLASS + 1)
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    frames, ids, classes = table[:, [0, 1, CLASS]].astype(np.int64).T
+    visible = table[:, CLASS + 1] if table.shape[1] > CLASS + 1 else np.ones(len(table))
+    return MotRows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
+
+
+def read_rows(path: Path, frames: int, kind: Kind) -> MotRows:
+    """Return the rows of a video; parameters and errors are those of `read_lines`."""
+    return rows_of(read_lines(path, frames, kind))
