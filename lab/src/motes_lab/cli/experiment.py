@@ -38,8 +38,8 @@ for _experiment in (
 def experiment(*name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]) -> int:
     """Reproduce tables and figures of the papers, beside the papers' numbers.
 
-    Without a name, list the experiments. motes studio shows further figures: Nummiaro et al.,
-    figures 3, 7 and 12, and Maggio et al., figures 1 and 3.
+    Without a name, list the experiments. motes track --figures draws further figures: Nummiaro et
+    al., figures 3, 7, 12 and 14, and Maggio et al., figures 1 and 3.
     """
     known = {each: app[each].default_command for each in app if not each.startswith("-")}
     if name:
