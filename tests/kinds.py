@@ -42,7 +42,7 @@ CONFIGS: dict[str, TrackerConfig] = {
 }
 # Some presets are the same under two names, as the columns of a paper's table are.
 DISTINCT = [name for i, name in enumerate(CONFIGS) if CONFIGS[name] not in [*CONFIGS.values()][:i]]
-ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
+ALGORITHMS = ["default", "nummiaro", "mean_shift"]
 """One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
 VARIANTS = [
     "nummiaro:printed",
@@ -56,7 +56,6 @@ VARIANTS = [
 KINDS = [
     "default",
     "mean_shift",
-    "mean_shift:kalman",
     "maggio:C+O-SS-ROH",
     "maggio:C+O-A-FOH",
     "ng_delp",

@@ -38,7 +38,6 @@ from motes.sot.filtering.motion import (
 )
 from motes.sot.filtering.resampling import Multinomial, Resampling, Systematic, Weights
 from motes.sot.filtering.sample_size import KldSampling
-from motes.sot.mean_shift import Kalman
 
 __all__ = [
     "Adaptation",
@@ -58,7 +57,6 @@ __all__ = [
     "Fusion",
     "Gaussian",
     "GaussianBins",
-    "Kalman",
     "KalmanBins",
     "KldSampling",
     "Likelihood",

@@ -32,7 +32,7 @@ from motes.sot.filtering.motion import (
     SecondOrder,
 )
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
@@ -62,9 +62,6 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
         (AppearanceRule, "stride", [0]),
         (Calibration, "width", [0, math.nan]),
         (ExponentialForgetting, "learning_rate", [-0.01, 1.01, math.nan]),
-        (MeanShift, "iterations", [0]),
-        (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
-        (Kalman, "measurement", [0, math.inf]),
         (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
         (Place, "border", [0, 2.5]),
     ],
@@ -241,8 +238,6 @@ def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     assert sampling.color is not None
     assert sampling.color.sampling == EveryPixel()
     assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
-    kalman = configure(preset("mean_shift"), {"prediction": {"type": "kalman"}})
-    assert kalman == preset("mean_shift:kalman")
 
 
 def test_merging() -> None:

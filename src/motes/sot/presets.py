@@ -27,7 +27,7 @@ from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 
 TrackerConfig = ParticleFilter | MeanShift | Discriminative
@@ -60,8 +60,7 @@ ADAPTIVE = replace(
 )
 
 MEAN_SHIFT = MeanShift(  # section VI
-    color=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel()),
-    scale=0.05,
+    color=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel())
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
@@ -201,10 +200,6 @@ KNOWN: dict[str, tuple[str, TrackerConfig]] = {
     "mean_shift": (
         "Mean shift on a color histogram, the comparison of Nummiaro et al.",
         MEAN_SHIFT,
-    ),
-    "mean_shift:kalman": (
-        "The same from a start that a Kalman filter predicts.",
-        replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
     ),
     "maggio": ("Maggio et al.: color and edge orientation (ROH), fixed cue weights.", MAGGIO),
     "maggio:printed": (

@@ -4,7 +4,7 @@ A name of a tracker of one object is one of these:
 
 | name | meaning |
 |---|---|
-| `nummiaro`, `mean_shift:kalman` … | a preset of motes |
+| `nummiaro`, `maggio:printed` … | a preset of motes |
 | `default:network=FILE,FILE` | the default tracker with a trained network |
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |

@@ -27,7 +27,7 @@ from motes_lab.runner import Pass
 
 TRACKERS = """\
 Trackers:
-  nummiaro, mean_shift:kalman   presets
+  nummiaro, maggio:printed      presets
   default:network=FILE,FILE     the default tracker with a trained network
   FILE.toml                     a configuration: a preset with other values
   cv2:csrt, cv2:kcf, cv2:mil, cv2:mosse, cv2:medianflow, cv2:camshift
