@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from backgrounds import METHODS
 from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import synthetic
 from motes.core.frame import Frame, as_rgb
@@ -16,7 +15,6 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.background_models import Method
 from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
@@ -116,15 +114,14 @@ def test_opencv_images_are_read_where_they_lie(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_detectors_and_drawings_take_views(method: Method) -> None:
+def test_detectors_and_drawings_take_views() -> None:
     rng = np.random.default_rng(0)
     moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
     for index, pixels in enumerate(moving[30:]):
         pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
     found, drawn = [], []
     for view in (np.copy, bgr, part):
-        detector = BackgroundDetector(method)
+        detector = BackgroundDetector()
         frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
         found.append([detector(frame) for frame in frames])
         drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
