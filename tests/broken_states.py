@@ -54,7 +54,7 @@ BY_CUE = {"type": "per_cue", "cues": {"color": KALMAN, "hog": GAUSSIAN, "edges":
 CONFIGS: dict[str, TrackerConfig] = {
     **PRESETS,
     "all": configure(ALL, {"adaptation": FORGETTING}),
-    "all, kalman": configure(ALL, {"adaptation": KALMAN, "fusion": {"type": "product"}}),
+    "all, kalman": configure(ALL, {"adaptation": KALMAN, "fusion": {"type": "fixed"}}),
     "all, gaussian": configure(ALL, {"adaptation": GAUSSIAN, "motion": {"type": "ellipse_walk"}}),
     "all, by cue": configure(ALL, {"adaptation": BY_CUE, "motion": {"type": "autoregressive"}}),
     "all, fourier": configure(

@@ -57,7 +57,7 @@ def test_a_trained_detector_finds_such_faces(
     said = capsys.readouterr().err
     assert "from 5 faces in 6 pictures; of these it finds 100%, and 100% of what" in said
     picture, box = drawn(50)
-    usual, trained = FaceDetector(), FacesConfig(upsample=0, model=str(model)).detector()
+    usual, trained = FaceDetector(), FacesConfig(model=str(model)).detector()
     assert usual(Frame(0, 0.0, picture)) == []
     [found] = trained(Frame(0, 0.0, picture))
     assert iou(found.box, box) > 0.6

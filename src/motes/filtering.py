@@ -19,7 +19,7 @@ from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -65,7 +65,6 @@ __all__ = [
     "Noise",
     "PerCue",
     "PrintedMixture",
-    "Product",
     "RandomWalk",
     "Redetection",
     "Resampling",

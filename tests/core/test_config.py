@@ -20,7 +20,7 @@ from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
@@ -59,7 +59,7 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
         (ParticleFilter, "color", [Gaussian()]),
         (AppearanceRule, "fraction", [1, -0.1, math.nan]),
         (AppearanceRule, "frames", [0]),
-        (AppearanceRule, "stride", [0]),
+        (AppearanceRule, "max_positions", [0]),
         (Calibration, "width", [0, math.nan]),
         (ExponentialForgetting, "learning_rate", [-0.01, 1.01, math.nan]),
         (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
@@ -114,12 +114,10 @@ def test_presets_survive_plain_values_and_toml() -> None:
         edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
         hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
         fusion=st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
-        | st.builds(PrintedMixture, floor=st.floats(1e-3, 1))
-        | st.just(Product()),
+        | st.just(PrintedMixture()),
         likelihood=st.builds(
             Gaussian,
             sigma=st.floats(1e-3, 1e3),
-            cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
             epsilon=st.floats(0, 1),
         )
         | st.builds(BestParticle, floor=st.floats(1e-3, 1))
@@ -171,8 +169,8 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
             "Config motion.noise.size: got 'x'; it takes number, 0 to 1.",
         ),
         ({"motion": 3}, "Config motion: got 3; it takes keys."),
-        ({"likelihood": {"cues": {"color": 0}}}, "likelihood.cues.color: got 0; it takes number, "),
-        ({"likelihood": {"cues": 0}}, "Config likelihood.cues: got 0; it takes keys."),
+        ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
+        ({"fusion": {"weights": 0}}, "Config fusion.weights: got 0; it takes keys."),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         ({"type": "magic"}, "type: Invalid value 'magic'"),
         (
@@ -301,11 +299,11 @@ def test_the_printed_presets_are_to_the_letter() -> None:
     assert nummiaro.color == Color(space="rgb", bins=(8, 8, 8), sampling=EveryPixel())
     rule = nummiaro.presence
     assert (rule.fraction, rule.deviations, rule.margin, rule.max_threshold) == (0.1, 2, 0, 1)
-    assert (rule.stride, rule.in_frame, rule.found_frames) == (1, True, 1)
+    assert (rule.in_frame, rule.found_frames) == (True, 1)
     assert rule.max_positions > 4096 * 2160
     assert isinstance(maggio, ParticleFilter)
     assert maggio.particles == 150  # section 5
-    assert maggio.fusion == PrintedMixture(floor=0.001)  # equations 7 to 10
+    assert maggio.fusion == PrintedMixture()  # equations 7 to 10
     assert {cue.sampling for cue in (maggio.color, maggio.orientation) if cue} == {EveryPixel()}
     assert maggio.presence.max_threshold == 0  # the target is always there
     for config, sampling in (

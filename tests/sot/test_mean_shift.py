@@ -25,7 +25,7 @@ from oracles import frame, mosaic, region, scene
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
-FAST = MeanShift(presence=AppearanceRule(stride=4))
+FAST = MeanShift(presence=AppearanceRule(max_positions=500))
 
 
 def rho(config: MeanShift, state: Any, picture: Any, ellipse: Ellipse) -> float:

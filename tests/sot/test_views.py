@@ -14,8 +14,9 @@ from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
+from motes.mot.detection import pretrained
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
+from motes.mot.detection.pretrained import PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
@@ -130,9 +131,10 @@ def test_detectors_and_drawings_take_views() -> None:
     np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)
 
 
-def test_people_are_found_in_views() -> None:
+def test_people_are_found_in_views(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cv2")
-    detector = PeopleDetector(PeopleConfig(threshold=-1.0))
+    monkeypatch.setattr(pretrained, "LEAST_PERSON", -1.0)
+    detector = PeopleDetector()
     picture = np.random.default_rng(0).integers(0, 256, (160, 90, 3), np.uint8)
     views = (picture, bgr(picture), part(picture))
     found = [detector(Frame(0, 0.0, view)) for view in views]

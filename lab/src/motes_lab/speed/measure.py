@@ -112,7 +112,7 @@ def quick_start_config() -> TrackerConfig:
     """
     config = preset(REFERENCE)
     assert not isinstance(config, Discriminative)
-    return replace(config, presence=replace(config.presence, stride=60))
+    return replace(config, presence=replace(config.presence, max_positions=100))
 
 
 def ours(config: TrackerConfig, film: Film) -> Run:
