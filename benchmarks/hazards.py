@@ -117,7 +117,7 @@ def events(times: str, seconds: str) -> None:
         for number in range(int(times)):
             source, lines = Path(folder, f"{number}.mkv"), Path(folder, f"{number}.jsonl")
             source.symlink_to(path)
-            line = ["watch", str(source), "--detector", "gaussian", "--line", "80,0,80,96"]
+            line = ["watch", str(source), "--line", "80,0,80,96"]
             line += ["--events", str(lines), "--events", address, "--queue", str(queue)]
             with subprocess.Popen(
                 [sys.executable, "-m", "motes", *line], stderr=subprocess.DEVNULL

@@ -56,7 +56,7 @@ def update(name: str, frames: int) -> None:
     """Follow a target through so many frames of eight in turn."""
     config = preset(name)
     assert isinstance(config, ParticleFilter)
-    tracker = Tracker(replace(config, presence=replace(config.presence, stride=20)))
+    tracker = Tracker(replace(config, presence=replace(config.presence, max_positions=1000)))
     clip = still(SIZE, TARGET, 8)
     pixels = [frame.pixels for frame, _ in clip]
     tracker.init(pixels[0], clip[0][1][0].ellipse)

@@ -43,7 +43,7 @@ def configs() -> dict[str, TrackerConfig]:
         found[f"ng_delp, {name}"] = replace(NG_DELP, color=color, edges=edges)
     for name, config in found.items():
         if isinstance(config, ParticleFilter):
-            found[name] = replace(config, presence=replace(config.presence, stride=8))
+            found[name] = replace(config, presence=replace(config.presence, max_positions=1000))
     return found
 
 

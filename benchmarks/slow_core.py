@@ -71,7 +71,7 @@ def config_of(pixels: str, cues: str) -> ParticleFilter:
     if sampling := PIXELS[pixels]:
         color, edges = replace(color, sampling=sampling), replace(edges, sampling=sampling)
     # The background is measured once, at the start, at fewer places: it is no part of a frame.
-    presence = replace(NG_DELP.presence, stride=10)
+    presence = replace(NG_DELP.presence, max_positions=1000)
     return replace(
         NG_DELP,
         color=None if cues == "edges" else color,

@@ -318,7 +318,7 @@ def memory(
             client.get(f"/api/sessions/{page.session}/frames/{place}.jpg?width=1280")
         address = f"/api/sessions/{page.session}"
         client.get(f"{address}/doubts?object=1")
-        client.get(f"{address}/layers/{frame}?object=1&layers=rho,particles")
+        client.get(f"{address}/overlays/{frame}?object=1")
         if step % 5 == 4:
             page.ask("undo")
             page.ask("redo")

@@ -53,9 +53,8 @@ FORGETTING = {"type": "forgetting", "learning_rate": 0.1}
 BY_CUE = {"type": "per_cue", "cues": {"color": KALMAN, "hog": GAUSSIAN, "edges": FORGETTING}}
 CONFIGS: dict[str, TrackerConfig] = {
     **PRESETS,
-    "mean shift, predicted": configure(PRESETS["mean_shift"], {"prediction": {"type": "kalman"}}),
     "all": configure(ALL, {"adaptation": FORGETTING}),
-    "all, kalman": configure(ALL, {"adaptation": KALMAN, "fusion": {"type": "product"}}),
+    "all, kalman": configure(ALL, {"adaptation": KALMAN, "fusion": {"type": "fixed"}}),
     "all, gaussian": configure(ALL, {"adaptation": GAUSSIAN, "motion": {"type": "ellipse_walk"}}),
     "all, by cue": configure(ALL, {"adaptation": BY_CUE, "motion": {"type": "autoregressive"}}),
     "all, fourier": configure(

@@ -123,7 +123,7 @@ class Shown:
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Return where a point of the film is on the page."""
         found = self.page.evaluate(
-            f"{START} {{ const {{ x, y }} = app.stages[0].canvas.getBoundingClientRect();"
+            f"{START} {{ const {{ x, y }} = app.stage.canvas.getBoundingClientRect();"
             f"const at = app.viewNow().toScreen([{x}, {y}]); return [at[0] + x, at[1] + y]; }})"
         )
         return found[0], found[1]

@@ -15,7 +15,6 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure
 # Presets, and what no preset uses.
 CONFIGS: dict[str, TrackerConfig] = {
     **PRESETS,
-    "mean shift, predicted": configure(PRESETS["mean_shift"], {"prediction": {"type": "kalman"}}),
     "sum of spectra": configure(
         PRESETS["maggio"],
         {
@@ -54,7 +53,7 @@ CONFIGS: dict[str, TrackerConfig] = {
         {"correlation": {}, "posterior": {}, "presence": {"max_positions": 500}},
     ),
 }
-ALGORITHMS = ["default", "nummiaro", "mean shift, predicted"]
+ALGORITHMS = ["default", "nummiaro", "mean_shift"]
 """One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
 VARIANTS = [
     "nummiaro:printed",
@@ -67,7 +66,6 @@ VARIANTS = [
 KINDS = [
     "default",
     "mean_shift",
-    "mean shift, predicted",
     "maggio",
     "sum of spectra",
     "ng_delp",

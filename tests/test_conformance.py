@@ -48,9 +48,7 @@ def test_motion_models(name: str) -> None:
     check_motion(kind())
 
 
-@pytest.mark.parametrize(
-    "config", [BackgroundConfig(method="gaussian"), LookalikeConfig((51, 47, 40, 28))]
-)
+@pytest.mark.parametrize("config", [BackgroundConfig(), LookalikeConfig((51, 47, 40, 28))])
 def test_detectors(config: DetectorConfig) -> None:
     check_detector(config)
 

@@ -260,7 +260,7 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
         "hue": {"bins": 12},
         "motion": {"type": "drift"},
         "particles": 60,
-        "presence": {"stride": 20},
+        "presence": {"max_positions": 100},
     }
     config = configure(preset("nummiaro:adaptive"), changes)
     assert list(config.cues) == ["color", "hue"]
@@ -281,7 +281,9 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
 def test_a_saved_tracker_needs_the_package(
     installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tracker = Tracker(configure(preset("nummiaro"), {"hue": {}, "presence": {"stride": 20}}))
+    tracker = Tracker(
+        configure(preset("nummiaro"), {"hue": {}, "presence": {"max_positions": 100}})
+    )
     tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
     tracker.save(tmp_path / "state")
     with monkeypatch.context() as without:
@@ -416,7 +418,7 @@ def test_a_broken_package_without_a_name(site: Path) -> None:
     [
         ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
         ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
-        ("fusions", "motes.sot.filtering.fusion:Product", {"fusion": "odd"}),
+        ("fusions", "motes.sot.filtering.fusion:Fixed", {"fusion": "odd"}),
         ("resamplings", "motes.sot.filtering.resampling:Systematic", {"resampling": "odd"}),
         ("model_updates", "motes.sot.filtering.bin_updates:GaussianBins", {"adaptation": "odd"}),
     ],

@@ -55,7 +55,7 @@ def sample(shown: Shown, preset: str = "default") -> None:
 
 
 def one_object(browser: Browser, address: str) -> None:
-    """Take the pictures of tracking, of layers, of doubtful frames and of two trackers."""
+    """Take the pictures of tracking, of doubtful frames and of a command line."""
     with page(browser, address) as shown:
         sample(shown)
         shown.go(20)
@@ -65,19 +65,8 @@ def one_object(browser: Browser, address: str) -> None:
         shown.page.keyboard.press("n")
         shown.until("s.doubtful !== null && s.pictured === s.doubtful")
         save(shown, "doubts")
-        shown.page.get_by_role("button", name="Side by side", exact=True).click()
-        shown.choose_tracker("dialog", "mean_shift")
-        shown.page.get_by_role("button", name="Track and compare").click()
-        shown.until("s.beside !== null && s.session.objects.every(({ tracked }) => tracked)")
-        shown.settle()
-        shown.go(110)
-        save(shown, "compared")
     with page(browser, address, "light") as shown:
         sample(shown, "nummiaro")
-        shown.go(25)
-        shown.page.get_by_label("Surface around the target").select_option("rho")
-        shown.until("s.looked?.rho && s.looked.frame === 25")
-        save(shown, "layers")
         shown.page.keyboard.press("c")
         save(shown, "command")
 

@@ -163,7 +163,15 @@ def answers(name: str, seed: int) -> list[Answer]:
     return [contestant.init(*clip[0]), *(contestant.update(frame) for frame, _ in clip[1:])]
 
 
-EVERYONE = ["default", "nummiaro", "mean_shift", *PEERS, "mine:Still", "mine:Seeded", "changed.toml"]
+EVERYONE = [
+    "default",
+    "nummiaro",
+    "mean_shift",
+    *PEERS,
+    "mine:Still",
+    "mine:Seeded",
+    "changed.toml",
+]
 
 
 def test_every_preset_is_a_tracker_to_evaluate() -> None:

@@ -19,7 +19,7 @@ from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -38,7 +38,6 @@ from motes.sot.filtering.motion import (
 )
 from motes.sot.filtering.resampling import Multinomial, Resampling, Systematic, Weights
 from motes.sot.filtering.sample_size import KldSampling
-from motes.sot.mean_shift import Kalman
 
 __all__ = [
     "Adaptation",
@@ -58,7 +57,6 @@ __all__ = [
     "Fusion",
     "Gaussian",
     "GaussianBins",
-    "Kalman",
     "KalmanBins",
     "KldSampling",
     "Likelihood",
@@ -67,7 +65,6 @@ __all__ = [
     "Noise",
     "PerCue",
     "PrintedMixture",
-    "Product",
     "RandomWalk",
     "Redetection",
     "Resampling",

@@ -23,7 +23,7 @@ FRAMES = 7
 COMMANDS = [
     "track film.mkv --init 20,10,20,20",
     "track film.mkv --init 20,10,20,20 --init 30,20,20,20",
-    "watch film.mkv --detector gaussian",
+    "watch film.mkv",
 ]
 
 

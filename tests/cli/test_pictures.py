@@ -105,7 +105,7 @@ def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
     walk(film, 50, enters=4)
     out = [str(tmp_path / name) for name in ("s.png", "h.png", "p.png")]
     pictures = ["--slit", out[0], "--heatmap", out[1], "--paths", out[2]]
-    lines = ["--line", "80,0,80,95", "--line", "0,20,159,20", "--detector", "gaussian"]
+    lines = ["--line", "80,0,80,95", "--line", "0,20,159,20"]
     assert main(["watch", str(film), *lines, *pictures]) == 0
     assert "s-line-1.png" in capsys.readouterr().err
     for name, shape in (("s-line-1", (134, 252)), ("s-line-2", (134, 380)), ("h", (96, 160))):

@@ -55,9 +55,7 @@ def go(
 @pytest.mark.slow
 def test_one_walks_by(go: Go) -> None:
     """With no setting but the source and where results go."""
-    code, out, error = go(
-        "FILM -o r.csv --events e.jsonl --overlay o.mkv --line 80,0,80,95 --detector gaussian"
-    )
+    code, out, error = go("FILM -o r.csv --events e.jsonl --overlay o.mkv --line 80,0,80,95")
     assert (code, out) == (0, "")
     assert "90 frames, 1 object, 1 of them gone; " in error
     assert "each tracked by 100 particles and color; " in error
@@ -96,7 +94,7 @@ def test_who_stays_in_a_zone(go: Go) -> None:
         "[[zone]]\nname = 'hall'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\n"
         "[[zone]]\nname = 'desk'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\ndwell = 30\n"
     )
-    code, out, error = go("FILM --events - --places p.toml --dwell 0.58 --detector gaussian")
+    code, out, error = go("FILM --events - --places p.toml --dwell 0.58")
     assert code == 0
     events = [json.loads(line) for line in out.splitlines()]
     (stay,) = (event for event in events if event["event"] == "stays")
@@ -121,7 +119,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         (
             "FILM --detector yolo",
             2,
-            "mog2, gaussian, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
+            "mog2, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
         ),
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
@@ -134,8 +132,8 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
-        ("FILM --detector.speck 4", 2, "detector.speck"),
-        ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, gaussian, people, faces"),
+        ("FILM --detector.history 0", 2, "detector.history"),
+        ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, people, faces"),
         ("--dump-config --config nothing.toml", 3, "nothing.toml"),
         ("-o r.csv", 2, "no source"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
@@ -147,7 +145,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("nothing.mp4 -o r.csv", 3, "nothing.mp4"),
         ("FILM --places nothing.toml", 3, "nothing.toml"),
         ("FILM -o no/r.csv", 5, "There is no folder no"),
-        ("FILM --end 5 -o r.csv --detector gaussian", 4, "No object was ever found"),
+        ("FILM --end 5 -o r.csv", 4, "No object was ever found"),
     ],
 )
 def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said: str) -> None:
@@ -162,7 +160,7 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     """An object that needs more confirmations begins that many frames later."""
 
     def first(options: str) -> int:
-        code, out, error = go(f"FILM --detector gaussian -o - {options}")
+        code, out, error = go(f"FILM -o - {options}")
         assert code == 0, error
         return int(out.splitlines()[1].split(",")[0])
 
@@ -175,12 +173,12 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ("--detector gaussian --detector.history 40 --termination.max-age 2", "history = 40"),
+        ("--detector.history 40 --termination.max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
         ("--detector det.txt --detections.limit 8", 'file = "det.txt"'),
-        ("--detector faces --detector.upsample 0", "upsample = 0"),
+        ("--detector faces --detector.model m.svm", "m.svm"),
         ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
-        ("--detector.type background --detector.rate 0.01", "rate = 0.01"),
+        ("--detector.type background --detector.noise 5", "noise = 5.0"),
     ],
 )
 def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: str) -> None:
@@ -195,7 +193,7 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
 @pytest.mark.slow
 def test_a_dumped_run_is_the_same_again(go: Go) -> None:
     """And what a detector is told changes what is found: half of who comes in is too little."""
-    strict, loose = (f"--detector gaussian --detector.least {least}" for least in (0.028, 0.01))
+    strict, loose = (f"--detector.least {least}" for least in (0.028, 0.01))
     Path("s.toml").write_text(go(f"{strict} --dump-config")[1])
     rows = go(f"FILM -o - {loose}")[1]
     assert go("FILM -o - --config s.toml")[1] == go(f"FILM -o - {strict}")[1] != rows
@@ -209,14 +207,14 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
     assert code == 5
     assert "--overwrite" in error
     assert Path("r.csv").read_text() == "mine"
-    assert go("FILM -o r.csv --overwrite --detector gaussian")[0] == 0
+    assert go("FILM -o r.csv --overwrite")[0] == 0
 
 
 def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
     for index in range(12):  # another color, not another exposure
         color = (100, 100, 100) if index < 8 else (200, 60, 60)
         Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
-    _, _, error = go("*.png -o r.csv --detector gaussian")
+    _, _, error = go("*.png -o r.csv")
     assert error.count("Frame 8: the picture changes all over") == 1
 
 
@@ -289,7 +287,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     assert code == 2
     assert "--classes: red.onnx does not name its classes; give their numbers, or" in error
     assert go(f"{line} --classes 0 --overwrite")[0] == 0
-    code, _, error = go("still.mkv --detector gaussian --classes walker")
+    code, _, error = go("still.mkv --classes walker")
     assert code == 2
     assert "--classes: This detector knows no classes; give a trained one." in error
 

@@ -34,7 +34,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def watch(film: str, *more: str) -> list[str]:
-    return ["watch", film, "--detector", "gaussian", "--line", "80,0,80,96", *more]
+    return ["watch", film, "--line", "80,0,80,96", *more]
 
 
 def test_events_reach_a_broker_with_counts_for_home_assistant(

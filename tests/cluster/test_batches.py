@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import msgspec
@@ -22,7 +22,7 @@ import batch_jobs
 from clips import clip
 from motes.cli import main
 from motes.cli.batch_progress import BatchProgress
-from motes.cluster.driver import BatchEvent, batch, longest_first
+from motes.cluster.driver import BatchEvent, batch
 from motes.cluster.inputs import missing
 from motes.cluster.jobs import Job
 from motes.cluster.local import LocalPool
@@ -106,25 +106,6 @@ def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
     kept, made = run(out, jobs, again)
     assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
     assert rows(out, "c") == "film-0.mp4 0\n"
-
-
-def test_the_longest_film_of_the_next_ones_begins_first(tmp_path: Path) -> None:
-    films = [tmp_path / f"{size}.mp4" for size in (3, 1, 4, 2, 5)]
-    for film in films:
-        film.write_bytes(b"x" * int(film.stem))
-    films.insert(1, tmp_path / "missing.mp4")
-    taken = list[str]()
-
-    def tasks() -> Iterator[Task]:
-        for each in films:
-            taken.append(each.stem)
-            order = Order(job(each.stem, each), Plan("", batch_jobs.make))
-            yield Task(each.stem, work, order)
-
-    ordered = longest_first(tasks(), ahead=3)
-    assert next(ordered).name == "3"
-    assert taken == ["3", "missing", "1"]  # no more than needed: there may be many
-    assert [task.name for task in ordered] == ["4", "2", "5", "1", "missing"]
 
 
 def test_changed_inputs_are_told_by_their_checksums(tmp_path: Path, film: Path) -> None:

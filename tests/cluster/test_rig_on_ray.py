@@ -29,18 +29,15 @@ ROOMS = """
 [[camera]]
 name = "hall"
 source = "hall.mkv"
-detector = "gaussian"
 place = [{ name = "door", box = [150, 0, 10, 96] }]
 
 [[camera]]
 name = "attic"
 source = "hall.mkv"
-detector = "gaussian"
 
 [[camera]]
 name = "office"
 source = "office.mkv"
-detector = "gaussian"
 offset = 2.0
 node = "reaches-hall"
 place = [{ name = "door", box = [0, 0, 10, 96] }]

@@ -18,10 +18,9 @@ from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
-from motes.mot.detection.background import BackgroundConfig
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
@@ -33,7 +32,7 @@ from motes.sot.filtering.motion import (
     SecondOrder,
 )
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
@@ -60,17 +59,13 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
         (ParticleFilter, "color", [Gaussian()]),
         (AppearanceRule, "fraction", [1, -0.1, math.nan]),
         (AppearanceRule, "frames", [0]),
-        (AppearanceRule, "stride", [0]),
+        (AppearanceRule, "max_positions", [0]),
         (Calibration, "width", [0, math.nan]),
         (ExponentialForgetting, "learning_rate", [-0.01, 1.01, math.nan]),
-        (MeanShift, "iterations", [0]),
-        (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
-        (Kalman, "measurement", [0, math.inf]),
         (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
         (Place, "border", [0, 2.5]),
-        (Gaussian, "cues", [{"color": each} for each in (0.0, 1e-4, 1e7, math.nan, "wide")]),
+        (Gaussian, "sigma", [0.0, 1e-4, 1e7, math.nan, math.inf, "wide"]),
         (Fixed, "weights", [{"color": each} for each in (0.0, -1.0, math.nan, 1e300, "much")]),
-        (PrintedMixture, "floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf]),
         (KalmanBins, "frames", [0, 1.5]),
         (KalmanBins, "alpha", [0, 0.6, math.nan]),
         (GaussianBins, "beta", [-0.1, 1.1]),
@@ -90,11 +85,6 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
         (Hog, "bins", [1, 17]),
         (Hog, "rotation_normalized", [1]),
         (Hog, "kernel", ["flat"]),
-        (BackgroundConfig, "method", ["mog"]),
-        (BackgroundConfig, "limit", [0]),
-        (BackgroundConfig, "gap", [(0.1, 2)]),
-        (BackgroundConfig, "rate", [0]),
-        (BackgroundConfig, "speck", [4]),
     ],
 )
 def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) -> None:
@@ -145,12 +135,10 @@ def test_presets_survive_plain_values_and_toml() -> None:
         edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
         hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
         fusion=st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
-        | st.builds(PrintedMixture, floor=st.floats(1e-3, 1))
-        | st.just(Product()),
+        | st.just(PrintedMixture()),
         likelihood=st.builds(
             Gaussian,
             sigma=st.floats(1e-3, 1e3),
-            cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
             epsilon=st.floats(0, 1),
         )
         | st.builds(BestParticle, floor=st.floats(1e-3, 1))
@@ -202,8 +190,8 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
             "Config motion.noise.size: got 'x'; it takes number, 0 to 1.",
         ),
         ({"motion": 3}, "Config motion: got 3; it takes keys."),
-        ({"likelihood": {"cues": {"color": 0}}}, "likelihood.cues.color: got 0; it takes number, "),
-        ({"likelihood": {"cues": 0}}, "Config likelihood.cues: got 0; it takes keys."),
+        ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
+        ({"fusion": {"weights": 0}}, "Config fusion.weights: got 0; it takes keys."),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         ({"type": "magic"}, "type: Invalid value 'magic'"),
         (
@@ -269,9 +257,6 @@ def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     assert sampling.color is not None
     assert sampling.color.sampling == EveryPixel()
     assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
-    kalman = configure(preset("mean_shift"), {"prediction": {"type": "kalman"}})
-    assert isinstance(kalman, MeanShift)
-    assert kalman.prediction == Kalman()
 
 
 def test_merging() -> None:
@@ -333,11 +318,11 @@ def test_the_printed_presets_are_to_the_letter() -> None:
     assert nummiaro.color == Color(space="rgb", bins=(8, 8, 8), sampling=EveryPixel())
     rule = nummiaro.presence
     assert (rule.fraction, rule.deviations, rule.margin, rule.max_threshold) == (0.1, 2, 0, 1)
-    assert (rule.stride, rule.in_frame, rule.found_frames) == (1, True, 1)
+    assert (rule.in_frame, rule.found_frames) == (True, 1)
     assert rule.max_positions > 4096 * 2160
     assert isinstance(maggio, ParticleFilter)
     assert maggio.particles == 150  # section 5
-    assert maggio.fusion == PrintedMixture(floor=0.001)  # equations 7 to 10
+    assert maggio.fusion == PrintedMixture()  # equations 7 to 10
     assert {cue.sampling for cue in (maggio.color, maggio.orientation) if cue} == {EveryPixel()}
     assert maggio.presence.max_threshold == 0  # the target is always there
     assert isinstance(ng_delp, ParticleFilter)

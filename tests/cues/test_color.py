@@ -244,9 +244,6 @@ def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
     assert of_model < of_reading / 2
 
 
-# Adaptation
-
-
 # Mean shift
 
 

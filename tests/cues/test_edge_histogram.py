@@ -151,9 +151,6 @@ def test_without_any_strong_edge() -> None:
     assert not cue.histograms(flat, rows(outside)).any()
 
 
-# Adaptation
-
-
 # Planes
 
 

@@ -756,7 +756,7 @@ def filter_of(name: str, **changes: Any) -> ParticleFilter:
     """Return a preset with fewer particles and less background to look at."""
     config = preset(name)
     assert isinstance(config, ParticleFilter)
-    rule = AppearanceRule(margin=0.7, stride=6)
+    rule = AppearanceRule(margin=0.7, max_positions=200)
     return msgspec.structs.replace(config, particles=60, presence=rule, **changes)
 
 

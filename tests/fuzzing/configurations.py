@@ -38,7 +38,7 @@ def scenes() -> list[bytes]:
     """Return configurations of scenes with several detectors."""
     whole = to_toml(_scene()).encode()
     short = b'confirm = 3\n[detector]\ntype = "like"\nbox = [10, 20, 30, 40]\n'
-    return [whole, short, b'[detector]\ntype = "background"\nmethod = "gaussian"\n']
+    return [whole, short, b'[detector]\ntype = "background"\nhistory = 40\n']
 
 
 def check_scene(data: bytes) -> str:

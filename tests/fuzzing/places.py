@@ -95,7 +95,7 @@ def rigs() -> list[bytes]:
         b"""[[camera]]
 name = "hall"
 source = "hall.mp4"
-detector = "gaussian"
+detector = "mog2"
 place = [{name = "door", box = [0, 0, 20, 40]}]
 
 [[camera]]

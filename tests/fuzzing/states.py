@@ -13,7 +13,7 @@ __all__ = ["check", "mutate", "seeds"]
 
 def seeds() -> list[bytes]:
     """Return saved trackers of several kinds."""
-    names = ("default", "nummiaro:adaptive", "mean shift, predicted", "all, by cue")
+    names = ("default", "nummiaro:adaptive", "mean_shift", "all, by cue")
     return [broken_states.example(name, "tracking") for name in names]
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from backgrounds import NEEDS_CV2
 from motes import kernels
 from motes.kernels.structures import HoldLimits, LightLimits
-from motes.mot.detection.background_models import Mixture
+from motes.mot.detection.mixture import Mixture
 from motes.mot.detection.planes import Planes, planes_of, window_sums
 from oracles import mosaic
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,12 +11,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from backgrounds import METHODS, NEEDS_CV2, NO_CV2
+from backgrounds import NEEDS_CV2, NO_CV2
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
+from motes.mot.detection import background
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.background_models import Method
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.video.image_files import read_image
@@ -37,9 +36,8 @@ def picture(index: int, rng: np.random.Generator) -> Frame:
     return Frame(index, index / 25, pixels)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_what_moves_is_found_without_its_shadow(method: Method) -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+def test_what_moves_is_found_without_its_shadow() -> None:
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
     for index in range(60):
         found = detector(picture(index, rng))
         if index < 30:
@@ -51,9 +49,8 @@ def test_what_moves_is_found_without_its_shadow(method: Method) -> None:
     assert detector.warnings == {}
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+def test_a_sudden_light_is_said_once_and_forgotten() -> None:
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
     for index in range(40):
         frame = picture(0, rng)
         brighter = frame.pixels + np.uint8(100 * (index >= 20))
@@ -63,10 +60,9 @@ def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
     assert detector.warnings["light"].startswith("Frame 20: ")
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
+def test_a_change_of_exposure_shows_no_objects() -> None:
     """The picture gets brighter by 18 % when the walker enters; only the walker is found."""
-    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
     for index in range(50):
         frame = picture(index, rng)
         gain = 1.18 if index >= 35 else 1.0
@@ -103,7 +99,7 @@ def test_a_gray_shirt_that_comes_before_a_white_wall_is_no_shadow() -> None:
 
 
 def test_a_moving_camera_is_said_once() -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector("gaussian")
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
     world = rng.integers(0, 256, (60, 400, 3), np.uint8)
     for index in range(40):
         assert detector(Frame(index, index / 25, world[:, 5 * index : 5 * index + 80])) == []
@@ -111,8 +107,9 @@ def test_a_moving_camera_is_said_once() -> None:
     assert detector.warnings["camera"].startswith("Frame 10: ")
 
 
-def test_a_flood_of_objects_is_limited() -> None:
-    detector = BackgroundDetector(BackgroundConfig(method="gaussian", least=1e-4, limit=7))
+def test_a_flood_of_objects_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(background, "LIMIT", 7)
+    detector = BackgroundDetector(BackgroundConfig(least=1e-4))
     still = np.full((200, 200, 3), 90, np.uint8)
     detector(Frame(0, 0.0, still))
     flood = still.copy()
@@ -124,10 +121,9 @@ def test_a_flood_of_objects_is_limited() -> None:
     assert "36 moving patches" in detector.warnings["flood"]
 
 
-def found(mask: NDArray[np.uint8], least: int = 20, **changes: Any) -> list[Box]:
+def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:
     """Return the blobs of a mask, of so many pixels at least."""
-    usual = {"speck": 3, "gap": (0.03, 0.002), "valley": 0.1, "narrow": 0.1}
-    return blobs(mask, least=least / mask.size, **{**usual, **changes})
+    return blobs(mask, least / mask.size)
 
 
 @pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=NEEDS_CV2)])
@@ -143,8 +139,7 @@ def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
     assert found(mask, least=50) == [*upper, corner]
     assert found(mask, least=150) == upper
-    assert len(found(mask, least=50, gap=(0.01, 0.008))) == 4
-    assert found(mask, least=1, speck=1)[-1] == Box(100, 100, 1, 1)
+    assert found(mask, least=1) == [*upper, corner]
     assert found(np.zeros((20, 20), np.uint8)) == []
 
 
@@ -170,31 +165,32 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("change", "gain", "found"), [({"deviations": 40.0}, 1.4, 0), ({"shadow": 1.0}, 0.7, 1)]
 )
-def test_settings_decide_what_is_found(
-    method: Method, change: dict[str, float], gain: float, found: int
-) -> None:
-    config = BackgroundConfig(method=method)
+def test_settings_decide_what_is_found(change: dict[str, float], gain: float, found: int) -> None:
+    config = BackgroundConfig()
     assert patch(config, gain) == 1 - found
     assert patch(replace(config, **change), gain) == found
 
 
-@pytest.mark.parametrize("method", METHODS[::2])  # nearest samples are replaced at random
-@pytest.mark.parametrize("change", [{"rate": 0.5}, {"history": 2}])
-def test_settings_decide_how_soon_what_stays_is_learned(
-    method: Method, change: dict[str, float]
-) -> None:
-    config = BackgroundConfig(method=method, trial=0)
+def test_the_history_decides_how_soon_what_stays_is_learned() -> None:
+    config = BackgroundConfig(trial=0)
     assert patch(config, 1.4, frames=4) == 1
-    assert patch(replace(config, **change), 1.4, frames=4) == 0
+    assert patch(replace(config, history=2), 1.4, frames=4) == 0
 
 
-def test_the_least_share_of_a_picture_is_below_the_most() -> None:
-    with pytest.raises(ConfigError, match="least < most"):
-        BackgroundConfig(least=0.6)
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"least": 0.6}, "least < most"),
+        ({"history": 0}, "history: got 0; it takes integer, 1 to"),
+        ({"shadow": 0}, "shadow"),
+    ],
+)
+def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        BackgroundConfig(**settings)  # type: ignore[arg-type]
 
 
 def test_detections_in_a_file(tmp_path: Path) -> None:
@@ -253,7 +249,6 @@ def test_people_in_one_patch_are_divided_between_their_heads() -> None:
     assert all(box.y == 30 and box.height == 100 for box in pair)
     three = found(silhouette(100, 136, 172))
     assert sorted(box.width for box in three) == [36, 37, 37]
-    assert len(found(silhouette(100, 136), valley=0)) == 1
 
 
 def test_a_vehicle_is_not_divided() -> None:
@@ -293,7 +288,4 @@ def heads() -> NDArray[np.uint8]:
     ],
 )
 def test_known_objects_decide_whether_a_patch_is_divided(known: list[Box], parts: int) -> None:
-    found = blobs(
-        heads(), speck=3, gap=(0.03, 0.002), least=0.002, valley=0.1, narrow=0.1, known=known
-    )
-    assert len(found) == parts
+    assert len(blobs(heads(), 0.002, known)) == parts

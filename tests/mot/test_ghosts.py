@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from backgrounds import METHODS
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.background_models import Method
+from motes.mot.detection import ghosts
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.ghosts import without_ghosts
 
 THING, GONE = Box(20, 30, 16, 30), Box(100, 30, 16, 30)
@@ -37,27 +36,25 @@ def test_a_ghost_has_its_edges_in_the_background() -> None:
     for x, y, width, height in (map(int, box) for box in (THING, GONE)):
         mask[y : y + height, x : x + width] = 1
     pixels, background = green(painted(ground(1), THING)), green(painted(ground(2), GONE))
-    assert without_ghosts([THING, GONE], mask, pixels, background, 0.9) == [THING]
-    assert without_ghosts([THING, GONE], mask, background, pixels, 0.9) == [GONE]
-    assert without_ghosts([THING, GONE], mask, pixels, background, 0.0) == [THING, GONE]
-    assert without_ghosts([], mask, pixels, background, 0.9) == []
+    assert without_ghosts([THING, GONE], mask, pixels, background) == [THING]
+    assert without_ghosts([THING, GONE], mask, background, pixels) == [GONE]
+    assert without_ghosts([], mask, pixels, background) == []
 
 
 def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
     all_of_it = Box(0, 0, 160, 120)
     mask = np.ones((120, 160), np.uint8)
-    assert without_ghosts([all_of_it], mask, green(ground()), green(ground(1)), 0.9) == [all_of_it]
+    assert without_ghosts([all_of_it], mask, green(ground()), green(ground(1))) == [all_of_it]
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_who_walks_off_leaves_no_ghost(method: Method) -> None:
+def test_who_walks_off_leaves_no_ghost(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody is in the first frame, which makes the background, and leaves from frame 3 on."""
-    for share, ghosts in ((0.9, 0), (0.0, 1)):
-        config = BackgroundConfig(method=method, ghost=share, valley=0, gap=(0.06, 0.008))
-        detector = BackgroundDetector(config)
+    for share, left in ((0.5, 0), (0.0, 1)):
+        monkeypatch.setattr(ghosts, "GHOST", share)
+        detector = BackgroundDetector()
         for index in range(7):
             place = GONE._replace(x=100.0 - 8 * max(0, index - 3))
             found = detector(Frame(index, index / 25, painted(ground(index), place)))
         boxes = [each.box for each in found]
         assert sum(iou(box, place) > 0.8 for box in boxes) == 1
-        assert sum(abs(box.x - GONE.x) <= 2 for box in boxes) == ghosts
+        assert sum(abs(box.x - GONE.x) <= 2 for box in boxes) == left

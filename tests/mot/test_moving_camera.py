@@ -133,7 +133,7 @@ def panned(index: int) -> tuple[Frame, Box]:
 
 
 def test_what_moves_is_found_while_the_camera_pans() -> None:
-    detector, still = PannedDetector(), BackgroundDetector("gaussian")
+    detector, still = PannedDetector(), BackgroundDetector()
     hits = 0
     for index in range(42):
         frame, box = panned(index)
@@ -147,7 +147,7 @@ def test_what_moves_is_found_while_the_camera_pans() -> None:
 
 
 def test_each_detector_gets_what_it_needs_before_a_moving_camera() -> None:
-    still = BackgroundDetector("gaussian")
+    still = BackgroundDetector()
     assert isinstance(before_moving_camera(still), PannedDetector)
     alike = LookalikeDetector((1, 1, 9, 9))
     assert before_moving_camera(alike) is alike

@@ -47,14 +47,12 @@ HALL, OFFICE, PASSAGE = (
 [[camera]]
 name = "hall"
 source = "hall.mkv"
-detector = "gaussian"
 place = [{ name = "door", box = [150, 0, 10, 96] }]
 """,
     """
 [[camera]]
 name = "office"
 source = "office.mkv"
-detector = "gaussian"
 offset = 2.0
 place = [{ name = "door", box = [0, 0, 10, 96] }]
 """,
@@ -220,7 +218,12 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
         (HALL, "-o hall.mkv", 2, "hall.mkv is the source"),
         (HALL, "-o none/r.csv", 5, "There is no folder none"),
         (HALL.replace("[150,", "[950,"), "", 3, "Place 'door' lies outside the frame"),
-        (HALL.replace("gaussian", "magic"), "", 3, "A detector is mog2, gaussian"),
+        (
+            HALL.replace("[[camera]]", "[[camera]]\ndetector = 'magic'", 1),
+            "",
+            3,
+            "A detector is mog2, people",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(
@@ -248,7 +251,7 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
     Give the program, its rows, once each camera has some, and the file of its messages.
     """
     text = "".join(
-        f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\ndetector = "gaussian"\n'
+        f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\n'
         for name, stream in zip(("one", "two"), streams, strict=False)
     )
     (folder / "rig.toml").write_text(text)
@@ -347,7 +350,7 @@ def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
-    hall = Camera("hall", str(films / "hall.mkv"), detector="gaussian")
+    hall = Camera("hall", str(films / "hall.mkv"))
     calm, (end,) = told(RigRunner(Rig((hall,))), lambda _: False)
     moments = [1]
 
@@ -366,7 +369,7 @@ def test_a_process_that_dies_at_the_same_place_again_is_given_up(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
-    watch = RigRunner(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
+    watch = RigRunner(Rig((Camera("hall", str(films / "hall.mkv")),)))
     kill(watch)
     with watch:
         news = iter(watch)
@@ -436,7 +439,7 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     place = Place(name="door", box=(0, 0, 10, 96))
     reports: dict[bool, list[CameraReport]] = {}
     for door in (True, False):
-        scene = Scene(BackgroundDetector("gaussian"))
+        scene = Scene(BackgroundDetector())
         lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
         with open_watched(str(films / "hall.mkv")) as film:
             frames = [frame for frame in film if isinstance(frame, Frame)]
@@ -451,7 +454,7 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     assert first.velocity[0] > 50  # 4 pixels a frame
     assert len(first.covariance) == 25
     gone = np.frombuffer(told[1].histogram or b"", np.float32)
-    np.testing.assert_allclose(gone, histograms[0], atol=0.1)  # whole, not what was left of it
+    np.testing.assert_allclose(gone, histograms[0], atol=0.15)  # whole, not what was left of it
 
 
 class SilentCamera(RigCamera):

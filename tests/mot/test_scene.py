@@ -26,7 +26,6 @@ from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.background_models import Method
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
@@ -279,7 +278,7 @@ def passing() -> Clip:
 def test_identities_survive_full_occlusion() -> None:
     pytest.importorskip("cv2")
     clip = passing()
-    who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
+    who = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
     visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
     first, last = inside + np.flatnonzero(visible < 0.98)[[0, -1]]
@@ -323,11 +322,8 @@ def walks() -> Iterator[Frame]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["gaussian", "mog2"])
-def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
-    if method != "gaussian":
-        pytest.importorskip("cv2")
-    scenes = [Scene(Slow(BackgroundDetector(method)), seed=2) for _ in range(3)]
+def test_what_is_found_ahead_changes_nothing() -> None:
+    scenes = [Scene(Slow(BackgroundDetector()), seed=2) for _ in range(3)]
     serial = [told(scenes[0], frame, scenes[0].update(frame)) for frame in walks()]
     assert scenes[0].created >= 2
     for scene, ahead in zip(scenes[1:], (True, False), strict=True):

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from backgrounds import METHODS
 from motes.core.frame import Frame
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.background_models import Method
+from motes.mot.detection import blobs
+from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDetector
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.scene import Scene
 from motes.synthetic.scenery import noise, to_bytes
@@ -48,45 +47,41 @@ def film(picture: Callable[[int], Picture | Floats], frames: int) -> Iterator[Fr
         yield Frame(index, index / 25, noisy.clip(0, 255).astype(np.uint8))
 
 
-def watched(method: Method, picture: Callable[[int], Picture | Floats], frames: int) -> Scene:
+def watched(picture: Callable[[int], Picture | Floats], frames: int) -> Scene:
     """Return a scene that has seen a film."""
-    scene = Scene(BackgroundDetector(method))
+    scene = Scene(BackgroundDetector())
     for _ in scene.watch(film(picture, frames)):
         pass
     return scene
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_nothing_for_150_frames_is_nothing(method: Method) -> None:
+def test_nothing_for_150_frames_is_nothing() -> None:
     empty = ground(0)
-    scene = watched(method, lambda _: empty, 150)
+    scene = watched(lambda _: empty, 150)
     assert (scene.created, scene.warnings) == (0, {})
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_a_sudden_light_makes_no_crowd(method: Method) -> None:
+def test_a_sudden_light_makes_no_crowd() -> None:
     """The two who are there look like others, and where they stood, ghosts may be left."""
-    empty, gain = ground(0), 0.4 if method == "gaussian" else 1.6
-    scene = watched(method, lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 80)
+    empty, gain = ground(0), 1.6
+    scene = watched(lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 80)
     assert 2 <= scene.created <= 6
     assert list(scene.warnings) == ["light"]
     assert scene.warnings["light"].startswith(f"Frame {CHANGE}: ")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_an_exposure_loses_nobody(method: Method) -> None:
-    empty, gain = ground(0), 1.35 if method == "gaussian" else 0.75
-    scene = watched(method, lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 75)
+def test_an_exposure_loses_nobody() -> None:
+    empty, gain = ground(0), 0.75
+    scene = watched(lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 75)
     assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_first_background_is_of_one_exposure(method: Method) -> None:
+def test_a_first_background_is_of_one_exposure() -> None:
     """Though the film that it is made from grows darker and brighter."""
-    empty, detector = ground(0), BackgroundDetector(method)
+    empty, detector = ground(0), BackgroundDetector()
     gains = np.repeat([1.0, 0.75, 1.2, 0.9], 25)
     frames = list(film(lambda i: walked(empty, i) * gains[i], 100))
     detector.prepare(frames)
@@ -95,35 +90,32 @@ def test_a_first_background_is_of_one_exposure(method: Method) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_a_cut_makes_no_crowd(method: Method) -> None:
+def test_a_cut_makes_no_crowd() -> None:
     before, after = ground(0), ground(7)
-    scene = watched(method, lambda i: walked(after if i >= CHANGE else before, i), 110)
+    scene = watched(lambda i: walked(after if i >= CHANGE else before, i), 110)
     assert 2 <= scene.created <= 4
     assert list(scene.warnings) == ["light"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [0.5, 12])
-def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: float) -> None:
+def test_a_camera_that_begins_to_move_makes_no_crowd(speed: float) -> None:
     wide = ground(0, WIDTH + 500)
 
     def picture(index: int) -> Picture:
         x = round(speed * max(0, index - CHANGE))
         return walked(wide[:, x : x + WIDTH], index)
 
-    scene = watched(method, picture, 90)
+    scene = watched(picture, 90)
     assert 2 <= scene.created <= 3
     assert CHANGE < int(scene.warnings["camera"].split()[1][:-1]) < CHANGE + 15
     assert len(scene.warnings) == 1 + ("light" in scene.warnings)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
+def test_after_a_camera_has_moved_it_must_stand_still() -> None:
     """For ten frames; what it shows until then may be the edges of things that stand."""
-    wide, detector = ground(0, WIDTH + 20), BackgroundDetector(method)
+    wide, detector = ground(0, WIDTH + 20), BackgroundDetector()
 
     def picture(index: int) -> Picture:
         x = 3 * (index >= CHANGE)
@@ -136,8 +128,7 @@ def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_a_flood_is_limited_and_said_once(method: Method) -> None:
+def test_a_flood_is_limited_and_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """150 patches flicker; a hundred of them are taken in each frame."""
     empty, rng = ground(0), np.random.default_rng(1)
 
@@ -148,11 +139,11 @@ def test_a_flood_is_limited_and_said_once(method: Method) -> None:
             out[y : y + 5, x : x + 6] = rng.choice((20, 220))
         return out
 
-    config = BackgroundConfig(method=method, least=0.0005, gap=(0, 0))
-    scene, most = Scene(BackgroundDetector(config)), 0
+    monkeypatch.setattr(blobs, "GAP", (0.0, 0.0))
+    scene, most = Scene(BackgroundDetector(BackgroundConfig(least=0.0005))), 0
     for _, tracks in scene.watch(film(picture, 35)):
         most = max(most, len(tracks))
-    assert config.limit <= most <= scene.created <= 160
+    assert LIMIT <= most <= scene.created <= 160
     assert list(scene.warnings) == ["flood"]
 
 

@@ -20,7 +20,9 @@ NAMES = ("default", "nummiaro", "maggio", "mean_shift")
 
 
 def algorithm(name: str) -> Algorithm[Any]:
-    return configure(preset(name), {"presence": {"stride": 8}} if name != "default" else {})
+    return configure(
+        preset(name), {"presence": {"max_positions": 100}} if name != "default" else {}
+    )
 
 
 def started(name: str, seed: int = 0) -> Tracker:
@@ -121,7 +123,7 @@ def test_a_target_that_changes_is_followed_while_it_stands_out(name: str) -> Non
     """A green stripe over a third of it; from frame 14 on the target is gone."""
     statuses = []
     for contrast in (0.0, 0.3):
-        changes = {"contrast": contrast, "spread": 0.0, "margin": 0.7, "stride": 4}
+        changes = {"contrast": contrast, "spread": 0.0, "margin": 0.7, "max_positions": 500}
         tracker = Tracker(configure(preset(name), {"presence": changes}))
         tracker.init(scene(0, (48, 36)), region((48, 36)))
         statuses.append("")

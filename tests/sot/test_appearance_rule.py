@@ -34,7 +34,7 @@ def test_background_over_every_pixel(step: int) -> None:
     ]
     mean = sum(rho) / len(rho)
     variance = sum((value - mean) ** 2 for value in rho) / len(rho)
-    found = AppearanceRule(stride=step).background(
+    found = AppearanceRule(max_positions=-(-14 * 19 // step**2)).background(
         CUE, model, background, region, target_in_frame=False
     )
     assert found.mean == pytest.approx(mean, abs=1e-9)

@@ -19,7 +19,6 @@ from motes.sot.filtering.bin_updates import (
     GaussianBins,
     KalmanBins,
     KalmanMemory,
-    critical,
 )
 from motes.sot.filtering.model_update import Strategy, UpdateResult
 
@@ -128,21 +127,6 @@ def test_a_leap_is_refused_and_then_believed() -> None:
     assert isinstance(before, KalmanMemory)
     assert isinstance(after, KalmanMemory)
     assert after.variance > before.variance  # nothing was measured, and time has passed
-
-
-@pytest.mark.parametrize(
-    ("alpha", "freedom", "value"),
-    [
-        (0.1, 1, 3.078), (0.1, 2, 1.886), (0.1, 7, 1.415), (0.1, 71, 1.294), (0.1, 100_000, 1.282),
-        (0.05, 7, 1.895), (0.05, 30, 1.697), (0.025, 10, 2.228), (0.01, 3, 4.541), (0.01, 7, 2.998),
-        (0.5, 7, 0.0),
-    ],
-)  # fmt: skip
-def test_critical_values(alpha: float, freedom: int, value: float) -> None:
-    """As printed in tables."""
-    assert critical(alpha, freedom) == pytest.approx(value, abs=6e-4)
-    if 1 < freedom < 1000:
-        assert tail(critical(alpha, freedom), freedom) == pytest.approx(alpha, rel=1e-5)
 
 
 # The Gaussian model

@@ -43,7 +43,7 @@ def bits(config: ParticleFilter) -> bytes:
         replace(SMALL, adaptation=ADAPTIVE.adaptation),
         replace(SMALL, motion=RandomWalk(noise=Noise(angle=0.1))),
         replace(SMALL, motion=SecondOrder(noise=Noise(angle=0.1))),
-        replace(SMALL, likelihood=Gaussian(cues={"color": 0.05}, epsilon=0.01)),
+        replace(SMALL, likelihood=Gaussian(sigma=0.05, epsilon=0.01)),
         replace(SMALL, likelihood=Gaussian(sigma=0.001)),
         replace(SMALL, color=Color(space="hsv+v", bins=(4, 4, 4), kernel="gaussian")),
         replace(SMALL, budget=KldSampling(min=10, max=40)),

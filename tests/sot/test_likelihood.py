@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes.sot.filtering.fusion import PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
@@ -93,7 +93,7 @@ def test_a_product_by_hand() -> None:
     prior = np.log([0.5, 0.25, 0.25])
     likelihoods = np.array([[0.5, 0.25, 0.125], [0.25, 1, 0.5], [1, 0.5, 0.5]])
     names = ["color", "edges", "orientation"]
-    weights, shares = Product().fuse(names, prior, np.log(likelihoods), np.zeros((3, 5)))
+    weights, shares = Fixed().fuse(names, prior, np.log(likelihoods), np.zeros((3, 5)))
     products = [
         Fraction(p) * math.prod(map(Fraction, column))
         for p, column in zip([0.5, 0.25, 0.25], likelihoods.T, strict=True)
@@ -106,7 +106,7 @@ def test_a_product_by_hand() -> None:
 def test_one_cue_has_a_veto_in_a_product_but_not_in_a_sum() -> None:
     logs = np.log([[0.5, 0.5], [1e-200, 1.0]])
     nowhere = np.zeros((2, 5))
-    product, _ = Product().fuse(NAMES, np.zeros(2), logs, nowhere)
+    product, _ = Fixed().fuse(NAMES, np.zeros(2), logs, nowhere)
     printed, _ = PrintedMixture().fuse(NAMES, np.zeros(2), logs, nowhere)
     np.testing.assert_allclose(product.values, [0, 1], atol=1e-12)
     np.testing.assert_allclose(printed.values, [0.25, 0.75])

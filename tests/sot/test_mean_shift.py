@@ -1,4 +1,4 @@
-"""The mean-shift tracker against brute force and a textbook Kalman filter."""
+"""The mean-shift tracker against brute force."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import synthetic
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.cues.color import Color
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
+from motes.sot import mean_shift
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 from oracles import frame, mosaic, region, scene
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
-FAST = MeanShift(presence=AppearanceRule(stride=4))
+FAST = MeanShift(presence=AppearanceRule(max_positions=500))
 
 
 def rho(config: MeanShift, state: Any, picture: Any, ellipse: Ellipse) -> float:
@@ -42,12 +43,13 @@ def test_rho_never_falls_in_any_picture(seed: int, x: float, y: float) -> None:
     assert rho(config, state, picture, info.track.ellipse) >= before - 1e-12
 
 
-def test_one_iteration_is_the_mean_shift_vector() -> None:
-    config = replace(FAST, iterations=1, scale=0.0)
-    state, _ = config.init(RNG, scene(0, (40, 36)), region((40, 36)))
+def test_one_iteration_is_the_mean_shift_vector(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mean_shift, "ITERATIONS", 1)
+    monkeypatch.setattr(mean_shift, "SCALE", 0.0)
+    state, _ = FAST.init(RNG, scene(0, (40, 36)), region((40, 36)))
     picture = scene(1, (43, 37))
-    _, info = config.step(RNG, state, picture)
-    expected = config.color.shift(state.model, picture, region((40, 36)))
+    _, info = FAST.step(RNG, state, picture)
+    expected = FAST.color.shift(state.model, picture, region((40, 36)))
     np.testing.assert_allclose(info.track.ellipse[:2], expected)
     assert expected[0] > 41
 
@@ -63,60 +65,13 @@ def test_of_three_sizes_the_most_similar_is_taken(growth: float, wanted: float) 
     assert found.a / found.b == pytest.approx(half[0] / half[1])
 
 
-def test_the_smallest_size_is_one_pixel() -> None:
-    config = replace(FAST, scale=1.0)
-    state, info = config.init(RNG, scene(0, (40, 36)), Ellipse(40, 36, 1.0, 1.0))
+def test_the_smallest_size_is_one_pixel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mean_shift, "SCALE", 1.0)
+    state, info = FAST.init(RNG, scene(0, (40, 36)), Ellipse(40, 36, 1.0, 1.0))
     for index in range(1, 20):
-        state, info = config.step(RNG, state, scene(index, None))
+        state, info = FAST.step(RNG, state, scene(index, None))
         assert min(info.track.ellipse[2:4]) >= 1
         assert np.isfinite(info.track.ellipse).all()
-
-
-def test_prediction_and_update_by_the_textbook() -> None:
-    """Four states x, y, vx, vy in one filter, in joseph form, over uneven frames."""
-    kalman, unit = Kalman(acceleration=0.6, measurement=0.3), 12.0
-    mean, covariance = np.array([[30.0, 40], [0, 0]]), np.diag([0.0, unit**2])
-    m = np.array([30.0, 40, 0, 0])
-    p = np.diag([0.0, 0, unit**2, unit**2])
-    h = np.eye(2, 4)
-    r = np.eye(2) * (0.3 * unit) ** 2
-    rng = np.random.default_rng(0)
-    for dt in FRAME_INTERVAL * np.array([1, 1, 3, 0.5, 1, 10, 1]):
-        steps = dt / FRAME_INTERVAL
-        f = np.block([[np.eye(2), steps * np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
-        g = np.vstack([steps**2 / 2 * np.eye(2), steps * np.eye(2)])
-        m, p = f @ m, f @ p @ f.T + g @ g.T * (0.6 * unit) ** 2
-        mean, covariance = kalman.predict(mean, covariance, float(dt), unit)
-        np.testing.assert_allclose(mean.ravel(), m)
-        np.testing.assert_allclose(np.kron(covariance, np.eye(2)), p)
-        z = rng.normal(40, 15, 2)
-        gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
-        m = m + gain @ (z - h @ m)
-        keep = np.eye(4) - gain @ h
-        p = keep @ p @ keep.T + gain @ r @ gain.T
-        mean, covariance = kalman.update(mean, covariance, z, unit)
-        np.testing.assert_allclose(mean.ravel(), m)
-        np.testing.assert_allclose(np.kron(covariance, np.eye(2)), p, atol=1e-9)
-
-
-def test_a_prediction_follows_a_steady_run() -> None:
-    config = replace(FAST, prediction=Kalman())
-    state, _ = config.init(RNG, scene(0, (15, 36)), region((15, 36)))
-    for index in range(1, 13):
-        state, info = config.step(RNG, state, scene(index, (15 + 5 * index, 36)))
-    assert info.track.ellipse.x == pytest.approx(75, abs=1.5)
-    assert state.mean[1, 0] == pytest.approx(5, abs=0.7)
-    corrected, _ = config.correct(state, scene(12, (75, 36)), region((75, 36)))
-    np.testing.assert_array_equal(corrected.mean, [[75, 36], [0, 0]])
-
-
-def test_a_start_outside_the_frame_is_brought_back() -> None:
-    config = replace(FAST, prediction=Kalman())
-    state, _ = config.init(RNG, scene(0, (50, 36)), region((50, 36)))
-    for index in range(1, 30):
-        center = (50 + 8 * index, 36) if index < 6 else None
-        state, info = config.step(RNG, state, scene(index, center))
-        assert -20 < info.track.ellipse.x < 116
 
 
 def overlaps(config: str | TrackerConfig, seed: int = 0) -> Floats:
@@ -141,10 +96,6 @@ def test_mean_shift_loses_a_target_that_leaps() -> None:
     assert values[:12].min() > 0.5
     assert values[LEAP].max() < 0.1
     assert values[LANDED].max() < 0.1
-
-
-def test_a_predicted_start_follows_the_leap() -> None:
-    assert overlaps(replace(FAST, prediction=Kalman())).min() > 0.3
 
 
 @pytest.mark.slow

@@ -69,7 +69,7 @@ def small(**changes: Any) -> ParticleFilter:
         particles=60,
         color=Color(space="hsv+v", bins=(8, 8, 8)),
         hog=Hog(),
-        presence=AppearanceRule(margin=0.7, stride=4),
+        presence=AppearanceRule(margin=0.7, max_positions=500),
         **changes,
     )
 
@@ -151,7 +151,9 @@ def test_a_correction_teaches_nothing() -> None:
 
 def test_where_nothing_is_seen_the_model_stays() -> None:
     """A flat picture has no gradients, whatever the rule says of its colors."""
-    config = replace(small(adaptation=BOTH), presence=AppearanceRule(max_threshold=0.1, stride=4))
+    config = replace(
+        small(adaptation=BOTH), presence=AppearanceRule(max_threshold=0.1, max_positions=500)
+    )
     red = np.full((72, 96, 3), (200, 30, 40), np.uint8)
     tracker = started(config)
     before: Any = tracker._state
@@ -170,7 +172,7 @@ def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path)
         CONFIGS[name],
         {
             "particles": 40,
-            "presence": {"stride": 8, "margin": 0, "deviations": 0},
+            "presence": {"max_positions": 100, "margin": 0, "deviations": 0},
             "adaptation": {
                 "type": kind,
                 **({"learning_rate": 0.1} if kind == "forgetting" else {}),

@@ -74,7 +74,7 @@ def linear_gaussian(
         likelihood=Gaussian(sigma=SIGMA),
         color=Color(),
         resampling=from_dict({"type": scheme, "threshold": threshold}, Resampling),
-        presence=AppearanceRule(frames=10**9, stride=8),
+        presence=AppearanceRule(frames=10**9, max_positions=100),
         calibration=Calibration(width=1e3),
     )
     config.__dict__["cues"] = {"color": Measuring(POINTS)}

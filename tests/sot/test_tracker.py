@@ -831,7 +831,7 @@ def test_correct_keeps_the_model_of_an_adaptive_tracker() -> None:
     np.testing.assert_array_equal(tracker.info.models["color"].histogram, compared_with)
 
 
-@pytest.mark.parametrize("name", ["nummiaro", "mean shift, predicted"])
+@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
 def test_a_long_gap_keeps_particles_near_the_frame(name: str) -> None:
     clip = synthetic.still((160, 120), target=(30, 40), frames=2)
     tracker = Tracker(CONFIGS[name])

@@ -8,16 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from backgrounds import METHODS
 from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import synthetic
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
+from motes.mot.detection import pretrained
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.background_models import Method
-from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
+from motes.mot.detection.pretrained import PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
@@ -116,15 +115,14 @@ def test_opencv_images_are_read_where_they_lie(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_detectors_and_drawings_take_views(method: Method) -> None:
+def test_detectors_and_drawings_take_views() -> None:
     rng = np.random.default_rng(0)
     moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
     for index, pixels in enumerate(moving[30:]):
         pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
     found, drawn = [], []
     for view in (np.copy, bgr, part):
-        detector = BackgroundDetector(method)
+        detector = BackgroundDetector()
         frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
         found.append([detector(frame) for frame in frames])
         drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
@@ -133,9 +131,10 @@ def test_detectors_and_drawings_take_views(method: Method) -> None:
     np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)
 
 
-def test_people_are_found_in_views() -> None:
+def test_people_are_found_in_views(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cv2")
-    detector = PeopleDetector(PeopleConfig(threshold=-1.0))
+    monkeypatch.setattr(pretrained, "LEAST_PERSON", -1.0)
+    detector = PeopleDetector()
     picture = np.random.default_rng(0).integers(0, 256, (160, 90, 3), np.uint8)
     views = (picture, bgr(picture), part(picture))
     found = [detector(Frame(0, 0.0, view)) for view in views]

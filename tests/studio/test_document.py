@@ -53,11 +53,11 @@ def test_absences_are_ranges() -> None:
 
 def test_split_and_join_keep_all_marks() -> None:
     document = after(added(), absent(20), key(40), commands.Split(0, 1, 20))
-    one, two = document.all()
+    one, two = document.targets
     assert (one.first, one.last, [*one.keys], one.absent) == (0, 19, [10], ())
     assert (two.first, two.last, [*two.keys], two.absent) == (20, 49, [40], ((20, 20),))
     document, _ = changed(document, commands.Join(0, 1, 2), FILM, lambda *_: None)
-    (joined,) = document.all()
+    (joined,) = document.targets
     assert (joined.first, joined.last) == (0, 49)
     assert ([*joined.keys], joined.absent) == ([10, 40], ((20, 20),))
 
@@ -98,7 +98,7 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
         (commands.Split(0, 1, 0), "cannot be split"),
         (commands.Split(0, 1, 20), "no place"),
         (commands.Join(0, 1, 1), "itself"),
-        (commands.Compare(0, 1, "nothing"), "preset"),
+        (commands.ChangeObject(0, 1, preset="nothing"), "preset"),
         (commands.ChangeObject(0, 1, config="particle = 5"), "particle"),
         (
             commands.SetPlaces(0, commands.Places(lines=(commands.DrawnLine((1, 1, 1, 1)),))),
@@ -110,15 +110,6 @@ def test_what_makes_no_sense_is_one_line(command: Command, word: str) -> None:
     document = after(added())
     with pytest.raises(ConfigError, match=r"(?i).*" + word):
         changed(document, command, FILM, lambda *_: None)
-
-
-def test_what_follows_another_object_is_not_drawn() -> None:
-    document = after(added(), commands.Compare(0, 1, "nummiaro"))
-    for command in (key(3, number=2), commands.Split(0, 2, 5), commands.Compare(0, 2)):
-        with pytest.raises(ConfigError, match="follows"):
-            changed(document, command, FILM, lambda *_: None)
-    document, _ = changed(document, commands.RemoveObject(0, 1), FILM, lambda *_: None)
-    assert document.targets == ()
 
 
 def test_objects_are_limited() -> None:

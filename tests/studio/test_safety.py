@@ -208,13 +208,13 @@ DEEP = "[" * 100_000
         lambda client, at: client.post(f"{at}/import?name=" + "x" * 300, content=b"x"),
         lambda client, at: client.post(f"{at}/import?name=x.json", content=DEEP.encode()),
         lambda client, at: client.get(f"{at}/frames/{'9' * 20}.jpg"),
-        lambda client, at: client.get(f"{at}/layers/{'9' * 20}?object=1&layers=rho"),
+        lambda client, at: client.get(f"{at}/overlays/{'9' * 20}?object=1"),
         lambda client, at: client.get(f"{at}/doubts?object={'9' * 15}"),
         lambda client, at: client.get(f"{at}/strip?count={'9' * 20}&height={'9' * 20}"),
     ],
     ids=[
         "origin", "host", "nested", "upload", "folder", "nul", "long", "nested file", "digits",
-        "layers", "doubts", "strip",
+        "overlays", "doubts", "strip",
     ],
 )  # fmt: skip
 def test_no_request_fails_inside(

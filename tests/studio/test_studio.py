@@ -48,8 +48,7 @@ def session(client: httpx.Client) -> str:
 def page(client: httpx.Client, session: str) -> Iterator[Page]:
     with looking(client, session) as page:
         for each in page.session.objects:
-            if each.compared is None:
-                page.do("remove_object", object=each.object)
+            page.do("remove_object", object=each.object)
         yield page
 
 
@@ -210,19 +209,6 @@ def test_split_and_join(page: Page) -> None:
     assert [each.frame for each in page.item(number).keyframes] == [0, 15]
 
 
-def test_two_trackers_are_compared(page: Page) -> None:
-    number = page.drawn()
-    twin = page.do("compare", object=number, preset="nummiaro").object
-    assert twin is not None
-    page.tracked()
-    assert page.final(number)
-    page.settle()
-    page.do("set_keyframe", object=number, frame=20, region=BOX)
-    assert [each.frame for each in page.item(twin).keyframes] == [0, 20]
-    page.settle()
-    assert "follows" in str(page.ask("set_keyframe", object=twin, frame=3, region=BOX).error)
-
-
 def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
     page = both.page
     number = page.drawn(preset="nummiaro")
@@ -232,19 +218,15 @@ def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
     assert all(0 <= row.supporting <= 1000 for row in rows)
 
 
-def test_layers(both: Both) -> None:
+def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
     page = both.page
     number = page.drawn(preset="maggio")
     page.tracked(number)
-    layers = ["rho", "likelihoods", "particles", "histograms", "orientation"]
-    answer = both.get("layers/5", object=number, layers=",".join(layers))
-    found = msgspec.json.decode(answer.content, type=messages.Layers)
-    assert found.frame == 5
-    assert set(found.likelihoods) == set(found.histograms) == {"color", "orientation"}
-    assert found.rho is not None
-    assert len(found.rho.values) == len(found.rho.y)
+    answer = both.get("overlays/5", object=number)
+    found = msgspec.json.decode(answer.content, type=messages.Overlay)
+    assert (found.object, found.frame) == (number, 5)
+    assert len(found.particles) == len(found.weights) == 150
     assert max(found.weights) == 1
-    assert len(found.orientation["rotated"]) == 36
 
 
 def test_doubts_are_those_of_motes_check(both: Both) -> None:
@@ -428,8 +410,7 @@ def test_a_network_of_the_configuration_joins_the_tracker(both: Both) -> None:
     number = page.drawn(preset="default", config=f"network.files = {files}")
     page.tracked(number)
     assert both.repeated(number, "rows.csv") == both.exported(number)
-    alone = page.do("compare", object=number, preset="default").object
-    assert alone is not None
+    alone = page.drawn(preset="default")
     page.tracked(alone)
     assert page.rows[alone] != page.rows[number]
 

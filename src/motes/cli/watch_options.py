@@ -29,9 +29,9 @@ class ObjectOptions:
         str | None,
         Parameter(
             accepts_keys=False,
-            help="Detector: mog2 or gaussian (objects that move before a background), people, "
-            "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
-            "the MOTChallenge. The default is mog2.",
+            help="Detector: mog2 (objects that move before a background), people, faces, an .onnx "
+            "file, MODULE:CALLABLE, or a .txt file of detections in the format of the "
+            "MOTChallenge. The default is mog2.",
         ),
     ] = None
     classes: Annotated[

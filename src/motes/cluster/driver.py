@@ -1,19 +1,18 @@
 """The driver of a batch: which jobs are left, their attempts, and what became of them.
 
-It holds a window of the jobs, however many wait: they are read from their table as workers become
-free. What is done is known from the records in the store alone, so a driver that is started again
-goes on where the other one was killed.
+It holds few of the jobs, however many wait: they are read from their table as workers become free.
+What is done is known from the records in the store alone, so a driver that is started again goes on
+where the other one was killed.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator
 
 from msgspec.structs import replace
 
 from motes.cluster import pool as pools
-from motes.cluster.estimate import length_of, memory_of
+from motes.cluster.estimate import memory_of
 from motes.cluster.inputs import InputFile, changed, missing, paths_of, stamp
 from motes.cluster.jobs import Job
 from motes.cluster.pool import Again, Pool, Started, Task
@@ -28,11 +27,6 @@ from motes.cluster.records import (
 from motes.cluster.store import Store
 from motes.cluster.work import Order, Plan, work
 from motes.core.errors import FormatError, MotesError
-
-AHEAD = 64
-"""Jobs among which the longest one is started first: so workers end at about the same time, and the
-driver holds few jobs."""
-
 
 BatchEvent = Record | Started | Again
 """What becomes of a job: in the end it has a record."""
@@ -61,27 +55,11 @@ def batch(
     FormatError
         If the store cannot be written, or a worker writes to another one.
     """
-    tasks = longest_first(_tasks(store, jobs, plan, keep))
-    for event in pools.run(pool, tasks, plan.attempts):
+    for event in pools.run(pool, _tasks(store, jobs, plan, keep), plan.attempts):
         if isinstance(event, Started | Again):
             yield event
         else:
             yield _settled(store, event, plan)
-
-
-def longest_first(tasks: Iterable[Task], ahead: int = AHEAD) -> Iterator[Task]:
-    """Yield tasks, always the one with the longest film among the next ones.
-
-    A list that is scheduled so ends at most a third later than the best order of it (Graham, 1969,
-    bounds on multiprocessing timing anomalies).
-    """
-    heap = list[tuple[int, int, Task]]()
-    for number, task in enumerate(tasks):
-        heapq.heappush(heap, (-length_of(task.argument.job), number, task))
-        if len(heap) == ahead:
-            yield heapq.heappop(heap)[-1]
-    while heap:
-        yield heapq.heappop(heap)[-1]
 
 
 def _tasks(

@@ -1,4 +1,4 @@
-"""How much memory a job needs, from the size of its frames and its preset; how long its film is.
+"""How much memory a job needs, from the size of its frames and its preset.
 
 The memory is the largest resident memory of `motes track` and `motes watch`, measured from 320x240
 to 3840x2160 pixels (`benchmarks/cluster_memory.py`, lab/docs/scale.md): a constant, and bytes for
@@ -35,14 +35,6 @@ def memory_of(job: Job) -> int:
     base += NETWORK if job.network else 0
     held = 0 if job.keyframes is None else HELD  # the frames of a stretch
     return int(MARGIN * (base + TRACK_PIXEL * pixels + held))
-
-
-def length_of(job: Job) -> int:
-    """Return the bytes of a job's film, as a measure of its length; 0 if they are not known."""
-    with contextlib.suppress(OSError):
-        if os.path.isfile(job.source):
-            return os.path.getsize(job.source)
-    return 0
 
 
 def frame_size(source: str) -> tuple[int, int] | None:

@@ -15,7 +15,7 @@ namespace motes::mixture {
 constexpr Index MODES = 5, FIELDS = 5;
 constexpr Index PART = 32;  // pixels of a row that are looked at together
 
-// How a mixture learns; see `background_models.Mixture`.
+// How a mixture learns; see `mixture.Mixture`.
 struct Learning {
     double rate, prune, near, first, least, most;
 };

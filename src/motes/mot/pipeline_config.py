@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from msgspec.structs import fields, replace
 
@@ -11,7 +11,6 @@ from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig
-from motes.mot.detection.background_models import Method
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
 from motes.mot.detection.moving_camera import before_moving_camera
@@ -35,6 +34,8 @@ DETECTORS = Registry[type[DetectorConfig]](
 )
 
 
+MOG2 = "mog2"
+"""The name of the background, a mixture of Gaussians: Zivkovic's, as OpenCV calls it."""
 LOOKALIKE_OVERLAP = 0.2
 """Least intersection over union of an object that looks like a target with its detection."""
 
@@ -75,27 +76,25 @@ def detector_values(name: str | None) -> dict[str, Any]:
     SourceError
         If the latter cannot be read.
     """
-    if name is None:
+    if name in (None, MOG2):
         return {"type": "background"}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
     if name.endswith(".onnx"):
         return onnx_values(name)
-    if name in get_args(Method):
-        return {"type": "background", "method": name}
     if all(name.partition(":")):
         return {"type": "callable", "name": name}
     if name in DETECTORS and _chosen_by_name(DETECTORS.resolve(name)):
         return {"type": name}
     named = [other for other, kind in DETECTORS.usable().items() if _chosen_by_name(kind)]
-    known = ", ".join([*get_args(Method), *named])
+    known = ", ".join([MOG2, *named])
     raise ConfigError(
         f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
     )
 
 
 def _chosen_by_name(kind: Any) -> bool:
-    """Return whether a detector is chosen by its name alone; a background is, by its method's."""
+    """Return whether a detector is chosen by its name alone; a background is by `MOG2`."""
     return kind is not BackgroundConfig and not any(field.required for field in fields(kind))
 
 

@@ -6,14 +6,12 @@ from collections.abc import Collection, Mapping
 
 from motes.core.errors import ConfigError
 from motes.sot.filtering.fusion import Fixed, Fusion
-from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import Adaptation, PerCue
 
 
 def check_cue_names(
     cues: Collection[str],
     updated: Collection[str],
-    likelihood: Likelihood,
     fusion: Fusion,
     adaptation: Adaptation,
 ) -> None:
@@ -27,8 +25,6 @@ def check_cue_names(
         Those of the cues whose models the part `adaptation` updates.
     """
     named: dict[str, Mapping[str, object]] = {}
-    if isinstance(likelihood, Gaussian):
-        named["likelihood.cues"] = likelihood.cues
     if isinstance(fusion, Fixed):
         named["fusion.weights"] = fusion.weights
     if isinstance(adaptation, PerCue):

@@ -121,7 +121,7 @@ class ParticleFilter(
         if not self.cues:
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
         check_extra_names(self)
-        check_cue_names(self.cues, self.strategies, self.likelihood, self.fusion, self.adaptation)
+        check_cue_names(self.cues, self.strategies, self.fusion, self.adaptation)
 
     @cached_property
     def cues(self) -> dict[str, Cue]:

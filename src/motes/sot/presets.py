@@ -22,7 +22,7 @@ from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
+from motes.sot.filtering.fusion import Fixed, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
@@ -60,8 +60,7 @@ ADAPTIVE = replace(
 )
 
 MEAN_SHIFT = MeanShift(  # section VI
-    color=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel()),
-    scale=0.05,
+    color=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel())
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale. Not the
@@ -96,7 +95,7 @@ NG_DELP = ParticleFilter(
     edges=Edges(  # section 3.2, equation 14
         threshold=100.0, bins=8, kernel="epanechnikov", sampling=Lattice(points=128)
     ),
-    fusion=Product(),
+    fusion=Fixed(),
     likelihood=BestParticle(epsilon=0.001),  # equations 23 and 24
     resampling=Multinomial(threshold=1.0),
     presence=AppearanceRule(margin=0.7),
@@ -128,7 +127,7 @@ ZHAO_PEI = ParticleFilter(
     ),
     color=Color(space="hsv+v", bins=(8, 8, 8), kernel="radial"),  # sections 2.1 and 3.1
     hog=Hog(cells=1, bins=8, kernel="gaussian"),  # equations 1 and 2, section 4
-    fusion=Product(),
+    fusion=Fixed(),
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Multinomial(threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7, contrast=0.5, spread=0.5),

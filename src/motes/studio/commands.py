@@ -15,9 +15,6 @@ Toml = Annotated[str, Meta(max_length=1 << 16)]
 Number = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 """A frame, an object, a job or a seed."""
 Few = Annotated[list[Number], Meta(max_length=100)]
-Layer = Literal["rho", "likelihoods", "particles", "histograms", "orientation"]
-"""`rho` is the surface around the target, figure 3 of Nummiaro et al.; `likelihoods` is the same
-for each cue; `orientation` has the histograms of figure 1 of Maggio et al."""
 
 
 class _Command(msgspec.Struct, frozen=True, tag=str.lower, forbid_unknown_fields=True):
@@ -53,7 +50,7 @@ class ChangeObject(_Command, frozen=True, tag="change_object"):
 
 
 class RemoveObject(_Command, frozen=True, tag="remove_object"):
-    """Remove an object and what is compared with it."""
+    """Remove an object."""
 
     object: Number
 
@@ -121,7 +118,7 @@ class Redo(_Command, frozen=True, tag="redo"):
 class Watch(_Command, frozen=True, tag="watch"):
     """Track all that moves, as `motes watch`. The reply has the job."""
 
-    detector: Literal["mog2", "gaussian", "people", "faces"] = "mog2"
+    detector: Literal["mog2", "people", "faces"] = "mog2"
     preset: Name = "nummiaro:adaptive"
     config: Toml | None = None
     seed: Number = 0
@@ -163,18 +160,6 @@ class SetPlaces(_Command, frozen=True, tag="set_places"):
     places: Places
 
 
-class Compare(_Command, frozen=True, tag="compare"):
-    """Add an object with the keyframes of another one and a tracker of its own.
-
-    It follows all changes of these keyframes. The reply has its number.
-    """
-
-    object: Number
-    preset: Name = "default"
-    config: Toml | None = None
-    seed: Number = 0
-
-
 class Acknowledge(_Command, frozen=True, tag="acknowledge"):
     """An overlay has been drawn: its number. There is no reply.
 
@@ -199,7 +184,6 @@ Command = (
     | Redo
     | Watch
     | SetPlaces
-    | Compare
     | Acknowledge
 )
 """From the page to the server."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import msgspec
@@ -73,34 +73,17 @@ class Document(msgspec.Struct, frozen=True):
     following: int = 1
 
     def target(self, number: int) -> DrawnTarget:
-        """Return an object; one that is compared has the frames and keyframes of the other one.
-
-        Raises
-        ------
-        ConfigError
-            If there is none of this number.
-        """
+        """Return an object; raise a ConfigError if there is none of this number."""
         for each in self.targets:
             if each.object == number:
-                if each.compared is None:
-                    return each
-                of = self.target(each.compared)
-                return replace(
-                    each, first=of.first, last=of.last, keys=of.keys, absent=of.absent,
-                    corrections=0,
-                )  # fmt: skip
+                return each
         raise ConfigError(f"There is no object {number}; it may have been removed.")
-
-    def all(self) -> Iterator[DrawnTarget]:
-        """Yield all objects."""
-        return (self.target(each.object) for each in self.targets)
 
     @property
     def effort(self) -> float:
         """Corrections for each 100 frames of objects."""
-        own = [each for each in self.targets if each.compared is None]
-        frames = sum(len(each.frames) for each in own)
-        return 100 * sum(each.corrections for each in own) / frames if frames else 0.0
+        frames = sum(len(each.frames) for each in self.targets)
+        return 100 * sum(each.corrections for each in self.targets) / frames if frames else 0.0
 
 
 RowAt = Callable[[int, int], Region | None]
@@ -158,17 +141,11 @@ def changed(
             names = ("name", "color", "preset", "config", "seed")
             given = {name: getattr(command, name) for name in names}
             given = {name: value for name, value in given.items() if value is not UNSET}
-            target = replace(_own(document, command.object, compared=True), **given)
+            target = replace(document.target(command.object), **given)
             target.tracker  # noqa: B018
             return _with(document, target), target.object
         case commands.RemoveObject():
-            document.target(command.object)
-            left = [
-                each
-                for each in document.targets
-                if command.object not in (each.object, each.compared)
-            ]
-            return replace(document, targets=tuple(left)), None
+            return _without(document, document.target(command.object)), None
         case commands.SetKeyframe():
             return _marked(document, command, film)
         case commands.RemoveKeyframe():
@@ -179,9 +156,6 @@ def changed(
             return _split(document, command, row_at)
         case commands.Join():
             return _joined(document, command)
-        case commands.Compare():
-            _own(document, command.object)
-            return _compared(document, command)
         case commands.SetPlaces():
             regions_of(command.places)
             return replace(document, places=command.places), None
@@ -189,19 +163,14 @@ def changed(
             raise ConfigError("This command changes nothing.")
 
 
-def _own(document: Document, number: int, *, compared: bool = False) -> DrawnTarget:
-    """Return an object that may be changed; one that is compared follows another one."""
-    found = document.target(number)
-    if found.compared is not None:
-        if not compared:
-            raise ConfigError(f"{found.name} follows another object; change that one.")
-        return next(each for each in document.targets if each.object == number)
-    return found
-
-
 def _with(document: Document, target: DrawnTarget) -> Document:
     targets = (target if each.object == target.object else each for each in document.targets)
     return replace(document, targets=tuple(targets))
+
+
+def _without(document: Document, target: DrawnTarget) -> Document:
+    left = (each for each in document.targets if each.object != target.object)
+    return replace(document, targets=tuple(left))
 
 
 def appended(document: Document, target: DrawnTarget) -> Document:
@@ -233,7 +202,7 @@ def _check_frame(frame: int, frames: range) -> None:
 def _marked(
     document: Document, command: commands.SetKeyframe, film: OpenFilm
 ) -> tuple[Document, int]:
-    target = _own(document, command.object)
+    target = document.target(command.object)
     _check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
     target = replace(
@@ -246,7 +215,7 @@ def _marked(
 
 
 def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Document, int]:
-    target = _own(document, command.object)
+    target = document.target(command.object)
     if command.frame not in target.keys.keys() | target.absences:
         raise ConfigError(f"Frame {command.frame} is not marked.")
     keys = {frame: region for frame, region in target.keys.items() if frame != command.frame}
@@ -257,7 +226,7 @@ def _unmarked(document: Document, command: commands.RemoveKeyframe) -> tuple[Doc
 
 
 def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, int]:
-    target, first, last = _own(document, command.object), command.first, command.last
+    target, first, last = document.target(command.object), command.first, command.last
     if last < first:
         raise ConfigError(f"The frames {first} to {last} are no range; the first one comes first.")
     _check_frame(first, target.frames)
@@ -301,7 +270,7 @@ def _with_keyframe(target: DrawnTarget, frame: int, row_at: RowAt) -> DrawnTarge
 
 
 def _split(document: Document, command: commands.Split, row_at: RowAt) -> tuple[Document, int]:
-    target, frame = _own(document, command.object), command.frame
+    target, frame = document.target(command.object), command.frame
     if frame not in target.frames[1:]:
         raise ConfigError(f"{target.name} cannot be split at frame {frame}; choose a later one.")
     after = _with_keyframe(_part(target, frame, target.last), frame, row_at)
@@ -313,7 +282,7 @@ def _split(document: Document, command: commands.Split, row_at: RowAt) -> tuple[
 
 
 def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
-    one, other = _own(document, command.object), _own(document, command.other)
+    one, other = document.target(command.object), document.target(command.other)
     if one.object == other.object:
         raise ConfigError("An object cannot be joined with itself; choose another one.")
     both = set(one.keys) & set(other.keys)
@@ -330,16 +299,4 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
         absent=ranges((one.absences | other.absences) - keys.keys()),
         corrections=one.corrections + other.corrections + 1,
     )
-    left = [each for each in document.targets if other.object not in (each.object, each.compared)]
-    return _with(replace(document, targets=tuple(left)), target), one.object
-
-
-def _compared(document: Document, command: commands.Compare) -> tuple[Document, int]:
-    of, number = document.target(command.object), document.following
-    name = f"{of.name}: {'file' if command.config is not None else command.preset}"
-    target = replace(
-        of, object=number, name=name[:100], preset=command.preset, config=command.config,
-        seed=command.seed, compared=of.object, corrections=0,
-    )  # fmt: skip
-    target.tracker  # noqa: B018
-    return appended(document, target), number
+    return _with(_without(document, other), target), one.object

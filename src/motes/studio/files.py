@@ -13,9 +13,9 @@ import msgspec
 from motes.core.errors import ConfigError
 from motes.rows.schema import FORMS
 from motes.studio import drawing, exports, imports
-from motes.studio.commands import Layer, Number
+from motes.studio.commands import Number
 from motes.studio.document import DrawnTarget
-from motes.studio.messages import DoubtfulFrame, Layers
+from motes.studio.messages import DoubtfulFrame, Overlay
 from motes.studio.plan import pass_to
 from motes.studio.sessions import LiveSession
 from motes.studio.tables import Table, tracks
@@ -37,8 +37,8 @@ class File(NamedTuple):
 class Question(msgspec.Struct, frozen=True):
     """What the address of a request about a session says; each question takes what it needs.
 
-    The frame, the object (None for all), the size of a picture, how many are wanted, layers with
-    commas between, the format of a file, and whether the many-object mode is meant.
+    The frame, the object (None for all), the size of a picture, how many are wanted, the format of
+    a file, and whether the many-object mode is meant.
     """
 
     index: Number = 0
@@ -46,7 +46,6 @@ class Question(msgspec.Struct, frozen=True):
     width: Number = 1280
     height: Number = 54
     count: Number = 20
-    layers: str = ""
     format: str = "csv"
     scene: str | None = None
 
@@ -141,18 +140,17 @@ async def doubts(session: LiveSession, about: Question) -> list[DoubtfulFrame]:
     return msgspec.json.decode(await session.ask(task), type=list[DoubtfulFrame])
 
 
-async def layers(session: LiveSession, about: Question) -> Layers:
-    """Return layers of an object in a frame.
+async def overlay(session: LiveSession, about: Question) -> Overlay:
+    """Return what the tracker of an object sees in a frame.
 
     A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
     """
     target = _target(session, about)
     session.check_frame(about.index)
     run = pass_to(target, about.index)
-    names = msgspec.convert(about.layers.split(","), list[Layer])
-    task = partial(look_at, number=target.object, run=run, wanted=names)
+    task = partial(look_at, number=target.object, run=run)
     data = await session.ask(task, frames=abs(run.stop - run.start))
-    return msgspec.json.decode(data, type=Layers)
+    return msgspec.json.decode(data, type=Overlay)
 
 
 async def take(
@@ -181,10 +179,9 @@ def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:
     document = session.document
     if number is not None:
         return [document.target(number)]
-    targets = [each for each in document.all() if each.compared is None]
-    if not targets:
+    if not document.targets:
         raise ConfigError("There is no object; draw one first.")
-    return targets
+    return [*document.targets]
 
 
 def _table(session: LiveSession, target: DrawnTarget) -> Table:

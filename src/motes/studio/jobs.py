@@ -114,7 +114,7 @@ class Jobs:
             self._board.forget(number)
         for job in self.active:
             job.objects = [each for each in job.objects if each in numbers]
-        for target in document.all():
+        for target in document.targets:
             old, _ = self._plans.get(target.object, (None, None))
             if old != target:
                 self._plans[target.object] = target, needs(target)

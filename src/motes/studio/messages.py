@@ -89,8 +89,6 @@ class Subject(msgspec.Struct, frozen=True):
         First and last frames of absences, in order, apart from each other.
     corrections
         Number of corrections so far: marks after the first one.
-    compared
-        The object whose keyframes it has; None for an object with its own.
     """
 
     object: int
@@ -103,7 +101,6 @@ class Subject(msgspec.Struct, frozen=True):
     last: int
     absent: tuple[tuple[int, int], ...] = ()
     corrections: int = 0
-    compared: int | None = None
 
 
 class Item(Subject, frozen=True, kw_only=True):
@@ -273,46 +270,6 @@ class DoubtfulFrame(msgspec.Struct, frozen=True):
     frame: int
     gain: float
     reasons: list[str]
-
-
-class Surface(msgspec.Struct, frozen=True):
-    """Heights over a grid: `values[i][j]` belongs to `y[i]` and `x[j]`."""
-
-    x: list[float]
-    y: list[float]
-    values: list[list[float]]
-
-
-class Histograms(msgspec.Struct, frozen=True):
-    """Shares of the bins of a cue: of the target model, and of the estimate's region."""
-
-    model: list[float]
-    estimate: list[float]
-
-
-class Layers(msgspec.Struct, frozen=True):
-    """Layers of a frame; one that the tracker does not have is empty.
-
-    Attributes
-    ----------
-    likelihoods
-        A surface for each cue.
-    particles, weights
-        As in `Overlay`.
-    histograms
-        For each cue that has histograms.
-    orientation
-        The histograms of edge orientations: `rotated`, `fourier` and `model`.
-    """
-
-    object: int
-    frame: int
-    rho: Surface | None = None
-    likelihoods: dict[str, Surface] = {}
-    particles: list[tuple[float, float, float, float, float]] = []
-    weights: list[float] = []
-    histograms: dict[str, Histograms] = {}
-    orientation: dict[str, list[float]] = {}
 
 
 class SceneObject(msgspec.Struct, frozen=True, array_like=True):

@@ -16,7 +16,7 @@ Places = list[tuple[float, float, float, float, float]]
 def overlay_of(info: StepInfo) -> Overlay:
     """Return what a tracker sees, for the page."""
     covariance = info.track.covariance
-    particles, weights = heaviest(info)
+    particles, weights = _heaviest(info)
     x, y, a, b, theta = map(float, Ellipse(*info.track.ellipse))
     return Overlay(
         number=0,
@@ -29,7 +29,7 @@ def overlay_of(info: StepInfo) -> Overlay:
     )
 
 
-def heaviest(info: StepInfo) -> tuple[Places, list[float]]:
+def _heaviest(info: StepInfo) -> tuple[Places, list[float]]:
     """Return the heaviest particles of a step, and their weights, of which the largest is 1."""
     weights = np.asarray(info.weights, np.float64)
     if not len(weights):

@@ -3,8 +3,8 @@
 A WebSocket carries the `Command`s of `commands` from the page and the `Message`s of `messages` to
 it, each a JSON object whose `type` names it. Every command has an `id`, and is answered by one
 `Reply` with that id, after the state and the rows that have changed with it. HTTP carries films,
-pictures and files, and the JSON of films, sessions, doubtful frames and layers. Both sides are
-tested against `schema`.
+pictures and files, and the JSON of films, sessions, doubtful frames and single overlays. Both sides
+are tested against `schema`.
 
 Places are in pixels of the film from 0, angles in radians, times in seconds. Frames count from 0. A
 region has four numbers, a box x, y, width, height; or five, an ellipse x, y, a, b, theta: its
@@ -21,7 +21,6 @@ from motes.studio.commands import Command
 from motes.studio.messages import (
     DoubtfulFrame,
     FilmCard,
-    Layers,
     Message,
     Open,
     Presets,
@@ -49,7 +48,7 @@ def encode(message: Message) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of commands and messages, by the names of their types."""
-    answers = (WholeSession, SessionCard, FilmCard, Presets, DoubtfulFrame, Layers)
+    answers = (WholeSession, SessionCard, FilmCard, Presets, DoubtfulFrame)
     kinds = (Command, Message, Open, *answers)
     _, definitions = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     return {"$defs": definitions}

@@ -67,7 +67,7 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}", _plain(api.session)),
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
-        Route("/api/sessions/{id}/layers/{index:int}", api.about(files.layers)),
+        Route("/api/sessions/{id}/overlays/{index:int}", api.about(files.overlay)),
         Route("/api/sessions/{id}/doubts", api.about(files.doubts)),
         Route("/api/sessions/{id}/strip", api.about(files.strip)),
         Route("/api/sessions/{id}/export", api.about(files.export)),

@@ -170,7 +170,7 @@ class LiveSession:
             id=self.name,
             film=self.facts,
             revision=self._revision,
-            objects=[self._item(each) for each in self.document.all()],
+            objects=[self._item(each) for each in self.document.targets],
             places=self.document.places,
             jobs=[job.progress() for job in self.board.jobs.values()],
             effort=self.document.effort,

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import msgspec
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -18,7 +19,6 @@ from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import messages
-from motes.studio.commands import Layer
 from motes.studio.overlays import overlay_of
 from motes.studio.plan import RunPass
 from motes.studio.tables import Table, as_pass, line, pack, table_of, tracks
@@ -86,24 +86,16 @@ def find_doubts(place: Workplace, table: Table, marks: Keyframes, count: int) ->
     )
 
 
-def look_at(place: Workplace, number: int, run: RunPass, wanted: Sequence[Layer]) -> bytes:
-    """Return the JSON of `Layers` of an object in the last frame of a pass."""
-    from motes.studio.layers import layers_of
-
+def look_at(place: Workplace, number: int, run: RunPass) -> bytes:
+    """Return the JSON of an `Overlay`: of an object in the last frame of a pass."""
     seen: list[StepInfo] = []
-    kept: list[Frame] = []
 
     def observe(info: StepInfo) -> None:
         seen[:] = [info]
         place.check()
 
-    def frames() -> Iterator[Frame]:
-        for frame in _between(place.film, run.start, run.stop):
-            kept[:] = [frame]
-            yield frame
-
-    _run(run, place.film, frames(), observe)
-    return msgspec.json.encode(layers_of(number, run.config, kept[0], seen[0], wanted))
+    _run(run, place.film, _between(place.film, run.start, run.stop), observe)
+    return msgspec.json.encode(replace(overlay_of(seen[0]), object=number))
 
 
 def watch_film(place: Workplace, config: WatchConfig, places: Regions, seed: int) -> bytes:

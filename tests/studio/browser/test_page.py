@@ -254,14 +254,6 @@ def test_axe_finds_nothing(visit: Callable[..., Shown]) -> None:
         page.locator("dialog[open]").wait_for()
         check(f"dialog of {key}")
         page.keyboard.press("Escape")
-    page.get_by_role("button", name="Side by side", exact=True).click()
-    page.locator("dialog[open]").wait_for()
-    check("dialog of side by side")
-    page.get_by_role("button", name="Track and compare").click()
-    page.locator(".stage").nth(1).wait_for()
-    shown.until("s.session.objects.length === 2")
-    shown.tracked()
-    check("side by side")
 
 
 def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
@@ -277,7 +269,7 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         shown.page.set_viewport_size({"width": width, "height": height})
         assert shown.page.evaluate(CUT) == []
         heights = shown.page.evaluate(
-            "['tools', 'stages', 'transport', 'strip', 'timeline']"
+            "['tools', 'stage', 'transport', 'strip', 'timeline']"
             ".map((name) => document.getElementById(name).getBoundingClientRect())"
             ".map(({ top, bottom }) => [top, bottom])"
         )
@@ -323,7 +315,7 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         page.get_by_text("Draw a box or an ellipse around an object").wait_for()
         assert shown.state("[s.film.name, s.film.frames]") == ["sample-player.mp4", 200]
         page.get_by_text("Press B and drag a box around an object").wait_for()
-        smoothing = "document.querySelector('.stage canvas').getContext('2d').imageSmoothingQuality"
+        smoothing = "document.querySelector('#stage canvas').getContext('2d').imageSmoothingQuality"
         assert page.evaluate(smoothing) == "high"
         page.locator("#play").click()
         shown.wait(f"{smoothing} === 'low'")

@@ -13,7 +13,6 @@ from motes.cluster import pool as pools
 from motes.cluster.local import LocalPool
 from motes.cluster.pool import Ended, Task
 from motes.core.types import Floats
-from motes.output import charts
 from motes.sot.presets import preset
 from motes.video.film import Film as Reader
 from motes_lab.datasets.sot import Problem

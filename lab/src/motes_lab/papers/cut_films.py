@@ -122,7 +122,7 @@ def run(
 
     def scene(view: int) -> Scene:
         if moments[0].detections is None:
-            return Scene(BackgroundDetector("gaussian"))
+            return Scene(BackgroundDetector())
         return Scene(lambda _: given[view])
 
     reporters = [CameraReporter(camera, scene(view)) for view, camera in enumerate(rig.camera)]

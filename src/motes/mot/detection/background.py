@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
@@ -21,12 +21,6 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
-from motes.mot.detection.background_models import (
-    FIRST,
-    Method,
-    Mixture,
-    RunningGaussian,
-)
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.foreground_memory import ForegroundMemory
 from motes.mot.detection.ghosts import without_ghosts
@@ -36,6 +30,7 @@ from motes.mot.detection.illumination import (
     without_light,
     without_tremble,
 )
+from motes.mot.detection.mixture import FIRST, Mixture
 from motes.mot.detection.morphology import Mask
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
@@ -54,6 +49,21 @@ To learn takes as much time as to compare.
 """
 RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
+EXPOSURE = 0.5
+"""Largest change of the camera's exposure that is corrected, as a share of the brightness; what is
+more is another light."""
+HIGHLIGHT = 1.25
+"""Largest share of its brightness that a pixel has in more light: a reflection is fainter than most
+shadows are dark."""
+TINT = 12.0
+"""Largest change of a pixel's color by another light, in gray levels: a few times the noise."""
+TEXTURE = 6.0
+"""Largest change of the gradients by another light, in gray levels per pixel."""
+LIMIT = 100
+"""Objects of a frame that are used, the largest ones: more would be a flood of specks."""
+STILL = 10
+"""The camera moves if almost all is foreground in so many frames in a row; a light that is switched
+on takes fewer. Then it must stand still for as many."""
 MOVES = "the camera moves; what moves before it is not seen"
 PREVIEWED = 31
 """Largest number of frames from which the first background is made; at least half of it."""
@@ -66,33 +76,22 @@ RETURNS = 1 / 2
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     """How a `BackgroundDetector` separates foreground from background, and finds objects in it.
 
+    The background is a mixture of Gaussians for each pixel (Zivkovic, ICPR 2004).
+
     Attributes
     ----------
-    method
-        Model of the background. `mog2` is a mixture of Gaussians for each pixel (Zivkovic, ICPR
-        2004), `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997).
     history
         Number of frames over which the background is learned. With a larger value it changes more
         slowly.
-    rate
-        Share of each frame that enters the background. With a larger value it changes faster. By
-        default 1 / `history`, and more at the start.
     deviations
         Number of standard deviations from the background, from which on a pixel is foreground.
         With a larger value fewer pixels are.
     noise
-        Least standard deviation of a background pixel in gray levels (`gaussian`), as from camera
-        noise and compression. With a larger value fewer pixels are foreground.
-    shadow, highlight
-        Least and largest share of its brightness that a pixel has in a shadow, and in more light;
-        neither is foreground. A smaller `shadow` removes darker shadows, a larger `highlight` more
-        light; with 1 and 1 none is removed.
-    tint
-        Largest change of a pixel's color by another light, in gray levels. A larger value removes
-        more shadows.
-    texture
-        Largest change of the gradients by another light, in gray levels per pixel. A larger value
-        removes more shadows, and more of the objects too.
+        Noise of the camera and of compression, in gray levels: so far a color may be off those of
+        the background around. With a larger value fewer pixels are foreground.
+    shadow
+        Least share of its brightness that a pixel has in a shadow, which is not foreground. A
+        smaller value removes darker shadows; with 1 no light is removed.
     preview
         Seconds at the begin of a film whose usual colors are the first background, so that an
         object of the first frame leaves no ghost. With 0, and before a live camera, the first frame
@@ -103,56 +102,21 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     patience
         Seconds for which an object that has moved is not learned as background, though it stands
         still. With a larger value it is found for longer.
-    exposure
-        Largest change of the camera's exposure that is corrected, as a share of the brightness.
-    speck
-        Least width and height of a patch of foreground, in pixels. Smaller patches are noise.
-    valley
-        Least depth of a valley in the upper outline of a patch, as a share of its height, at which
-        the patch is divided into two objects. With a larger value fewer are divided; with 0 none.
-    narrow
-        Least width of an object that a patch is divided into, as a share of the patch's height.
-        With a larger value fewer are divided.
-    gap
-        Largest gap between two patches of one object, in y and in x, as shares of the frame's
-        height and width. Larger values join more patches.
     least
         Smallest area of an object, as a share of the frame.
     most
         Largest area of an object, as a share of the frame.
-    ghost
-        Limit for ghosts, patches that an object of the background leaves behind. A ghost's outline
-        has less than this share of the background's gradients there. With a larger value more
-        patches are ghosts; with 0 none are.
-    limit
-        Largest number of objects of a frame that are used: the largest ones.
-    still
-        The camera counts as moving if almost all is foreground in this many frames in a row. Then
-        it must stand still for as many.
     """
 
-    method: Method = "mog2"
     history: Count = 500
-    rate: Annotated[float, Meta(gt=0, le=1)] | None = None
     deviations: Positive = 4.0
     noise: Positive = 4.0
     shadow: Annotated[float, Meta(gt=0, le=1)] = 0.5
-    highlight: Annotated[float, Meta(ge=1)] = 1.25
-    tint: NonNegative = 12.0
-    texture: NonNegative = 6.0
     preview: NonNegative = 30.0
     trial: NonNegative = 10.0
     patience: NonNegative = 60.0
-    exposure: Share = 0.5
-    speck: Literal[1, 3, 5, 7, 9] = 3
-    gap: tuple[Share, Share] = (0.03, 0.002)
-    valley: Share = 0.1
-    narrow: Share = 0.1
     least: Share = 0.002
     most: Share = 0.5
-    ghost: Share = 0.5
-    limit: Count = 100
-    still: Count = 10
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -179,25 +143,18 @@ class BackgroundDetector:
     Parameters
     ----------
     config
-        A method, or a configuration.
+        How it looks.
 
     Attributes
     ----------
     warnings
         Warnings about the picture by kind, each once: a moving camera, a change of light, too many
         objects.
-
-    Raises
-    ------
-    ConfigError
-        If the method is unknown, or a number is out of its range.
     """
 
-    def __init__(self, config: Method | BackgroundConfig = "mog2") -> None:
-        if not isinstance(config, BackgroundConfig):
-            config = BackgroundConfig(method=config)
+    def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
         self.config = config
-        self._model = _model(config)
+        self._model = Mixture(config.deviations)
         self._first: Mask | None = None
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
@@ -248,7 +205,7 @@ class BackgroundDetector:
             self._begin(first, frame)
         if self._reference.has_moved(pixels):
             self._begin(pixels, frame)
-            self._rest = self.config.still
+            self._rest = STILL
             self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
@@ -256,7 +213,7 @@ class BackgroundDetector:
         if np.count_nonzero(mask) > self.config.most * mask.size:
             self._begin(pixels, frame)
             self._flooded += 1
-            if self._flooded == self.config.still:
+            if self._flooded == STILL:
                 self._warn(frame, "camera", MOVES)
             elif self._flooded == 1:
                 text = "the picture changes all over; its background is learned anew"
@@ -286,8 +243,7 @@ class BackgroundDetector:
     @property
     def _rate(self) -> float:
         """The share of the frame that enters the background: more at the start."""
-        config = self.config
-        return config.rate or max(1 / (2 * (FIRST + self._frames)), 1 / config.history)
+        return max(1 / (2 * (FIRST + self._frames)), 1 / self.config.history)
 
     def _foreground(self, planes: Planes) -> Mask:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
@@ -296,26 +252,20 @@ class BackgroundDetector:
             self._background = Background(self._model.picture(), config.noise)
         self._frames += 1
         differs = self._model.foreground(planes)
-        limits = LightLimits(config.shadow, config.highlight, config.tint, config.texture)
+        limits = LightLimits(config.shadow, HIGHLIGHT, TINT, TEXTURE)
         mask = without_light(differs, planes, self._background, limits)
         return self._memory.added(with_enclosed(mask, differs), differs, self._moved)
 
     def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
-        config = self.config
-        boxes = blobs(
-            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=self._moved,
-        )  # fmt: skip
-        if boxes and config.ghost:
+        boxes = blobs(mask, self.config.least, self._moved)
+        if boxes:
             green, learned = frame.pixels[:, :, 1], self._background.planes[1]
-            boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
-        if len(boxes) > config.limit:
-            text = (
-                f"there are {len(boxes)} moving patches; only the {config.limit} largest are taken"
-            )
+            boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned)
+        if len(boxes) > LIMIT:
+            text = f"there are {len(boxes)} moving patches; only the {LIMIT} largest are taken"
             self._warn(frame, "flood", text)
-        return boxes[: config.limit]
+        return boxes[:LIMIT]
 
     def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.
@@ -325,7 +275,7 @@ class BackgroundDetector:
         """
         sparse = _sparse(pixels)
         gains = _gains(self._usual, sparse)
-        if (np.maximum(gains, 1 / gains) > 1 + self.config.exposure).any():
+        if (np.maximum(gains, 1 / gains) > 1 + EXPOSURE).any():
             return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / RECENT
         tables = _tables(gains)
@@ -379,10 +329,3 @@ def densest(pictures: Sequence[Mask]) -> Mask:
         own = np.take_along_axis(colors, chosen[:, :, None], axis=0)
         rows.append(np.rint(own.mean(axis=0)).astype(np.uint8))
     return np.stack(rows)
-
-
-def _model(config: BackgroundConfig) -> Mixture | RunningGaussian:
-    """Return the model of a background."""
-    if config.method == "gaussian":
-        return RunningGaussian(config.deviations, config.noise)
-    return Mixture(config.deviations)

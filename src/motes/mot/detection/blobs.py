@@ -16,20 +16,21 @@ from motes.mot.detection.morphology import Mask, closed, components, opened
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
+SPECK = 3
+"""Least width and height of a patch, in pixels; smaller ones are noise."""
+GAP = 0.03, 0.002
+"""Largest gap between two patches of one object, in y and in x, as shares of the frame's height and
+width: a belt divides a person, but people who walk side by side are two."""
+VALLEY = 0.1
+"""Least depth of a valley at which a patch is divided, as a share of the lower peak's height over
+the patch's lowest row: less than half of a head."""
+NARROW = 0.1
+"""Least width of a part of a patch, as a share of the patch's height: a person's, seen edge on."""
 SPIKE = 0.06
 """Parts of an outline that are narrower than this share of the blob's height are no heads."""
 
 
-def blobs(
-    mask: Mask,
-    *,
-    speck: int,
-    gap: tuple[float, float],
-    least: float,
-    valley: float,
-    narrow: float,
-    known: Sequence[Box] = (),
-) -> list[Box]:
+def blobs(mask: Mask, least: float, known: Sequence[Box] = ()) -> list[Box]:
     """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
 
     First holes are filled, as through an object's windows one sees the background: a thin roof over
@@ -39,16 +40,18 @@ def blobs(
 
     Parameters
     ----------
-    speck, gap, least, valley, narrow
-        As in `BackgroundConfig`.
+    mask
+        1 where the foreground is.
+    least
+        Smallest area of an object, as a share of the mask.
     known
         Boxes of objects that are known, which decide whether a division is right.
     """
-    sides = zip(gap, mask.shape, strict=True)
+    sides = zip(GAP, mask.shape, strict=True)
     height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
     solid = mask.copy()
     kernels.components.fill_holes(mask, np.ones_like(mask), solid)
-    clean, smallest = opened(solid, speck), round(least * mask.size)
+    clean, smallest = opened(solid, SPECK), round(least * mask.size)
     labels, parts = components(closed(clean, (height, width)))
     found: list[tuple[int, Box]] = []
     for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
@@ -57,7 +60,7 @@ def blobs(
         here = slice(y, y + h), slice(x, x + w)
         patch = (labels[here] == number) & clean[here]
         whole = Box(x, y, w, h)
-        cuts = divided(patch, valley, narrow) if valley else []
+        cuts = divided(patch)
         if not _plausible(len(cuts) + 1, whole, known):
             cuts = []
         if not cuts:
@@ -95,20 +98,13 @@ def _holds(box: Box, other: Box) -> bool:
     return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
-def divided(patch: Mask, valley: float, narrow: float) -> list[int]:
+def divided(patch: Mask) -> list[int]:
     """Return the columns at which a patch (h, w) is divided: the valleys of its upper outline.
 
     People beside each other have a valley between their heads, and vehicles between their roofs; a
     walker's legs or a vehicle's hood make none. A valley is below the lower one of the peaks beside
-    it by a share of its height, and so wide are the parts on both sides at least.
-
-    Parameters
-    ----------
-    valley
-        Least depth of a valley, as a share of the lower peak's height over the patch's lowest row.
-    narrow
-        Least width of a part, as a share of the patch's height.
+    it by `VALLEY`, and the parts on both sides are as wide as `NARROW`.
     """
     height = len(patch)
-    spike, least = max(1, round(SPIKE * height)) | 1, max(1, round(narrow * height))
-    return sorted(kernels.outlines.valleys(patch, spike, valley, least).tolist())
+    spike, least = max(1, round(SPIKE * height)) | 1, max(1, round(NARROW * height))
+    return sorted(kernels.outlines.valleys(patch, spike, VALLEY, least).tolist())

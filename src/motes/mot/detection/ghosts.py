@@ -14,10 +14,12 @@ from motes import kernels
 from motes.core.geometry import Box
 from motes.mot.detection.morphology import Mask
 
+GHOST = 0.5
+"""Along the outline of a ghost, the frame's gradients in x and y are on average less than this
+share of the background's."""
 
-def without_ghosts(
-    boxes: Sequence[Box], mask: Mask, now: Mask, learned: Mask, share: float
-) -> list[Box]:
+
+def without_ghosts(boxes: Sequence[Box], mask: Mask, now: Mask, learned: Mask) -> list[Box]:
     """Return the boxes that hold an object.
 
     Parameters
@@ -28,11 +30,8 @@ def without_ghosts(
         (H, W), 1 where the foreground is.
     now, learned
         (H, W), green of the frame, and of the learned background.
-    share
-        Along the outline of a ghost, the frame's gradients in x and y are on average less than
-        this share of the background's.
     """
     corners, sums = np.array(boxes, np.int64).reshape(-1, 4), np.empty((len(boxes), 2))
     kernels.ghosts.outline_gradients(mask, now, learned, corners, sums)
-    real = sums[:, 0] >= share * sums[:, 1]
+    real = sums[:, 0] >= GHOST * sums[:, 1]
     return [box for box, holds in zip(boxes, real, strict=True) if holds]

@@ -54,10 +54,9 @@ def without_light(mask: Mask, planes: Planes, background: Background, limits: Li
     background
         The background.
     limits
-        What another light may change, as in `BackgroundConfig`; if `shadow` and `highlight` are 1,
-        there is none.
+        What another light may change, see `BackgroundConfig`; if `shadow` is 1, it changes nothing.
     """
-    if limits.shadow == limits.highlight == 1:
+    if limits.shadow == 1:
         return mask
     out = np.empty_like(mask)
     kernels.illumination.without_light(mask, window_sums(planes), background.sums, limits, out)

@@ -11,7 +11,7 @@ from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDetector
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.global_motion import GlobalMotion
 from motes.mot.detection.lookalike import LookalikeDetector
@@ -56,7 +56,7 @@ class PannedDetector:
     Parameters
     ----------
     config
-        The settings of a background; `deviations`, `noise`, `trial` and those of patches count.
+        The settings of a background; `deviations`, `noise`, `trial`, `least` and `most` count.
 
     Attributes
     ----------
@@ -90,11 +90,8 @@ class PannedDetector:
         self.motion = self._background.motion
         if self.motion is None or mask.mean() > config.most:
             return []
-        boxes = blobs(
-            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow, known=[_scaled(box, scale) for box in self._moved],
-        )  # fmt: skip
-        return [Detection(_scaled(box, 1 / scale)) for box in boxes[: config.limit]]
+        boxes = blobs(mask, config.least, [_scaled(box, scale) for box in self._moved])
+        return [Detection(_scaled(box, 1 / scale)) for box in boxes[:LIMIT]]
 
 
 def _scaled(box: Box, scale: float) -> Box:

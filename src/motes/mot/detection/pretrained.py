@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig
@@ -16,26 +14,20 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.optional import optional
 
+UPSAMPLE = 1
+"""How often pictures are doubled before faces are searched: the smallest have 40 pixels then, 80
+without it."""
+LEAST_FACE, LEAST_PERSON = 0.0, 0.5
+"""Least scores of detections: distances from the classifiers' boundaries. The key
+`detections.least` asks for more."""
+
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
-    """Settings of the detector of faces.
-
-    Attributes
-    ----------
-    upsample
-        Number of times that the image's size is doubled before the search. The smallest faces that
-        are found have about 80 pixels with 0 and 40 pixels with 1. A larger value is slower.
-    threshold
-        Least score of a detection: its distance from the classifier's boundary. With a larger value
-        there are fewer detections.
-    """
-
-    upsample: Annotated[int, Meta(ge=0)] = 1
-    threshold: float = 0.0
+    """The detector of faces; it has no settings."""
 
     def detector(self) -> FaceDetector:
         """Return the detector; raise a MissingDependencyError without dlib."""
-        return FaceDetector(self)
+        return FaceDetector()
 
 
 class FaceDetector:
@@ -43,26 +35,20 @@ class FaceDetector:
 
     The kind of detector of Nummiaro et al., section V, as dlib has trained it.
 
-    Parameters
-    ----------
-    config
-        How to look.
-
     Raises
     ------
     MissingDependencyError
         If dlib is not installed.
     """
 
-    def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
+    def __init__(self) -> None:
         dlib = optional("dlib", "Finding faces needs dlib", "motes[faces]")
-        self._config = config
         self._find = dlib.get_frontal_face_detector()
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the faces in a frame."""
         pixels = np.ascontiguousarray(frame.pixels)
-        boxes, scores, _ = self._find.run(pixels, self._config.upsample, self._config.threshold)
+        boxes, scores, _ = self._find.run(pixels, UPSAMPLE, LEAST_FACE)
         return [
             Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
             for r, score in zip(boxes, scores, strict=True)
@@ -70,28 +56,11 @@ class FaceDetector:
 
 
 class PeopleConfig(DetectorConfig, Config, frozen=True, tag="people"):
-    """Settings of the detector of people.
-
-    Attributes
-    ----------
-    threshold
-        Least score of a detection: its distance from the classifier's boundary. With a larger value
-        there are fewer detections.
-    stride
-        Distance between the places that are compared, in pixels. A larger value is faster and finds
-        fewer people.
-    scale
-        Ratio of each size that is compared to the one before. A larger value is faster and finds
-        fewer people.
-    """
-
-    threshold: float = 0.5
-    stride: Annotated[int, Meta(ge=8, multiple_of=8)] = 8
-    scale: Annotated[float, Meta(gt=1)] = 1.05
+    """The detector of people; it has no settings."""
 
     def detector(self) -> PeopleDetector:
         """Return the detector; raise a MissingDependencyError if OpenCV is missing."""
-        return PeopleDetector(self)
+        return PeopleDetector()
 
 
 class PeopleDetector:
@@ -99,22 +68,16 @@ class PeopleDetector:
 
     Dalal and Triggs, CVPR 2005; OpenCV contains the trained model.
 
-    Parameters
-    ----------
-    config
-        How to look.
-
     Raises
     ------
     MissingDependencyError
         If OpenCV is not installed.
     """
 
-    def __init__(self, config: PeopleConfig = PeopleConfig()) -> None:  # noqa: B008
+    def __init__(self) -> None:
         cv2 = optional("cv2", "Finding people needs OpenCV", "motes[opencv]")
         self._find = cv2.HOGDescriptor()
         self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
-        self._config = config
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the people in a frame."""
@@ -122,9 +85,9 @@ class PeopleDetector:
             return []
         boxes, scores = self._find.detectMultiScale(
             np.ascontiguousarray(frame.pixels),
-            hitThreshold=self._config.threshold,
-            winStride=(self._config.stride, self._config.stride),
-            scale=self._config.scale,
+            hitThreshold=LEAST_PERSON,
+            winStride=(8, 8),  # the smallest that OpenCV takes
+            scale=1.05,
         )
         # The window has a margin around the person.
         return [

@@ -68,12 +68,9 @@ class AppearanceRule(Config, frozen=True):
     in_frame
         If true, a particle whose center lies outside the frame does not fulfill the rule: equations
         11 and 12 are of regions whose centers lie in the frame.
-    stride
-        Distance in pixels, in x and y, between the positions at which the background is measured; 1
-        is every pixel. A larger value is faster and less exact.
     max_positions
-        Largest number of positions at which the background is measured. A smaller value is faster
-        and less exact: `stride` grows in frames with more positions.
+        Largest number of positions at which the background is measured, evenly spread. A smaller
+        value is faster and less exact.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -85,7 +82,6 @@ class AppearanceRule(Config, frozen=True):
     spread: NonNegative = 0.0
     max_threshold: Share = 0.9
     in_frame: bool = False
-    stride: Count = 1
     max_positions: Count = 20_000
 
     def background(
@@ -105,9 +101,7 @@ class AppearanceRule(Config, frozen=True):
             Whether the frame shows the target in `region`. Pixels where the moved region would
             overlap it are then left out, unless no others are left.
         """
-        step = max(
-            self.stride, math.ceil(math.sqrt(frame.width * frame.height / self.max_positions))
-        )
+        step = math.ceil(math.sqrt(frame.width * frame.height / self.max_positions))
         y, x = np.mgrid[: frame.height : step, : frame.width : step]
         moved = np.empty((x.size, 5))
         moved[:, 0], moved[:, 1], moved[:, 2:] = x.ravel(), y.ravel(), region[2:]

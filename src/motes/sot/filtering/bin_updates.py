@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Annotated
 
 import msgspec
@@ -110,8 +109,11 @@ class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
         """Return whether samples are too large (14); `excess`: their mean minus the usual one."""
         if excess <= 0:
             return False
+        from scipy.special import stdtrit  # takes a quarter of a second to import
+
+        critical = float(stdtrit(samples.size - 1, 1 - self.alpha))  # t_alpha of equation 13
         error = float(samples.std(ddof=1)) / math.sqrt(samples.size)
-        return excess >= critical(self.alpha, samples.size - 1) * error
+        return excess >= critical * error
 
 
 class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
@@ -219,18 +221,3 @@ table 1)."""
 def _squared_distance(model: Floats, seen: Floats) -> float:
     """Return the squared Bhattacharyya distance of two histograms that sum to 1."""
     return 0.5 * float(((np.sqrt(seen) - np.sqrt(model)) ** 2).sum())
-
-
-@lru_cache(maxsize=64)
-def critical(alpha: float, freedom: int) -> float:
-    """Return t_alpha(freedom), which Student's t exceeds with probability alpha (equation 13).
-
-    Over the angle whose tangent is t / sqrt(freedom), the density is cos^(freedom - 1). It is
-    integrated numerically. The relative error is at most 1e-6 up to 1,000 degrees of freedom and
-    for alpha from 0.01 on.
-    """
-    angle = np.linspace(0, np.pi / 2, 20_001)
-    density = np.cos(angle) ** (freedom - 1)
-    below = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
-    found = np.interp((1 - 2 * alpha) * below[-1], below, angle)
-    return math.sqrt(freedom) * math.tan(float(found))

@@ -52,15 +52,15 @@ class ColorStep:
 
         Subclasses are others: their methods may do something else.
         """
-        [(name, cue), *more] = cues.items()
+        [cue, *more] = cues.values()
         if more or type(cue) is not Color or type(likelihood) is not Gaussian:
             return None
         if not isinstance(motion, Walking) or type(motion) not in WALKS:
             return None
         if resampling != EVERY_FRAME or presence.in_frame:
             return None
-        sigma = likelihood.cues.get(name, likelihood.sigma)
-        return cls(motion, cue, (sigma, likelihood.epsilon), presence.contrast > 0)
+        numbers = likelihood.sigma, likelihood.epsilon
+        return cls(motion, cue, numbers, presence.contrast > 0)
 
     def __call__(
         self,

@@ -16,8 +16,10 @@ from motes.core.types import Floats
 from motes.sot.filtering.resampling import Weights
 
 Weight = Annotated[float, Meta(gt=0, le=1e6)]
-Floor = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
+FLOOR = 1e-3
+"""Least standard deviation of a cue's covariance, as a share of that of the predicted particles.
+The paper has none: this only keeps the determinant above 0."""
 EQUAL = 1e-9
 """Spread in pixels or radians below which all particles are at the same place."""
 SINGULAR = 1e-9
@@ -59,7 +61,8 @@ class Fixed(Fusion, Config, frozen=True, tag="fixed"):
     """The product of the cues' likelihoods, each to the power of its share, the same in all frames.
 
     log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
-    is the product. The factor J keeps the powers' sum at the number of cues.
+    is the product, as if each cue were independent of the others; a cue with a smaller sigma has
+    more influence then. The factor J keeps the powers' sum at the number of cues.
 
     Attributes
     ----------
@@ -92,61 +95,35 @@ class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
     Equations 7 to 10 as printed: p is the sum of w_j l_j, and w_j is proportional to 1 / U_j, where
     U_j is the determinant of the covariance of the particles under l_j. A sum averages the places
     of two cues, also where one of them is wrong; `Fixed` is where they agree.
-
-    Attributes
-    ----------
-    floor
-        Least standard deviation of a cue's covariance, as a share of that of the predicted
-        particles. The paper has none: the default only keeps the determinant above 0.
     """
-
-    floor: Floor = 1e-3
 
     def fuse(
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
         """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
-        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor))
+        shares = _inverse(log_determinants(prior, logs, ellipses))
         mixed = np.logaddexp.reduce(np.log(shares)[:, None] + logs, axis=0)  # equation 10
         return Weights.from_log(prior + mixed), shares
-
-
-class Product(Fusion, Config, frozen=True, tag="product"):
-    """The product of the cues' likelihoods, as if each were independent of the others.
-
-    Ng and Delp do not give the rule by which they fuse color and edges. A product has no weights:
-    all shares are equal. A cue with a smaller sigma has more influence.
-    """
-
-    def fuse(
-        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
-    ) -> tuple[Weights, Floats]:
-        """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
-        return Weights.from_log(prior + logs.sum(axis=0)), np.full(len(names), 1 / len(names))
 
 
 FUSIONS = Registry[type[Fusion]](
     "fusion rule",
     "motes.fusions",
     Fusion,
-    {
-        "fixed": Fixed,
-        "printed_mixture": PrintedMixture,
-        "product": Product,
-    },
+    {"fixed": Fixed, "printed_mixture": PrintedMixture},
 )
 
 
-def log_determinants(prior: Floats, logs: Floats, ellipses: Floats, floor: float) -> Floats:
+def log_determinants(prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
     """Return the logarithm of each cue's uncertainty (J,): Maggio et al., equations 8 and 9.
 
     The paper multiplies eigenvalues of unlike units. Here each dimension counts in standard
     deviations of the predicted particles, which weigh `prior`; ratios of determinants do not depend
-    on the units. The square of `floor` times the predicted covariance is added.
+    on the units. The square of `FLOOR` times the predicted covariance is added.
     """
     out = np.empty(len(logs))
     each = np.ascontiguousarray(logs)
-    kernels.fusion.log_determinants(prior, each, ellipses, floor, EQUAL, SINGULAR, out)
+    kernels.fusion.log_determinants(prior, each, ellipses, FLOOR, EQUAL, SINGULAR, out)
     return out
 
 

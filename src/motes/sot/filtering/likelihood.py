@@ -46,21 +46,17 @@ class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
     sigma
         Standard deviation of the distance between a particle and the target model, 0 to 1. With a
         larger value, good and bad particles get more similar weights. The papers give no value.
-    cues
-        The sigma of one cue: NAME is the cue's name, such as color. A cue that is not named has
-        `sigma`.
     epsilon
         Constant added to the likelihood, which is 1 for a perfect match. A larger value gives bad
         particles more weight.
     """
 
     sigma: Sigma = 0.1
-    cues: dict[str, Sigma] = {}  # noqa: RUF012  (msgspec copies it)
     epsilon: Share = 0.0
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
-        sigmas = np.array([self.cues.get(name, self.sigma) for name in names])
+        sigmas = np.full(len(names), self.sigma)
         logs = np.empty(distances.shape)
         kernels.particles.gaussian(np.ascontiguousarray(distances), sigmas, self.epsilon, logs)
         return logs

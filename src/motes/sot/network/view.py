@@ -8,7 +8,6 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from motes.core.config import Config, NonNegative, Share
 from motes.core.geometry import Box
 from motes.core.types import Floats
 
@@ -17,7 +16,7 @@ LEAST_SCORE = 1e-3
 TINY = 1e-6
 
 
-class Choice(Config, frozen=True):
+class Choice(NamedTuple):
     """How a network's own tracker chooses among its boxes.
 
     Attributes
@@ -32,10 +31,10 @@ class Choice(Config, frozen=True):
         Share of the box in the new size, where its score is 1.
     """
 
-    window: Share = 0.455
+    window: float = 0.455
     multiplied: bool = False
-    penalty: NonNegative = 0.055
-    rate: Share = 0.37
+    penalty: float = 0.055
+    rate: float = 0.37
 
 
 class Candidate(NamedTuple):

@@ -3,7 +3,7 @@
 import { announce, read, tried } from "./announce.js";
 import { ask } from "./api.js";
 import { nextColor } from "./colors.js";
-import { isAbsent, itemOf, keyframeOf, nearestRegion, ownItems, runningJobs, selectedItem } from "./derived.js";
+import { isAbsent, itemOf, keyframeOf, nearestRegion, runningJobs, selectedItem } from "./derived.js";
 import { isBox, rounded } from "./geometry.js";
 
 const DOUBTS = 20;
@@ -64,8 +64,8 @@ export class Actions {
 
   async #add(frame, region) {
     const { session, tracker } = this.state;
-    const name = `Object ${ownItems(session).length + 1}`;
-    const reply = await this.send("add_object", { name, color: nextColor(ownItems(session)), frame, region, ...tracker });
+    const name = `Object ${session.objects.length + 1}`;
+    const reply = await this.send("add_object", { name, color: nextColor(session.objects), frame, region, ...tracker });
     if (!reply) return;
     this.store.set({ selected: reply.object });
     read(`${name} drawn in frame ${frame}`);
@@ -197,21 +197,10 @@ export class Actions {
     });
   }
 
-  /** Track the same keyframes with another tracker, and show both side by side. */
-  async compare(fields) {
-    const item = this.#mine();
-    if (!item) return;
-    const { object, tracked } = item;
-    const reply = await this.#inTurn(() => this.send("compare", { object, ...fields }));
-    if (!reply) return;
-    this.store.set({ beside: reply.object });
-    await this.track(tracked ? [reply.object] : [object, reply.object]);
-  }
-
-  /** The object that corrections go to: a compared one has no keyframes of its own. */
+  /** The object that corrections go to. */
   #mine() {
     const item = selectedItem(this.state);
     if (!item) announce("Choose an object first.");
-    return item && item.compared !== null ? itemOf(this.state, item.compared) : item;
+    return item;
   }
 }

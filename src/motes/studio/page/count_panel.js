@@ -6,7 +6,6 @@ import { trackerChoice } from "./trackers.js";
 
 const DETECTORS = [
   ["mog2", "Motion, MOG2"],
-  ["gaussian", "Motion, one Gaussian"],
   ["people", "People"],
   ["faces", "Faces"],
 ];

@@ -5,9 +5,6 @@ import { boxAround, isBox, rounded } from "./geometry.js";
 export const itemOf = (state, object) =>
   state.session?.objects.find((item) => item.object === object) ?? null;
 
-/** Return the objects that have keyframes of their own. */
-export const ownItems = (session) => session.objects.filter(({ compared }) => compared === null);
-
 export const selectedItem = (state) => itemOf(state, state.selected);
 
 export const rowOf = (state, object, frame) => state.rows.get(object)?.[frame] ?? null;
@@ -50,13 +47,9 @@ export function nearestRegion(state, item, frame) {
 export const runningJobs = (state) =>
   [...state.jobs.values()].filter(({ status }) => status === "running" || status === "waiting");
 
-/** Return the objects that a stage shows: all; or one, beside the one it is compared with. */
-export function shownItems(state, side) {
-  const items = state.session?.objects.filter(({ object }) => !state.hidden.has(object)) ?? [];
-  if (state.beside === null) return items.filter(({ compared }) => compared === null);
-  const other = itemOf(state, state.beside);
-  return items.filter(({ object }) => object === (side === 0 ? other?.compared : state.beside));
-}
+/** Return the objects that are not hidden. */
+export const shownItems = (state) =>
+  state.session?.objects.filter(({ object }) => !state.hidden.has(object)) ?? [];
 
 /** Return a set with a member, or without it. */
 export const withOrWithout = (set, member, on) => new Set(on ? [...set, member] : [...set].filter((each) => each !== member));

@@ -1,11 +1,9 @@
-// The dialogs: help, absence, comparison, removal. Files have their own in files.js.
+// The dialogs: help, absence, removal. Files have their own in files.js.
 
 import { ask } from "./api.js";
 import { tried } from "./announce.js";
 import { button, element, field } from "./dom.js";
 import { helpOf } from "./keyboard.js";
-import { selectedItem } from "./derived.js";
-import { trackerChoice } from "./trackers.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
 
@@ -46,19 +44,6 @@ export function makeDialogs(app) {
       ], [button("Mark as absent", () => {
         dialog.close();
         actions.absentBetween(Number(first.value), Number(last.value));
-      }, { class: "main" })]);
-    },
-
-    compare() {
-      const item = selectedItem(store.state);
-      if (!item) return;
-      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
-      const dialog = show(`${item.name} with another tracker`, [
-        element("p", { class: "muted" }, "The same keyframes are tracked again; both are shown side by side."),
-        trackerChoice(store.state.presets?.track ?? [], chosen),
-      ], [button("Track and compare", () => {
-        dialog.close();
-        actions.compare(chosen);
       }, { class: "main" })]);
     },
 

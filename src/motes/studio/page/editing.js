@@ -3,14 +3,14 @@
 import { between, contains, dragged, handles, moved } from "./geometry.js";
 import { textScale } from "./dom.js";
 import { nextColor } from "./colors.js";
-import { itemOf, ownItems, regionOf, selectedItem, shownItems } from "./derived.js";
+import { regionOf, selectedItem, shownItems } from "./derived.js";
 import { addCorner, endLine } from "./places.js";
 
 const NEAR = 11; // pixels of the screen around a handle
 const SLIP = 3; // a pointer that moved less has clicked
 
-/** Let a stage be drawn on. */
-export function mountEditing(stage, app, side) {
+/** Let the stage be drawn on. */
+export function mountEditing(stage, app) {
   const { store, player, actions } = app;
   const pointers = new Map();
   let gesture = null;
@@ -50,7 +50,7 @@ export function mountEditing(stage, app, side) {
   function begin(event) {
     const point = stage.view().toFilm(at(event));
     const { tool } = store.state;
-    if (event.button === 1 || event.altKey || tool === "hand" || side > 0) return pan(store, stage, at(event));
+    if (event.button === 1 || event.altKey || tool === "hand") return pan(store, stage, at(event));
     if (event.button !== 0) return null;
     player.stay();
     if (store.state.draft?.byKeys) return dragDraft(point) ?? pan(store, stage, at(event));
@@ -67,7 +67,7 @@ export function mountEditing(stage, app, side) {
   function draw(start, kind) {
     const { redrawing, session, pictured } = store.state;
     const item = redrawing ? selectedItem(store.state) : null;
-    const color = item?.color ?? nextColor(ownItems(session));
+    const color = item?.color ?? nextColor(session.objects);
     const object = item?.object ?? null;
     let draft = null;
     return {
@@ -86,8 +86,8 @@ export function mountEditing(stage, app, side) {
 
   /** Take the handle or the object under the pointer: what is dragged becomes a keyframe. */
   function grab(point) {
-    const { selected, session, pictured } = store.state;
-    const items = shownItems(store.state, side).filter(({ compared }) => compared === null);
+    const { selected, pictured } = store.state;
+    const items = shownItems(store.state);
     const first = items.filter(({ object }) => object === selected);
     const region = (item) => regionOf(store.state, item, pictured);
     for (const item of first) {
@@ -96,7 +96,7 @@ export function mountEditing(stage, app, side) {
     }
     const under = [...first, ...items].find((item) => region(item) && contains(region(item), point));
     if (!under) return null;
-    store.set({ selected: itemOf({ session }, under.object).object });
+    store.set({ selected: under.object });
     return change(under, region(under), (start, to) => moved(start, to[0] - point[0], to[1] - point[1]));
   }
 
@@ -155,12 +155,12 @@ export function mountEditing(stage, app, side) {
 
   function cursorAt(where) {
     const { tool, session, pictured } = store.state;
-    if (tool === "hand" || side > 0) return "grab";
+    if (tool === "hand") return "grab";
     if (tool !== "select" || !session) return "crosshair";
     const point = stage.view().toFilm(where);
     const item = selectedItem(store.state);
     const region = item && regionOf(store.state, item, pictured);
-    if (item?.compared === null && handleAt(region, point)) return "pointer";
+    if (item && handleAt(region, point)) return "pointer";
     return region && contains(region, point) ? "move" : "default";
   }
 }

@@ -2,7 +2,7 @@
 
 import { endZone } from "./places.js";
 import { moved, scaled, turned } from "./geometry.js";
-import { nearestRegion, ownItems, selectedItem } from "./derived.js";
+import { nearestRegion, selectedItem } from "./derived.js";
 import { nextColor } from "./colors.js";
 import { read } from "./announce.js";
 
@@ -125,11 +125,11 @@ function enter(app) {
   }
   const item = selectedItem(store.state);
   const fresh = (tool === "box" || tool === "ellipse") && !redrawing;
-  if (!fresh && (!item || item.compared !== null)) return;
+  if (!fresh && !item) return;
   const middle = [film.width / 2, film.height / 2, film.width / 12, film.height / 8, 0];
   const box = [film.width * 0.42, film.height * 0.38, film.width / 6, film.height / 4].map(Math.round);
   const region = fresh ? (tool === "box" ? box : middle) : nearestRegion(store.state, item, pictured);
-  const color = fresh ? nextColor(ownItems(session)) : item.color;
+  const color = fresh ? nextColor(session.objects) : item.color;
   player.stay();
   store.set({ draft: { object: fresh ? null : selected, frame: pictured, color, region, byKeys: true } });
   read("Arrows move, Control and arrows resize, brackets turn, Enter sets, Escape ends");

@@ -118,33 +118,6 @@ export function drawTrail(context, rows, frame, { color, scale, length = 60 }) {
   context.globalAlpha = 1;
 }
 
-/** Draw heights over a grid as colors: values[i][j] belongs to y[i] and x[j]. */
-export function drawSurface(context, { x, y, values }, opacity = 0.62) {
-  const [wide, high] = [x.length, y.length];
-  if (wide < 2 || high < 2) return;
-  const [dx, dy] = [(x[wide - 1] - x[0]) / (wide - 1), (y[high - 1] - y[0]) / (high - 1)];
-  context.globalAlpha = opacity;
-  context.imageSmoothingEnabled = true;
-  context.drawImage(surfacePicture(values), x[0] - dx / 2, y[0] - dy / 2, wide * dx, high * dy);
-  context.globalAlpha = 1;
-}
-
-/** Return a canvas with one pixel for each number, in the colors of viridis. */
-function surfacePicture(values) {
-  const [height, width] = [values.length, values[0].length];
-  const picture = new OffscreenCanvas(width, height);
-  const pixels = new ImageData(width, height);
-  const all = values.flat().filter(Number.isFinite);
-  const low = all.reduce((least, value) => Math.min(least, value), Infinity);
-  const high = all.reduce((most, value) => Math.max(most, value), -Infinity);
-  values.flat().forEach((value, place) => {
-    const rgb = viridis((value - low) / (high - low || 1));
-    pixels.data.set([...rgb, Number.isFinite(value) ? 255 : 0], 4 * place);
-  });
-  picture.getContext("2d").putImageData(pixels, 0, 0);
-  return picture;
-}
-
 /** Draw a line that is counted; a stroke from its middle to its left bears the name of that direction. */
 export function drawLine(context, [x1, y1, x2, y2], [text, first], { color, scale }) {
   context.beginPath();

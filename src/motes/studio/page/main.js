@@ -30,17 +30,16 @@ const pictures = new Pictures();
 const player = new Player(store, pictures);
 
 /** All parts of the page; tests read its state. */
-export const app = { store, pictures, player, connection: null, stages: [] };
+export const app = { store, pictures, player, connection: null };
 app.actions = new Actions(app);
 app.dialogs = makeDialogs(app);
-app.viewNow = () => (app.stages[0] && store.state.film ? app.stages[0].view() : null);
+app.viewNow = () => (store.state.film ? app.stage.view() : null);
 
 /** Zoom by a key: in, out, or to the whole film. */
 app.zoom = (key) => {
-  const [stage] = app.stages;
-  const { width, height } = stage.size();
+  const { width, height } = app.stage.size();
   const factor = key === "-" ? 0.8 : 1.25;
-  store.set({ view: key === "0" ? null : stage.view().zoomed(factor, [width / 2, height / 2]) });
+  store.set({ view: key === "0" ? null : app.stage.view().zoomed(factor, [width / 2, height / 2]) });
 };
 
 startTheme(store);
@@ -56,23 +55,10 @@ mountTabs(part("right"), app, [
   ["count", "Count", mountCountPanel(app)],
 ]);
 mountKeyboard(app);
+app.stage = mountStage(part("stage"), app);
+mountEditing(app.stage, app);
 
-/** One stage, or two side by side. */
-store.on(["beside"], ({ beside }) => {
-  app.stages.forEach((stage) => stage.remove());
-  const sides = beside === null ? [0] : [0, 1];
-  app.stages = sides.map((side) => {
-    const stage = mountStage(part("stages"), app, side);
-    mountEditing(stage, app, side);
-    return stage;
-  });
-  store.set({ view: null });
-});
-new ResizeObserver(() => store.touch("sized")).observe(part("stages"));
-
-store.on(["session"], ({ session, beside }) => {
-  if (beside !== null && !session?.objects.some(({ object }) => object === beside)) store.set({ beside: null });
-});
+new ResizeObserver(() => store.touch("sized")).observe(part("stage"));
 
 /** While a run is followed, the film shows the newest frame; pictures that come late hold it up, and are not asked for. */
 store.on(["newest", "picture"], ({ following, newest }) => {
@@ -82,16 +68,14 @@ store.on(["newest", "picture"], ({ following, newest }) => {
 const bar = {
   undo: button("Undo (Ctrl+Z)", () => app.actions.undo(), { picture: "undo" }),
   redo: button("Redo (Ctrl+Y)", () => app.actions.redo(), { picture: "redo" }),
-  single: button("End side by side", () => store.set({ beside: null }), { picture: "compare", text: "Single view", class: "plain" }),
   exports: button("Export and import (X)", () => app.dialogs.exports(), { picture: "export", text: "Export", class: "plain" }),
   command: button("Command line (C)", () => app.dialogs.command(), { picture: "command" }),
   help: button("Keys (?)", () => app.dialogs.help(), { picture: "doubt" }),
   theme: button("Light or dark", () => announce(`Colors: ${switchTheme(store)}`), { picture: "theme" }),
 };
 part("actions").append(...Object.values(bar));
-store.on(["session", "beside", "connected"], ({ session, beside, connected }) => {
+store.on(["session", "connected"], ({ session, connected }) => {
   for (const name of ["undo", "redo", "exports", "command", "help"]) bar[name].hidden = !session;
-  bar.single.hidden = beside === null;
   bar.undo.disabled = !session?.undo;
   bar.redo.disabled = !session?.redo;
   fillAnew(part("title"), [session?.film, connected], () => (session ? titleOf(session.film, connected) : []));

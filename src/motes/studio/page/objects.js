@@ -22,8 +22,8 @@ export function mountObjects(root, app) {
   store.on(["rows", "pictured", "session"], (state) => state.session && updateNumbers(list, state));
   store.on(["session", "selected", "presets", "pictured"], (state) => {
     const item = selectedItem(state);
-    const { object, name, color, preset, config, seed, compared, tracked } = item ?? {};
-    const facts = [object, name, color, preset, config, seed, compared, tracked, state.presets];
+    const { object, name, color, preset, config, seed, tracked } = item ?? {};
+    const facts = [object, name, color, preset, config, seed, tracked, state.presets];
     fillAnew(given, facts, () => (item ? [settings(app, item)] : []));
     const around = item && [item, state.session.objects, state.session.effort, here(state, item)];
     fillAnew(corrected, around, () => (item ? [corrections(app, item)] : []));
@@ -55,11 +55,10 @@ function entries(app) {
   });
 }
 
-/** Choose an object; one that is compared is shown beside the other one. */
+/** Choose an object; where nothing of it is known, the film goes to its first keyframe. */
 function pick({ store, player }, item) {
   const { frame } = store.state;
   store.set({ selected: item.object });
-  if (item.compared !== null) store.set({ beside: item.object });
   const rows = store.state.rows.get(item.object) ?? [];
   if (!rows[frame] && !keyframeOf(item, frame) && item.keyframes.length) player.go(item.keyframes[0].frame);
 }
@@ -89,7 +88,7 @@ function updateNumbers(list, state) {
 const here = (state, item) => [Boolean(keyframeOf(item, state.pictured)), isAbsent(item, state.pictured)];
 
 function settings(app, item) {
-  const { actions, dialogs } = app;
+  const { actions } = app;
   const change = (changes) => actions.change(item.object, changes);
   const name = element("input", {
     value: item.name, maxlength: "100", onchange: ({ target }) => change({ name: target.value }),
@@ -106,12 +105,11 @@ function settings(app, item) {
   const track = button("Track", () => actions.track([item.object]), {
     picture: "play", text: item.tracked ? "Track again" : "Track", class: "main grow", id: "track",
   });
-  const compare = button("Side by side", () => dialogs.compare(), { picture: "compare", class: "plain" });
   return element("section", { class: "panel" },
     element("header", {}, element("h2", {}, item.name), button(`Remove ${item.name}`, () => actions.remove(), { picture: "trash" })),
     field("Name", name), colors,
     trackerFields(app.store.state.presets?.track ?? [], item, change),
-    element("div", { class: "row" }, track, item.compared === null && compare));
+    element("div", { class: "row" }, track));
 }
 
 function corrections(app, item) {
@@ -120,14 +118,12 @@ function corrections(app, item) {
   const action = (label, key, picture, act, properties = {}) =>
     element("button", { type: "button", class: "plain action", onclick: act, "aria-keyshortcuts": key, ...properties },
       icon(picture), element("span", { class: "grow" }, label), element("kbd", {}, key));
-  const others = store.state.session.objects.filter(
-    ({ object, compared }) => object !== item.object && compared === null);
+  const others = store.state.session.objects.filter(({ object }) => object !== item.object);
   const join = element("select", {
     "aria-label": "Join with",
     onchange: ({ target }) => target.value && actions.join(Number(target.value)),
   }, element("option", { value: "" }, "Join with …"),
   others.map(({ object, name }) => element("option", { value: object }, name)));
-  if (item.compared !== null) return null;
   return element("section", { class: "panel" },
     element("header", {}, element("h2", {}, "Correct this frame")),
     element("div", { class: "actions" },

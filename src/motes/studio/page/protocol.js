@@ -16,7 +16,6 @@ export const COMMANDS = {
   redo: [],
   watch: ["detector", "preset", "config", "seed"],
   set_places: ["places"],
-  compare: ["object", "preset", "config", "seed"],
   acknowledge: ["number"],
 };
 

@@ -5,26 +5,25 @@ import { dashes, trackColor } from "./colors.js";
 import { handles } from "./geometry.js";
 import { Viewport } from "./viewport.js";
 import * as layers from "./layers.js";
-import { ellipseOf, isAbsent, itemOf, keyframeOf, regionOf, rowOf, shown, shownItems } from "./derived.js";
+import { ellipseOf, isAbsent, itemOf, keyframeOf, regionOf, rowOf, shownItems } from "./derived.js";
 
 const ABOVE = [
   "session", "selected", "shown", "draft", "looked", "scene", "hidden", "tool",
   "corners",
 ];
 
-export function mountStage(root, app, side) {
+export function mountStage(root, app) {
   const { store, pictures } = app;
   const film = element("canvas", { "aria-hidden": "true" });
   const over = element("canvas", {
     class: "over", tabindex: "0", role: "application", "aria-roledescription": "film",
-    "aria-label": side === 0 ? "Film. Press question mark for the keys." : "Film with the other tracker",
+    "aria-label": "Film. Press question mark for the keys.",
   });
   const caption = element("div", { class: "caption", "aria-hidden": "true" });
   const hint = element("div", { class: "caption hint" });
-  const box = element("div", { class: "stage" }, film, over, caption, hint);
-  root.append(box);
+  root.append(film, over, caption, hint);
 
-  const size = () => ({ width: box.clientWidth, height: box.clientHeight });
+  const size = () => ({ width: root.clientWidth, height: root.clientHeight });
   const view = () => {
     const { view: chosen, film: facts } = store.state;
     return chosen ?? Viewport.fit(facts, size());
@@ -32,31 +31,18 @@ export function mountStage(root, app, side) {
   const below = () => store.state.film && paintFilm(film, store.state, pictures, view());
   const above = () => {
     if (!store.state.film) return;
-    paintOver(over, store.state, view(), side);
-    caption.textContent = captionOf(store.state, side);
+    paintOver(over, store.state, view());
+    caption.textContent = `Frame ${store.state.pictured ?? store.state.frame}`;
     hint.textContent = hintOf(store.state);
-    hint.hidden = !hint.textContent || side > 0;
+    hint.hidden = !hint.textContent;
   };
   const both = () => (below(), above());
-  const offs = [
-    store.on(["picture", "film"], both),
-    store.on(["playing", "following"], below),
-    store.on(["view", "looks"], both),
-    store.on(ABOVE, above),
-    store.on(["rows"], calm(above)),
-  ];
-  const resized = new ResizeObserver(both);
-  resized.observe(box);
-  return {
-    canvas: over,
-    view,
-    size,
-    remove() {
-      offs.forEach((off) => off());
-      resized.disconnect();
-      box.remove();
-    },
-  };
+  store.on(["picture", "film", "view", "looks"], both);
+  store.on(["playing", "following"], below);
+  store.on(ABOVE, above);
+  store.on(["rows"], calm(above));
+  new ResizeObserver(both).observe(root);
+  return { canvas: over, view, size };
 }
 
 /** Paint the picture. The finest scaling takes a fifth of this thread's time for one, and shows at rest alone. */
@@ -69,7 +55,7 @@ function paintFilm(canvas, { film, pictured, playing, following }, pictures, vie
   context.drawImage(picture, view.x, view.y, film.width * view.scale, film.height * view.scale);
 }
 
-function paintOver(canvas, state, view, side) {
+function paintOver(canvas, state, view) {
   const context = sized(canvas);
   const frame = state.pictured;
   if (frame === null) return;
@@ -77,31 +63,21 @@ function paintOver(canvas, state, view, side) {
   context.translate(view.x + scale / 2, view.y + scale / 2);
   context.scale(scale, scale);
   const size = scale / textScale(); // lines and names grow with the text of the page
-  const items = shownItems(state, side);
-  paintLooked(context, state, items, frame, size);
-  for (const item of items) paintItem(context, state, item, frame, size);
+  for (const item of shownItems(state)) paintItem(context, state, item, frame, size);
   paintScene(context, state, frame, size);
   paintPlaces(context, state, size);
   paintDraft(context, state, size);
 }
 
-/** Surfaces and particles that the person asked for in this frame. */
-function paintLooked(context, { looked, shown: wanted }, items, frame, scale) {
-  if (looked?.frame !== frame || !items.some(({ object }) => object === looked.object)) return;
-  if (wanted.has("rho") && looked.rho) layers.drawSurface(context, looked.rho);
-  const cue = [...wanted].find((name) => name.startsWith("cue:"))?.slice(4);
-  if (cue && looked.likelihoods[cue]) layers.drawSurface(context, looked.likelihoods[cue]);
-  if (wanted.has("particles")) layers.drawParticles(context, looked.particles, looked.weights, { scale });
-}
-
 function paintItem(context, state, item, frame, scale) {
-  const { shown: wanted, draft, selected } = state;
+  const { shown: wanted, draft, selected, looked } = state;
   const style = { color: item.color, scale, dash: dashes(placeOf(state, item)) };
   const row = rowOf(state, item.object, frame);
   const overlay = row?.final ? null : state.overlays.get(item.object)?.get(frame) ?? null;
   if (wanted.has("trails")) layers.drawTrail(context, state.rows.get(item.object) ?? [], frame, style);
-  if (wanted.has("particles") && overlay) {
-    layers.drawParticles(context, overlay.particles, overlay.weights, { scale });
+  const seen = overlay ?? (looked?.frame === frame && looked.object === item.object ? looked : null);
+  if (wanted.has("particles") && seen) {
+    layers.drawParticles(context, seen.particles, seen.weights, { scale });
   }
   if (draft?.object === item.object) return;
   const drawn = keyframeOf(item, frame);
@@ -116,7 +92,7 @@ function paintItem(context, state, item, frame, scale) {
     const note = drawn ? " ◆" : sure ? "" : ` (${row.status})`;
     layers.drawLabel(context, region, item.name + note, style);
   }
-  if (item.object === selected && state.tool === "select" && item.compared === null) {
+  if (item.object === selected && state.tool === "select") {
     layers.drawHandles(context, handles(region, 22 / scale), style);
   }
 }
@@ -181,15 +157,6 @@ function paintDraft(context, { draft }, scale) {
   const style = { color: draft.color, scale, width: 2.2 };
   layers.drawRegion(context, draft.region, style);
   layers.drawHandles(context, handles(draft.region, 22 / scale), style);
-}
-
-function captionOf(state, side) {
-  if (state.beside === null) return `Frame ${state.pictured ?? state.frame}`;
-  const item = shownItems(state, side)[0];
-  if (!item) return "";
-  const row = rowOf(state, item.object, state.pictured);
-  const tracker = item.config === null ? item.preset : "own configuration";
-  return `${tracker} · ${row ? `${row.status}, confidence ${shown(row.confidence)}` : "not tracked here"}`;
 }
 
 const HINTS = {

@@ -47,12 +47,11 @@ export const freshSession = () => ({
   range: null, // null shows all frames on the timeline
   selected: null,
   hidden: new Set(),
-  beside: null,
   // what the person is doing
   tool: "select",
   redrawing: false,
   draft: null,
   corners: [],
   doubtful: null,
-  asked: null, // the layers that were asked for last
+  asked: null, // the particles that were asked for last
 });

@@ -28,10 +28,8 @@ export class Store {
 
   /** Call view(state) now, and again whenever one of the parts has changed. */
   on(names, view) {
-    const entry = { names, view };
-    this.#views.push(entry);
+    this.#views.push({ names, view });
     view(this.state);
-    return () => (this.#views = this.#views.filter((other) => other !== entry));
   }
 
   #schedule() {

@@ -1,4 +1,4 @@
-// The panel on the right: one tab each for layers, doubtful frames, counting and figures.
+// The panel on the right: one tab each for layers, doubtful frames and counting.
 
 import { element } from "./dom.js";
 

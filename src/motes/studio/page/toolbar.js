@@ -36,7 +36,7 @@ export function mountTools(root, app) {
   store.on(["tool"], ({ tool }) => {
     for (const [name, made] of buttons) made.setAttribute("aria-pressed", String(name === tool));
   });
-  store.on(["view", "film", "beside", "sized"], () => {
+  store.on(["view", "film", "sized"], () => {
     share.textContent = `${Math.round(100 * (app.viewNow()?.scale ?? 1))} %`;
   });
 }

@@ -1,8 +1,6 @@
-"""Models of the background of each pixel: a mixture of Gaussians, or one Gaussian."""
+"""The model of the background of each pixel: a mixture of Gaussians."""
 
 from __future__ import annotations
-
-from typing import Literal
 
 import numpy as np
 
@@ -10,8 +8,6 @@ from motes import kernels
 from motes.kernels.structures import MixtureLearning
 from motes.mot.detection.morphology import Mask
 from motes.mot.detection.planes import Planes
-
-Method = Literal["mog2", "gaussian"]
 
 FIRST = 5
 """A background begins as if its first picture had come this many times."""
@@ -62,39 +58,3 @@ class Mixture:
         out = np.empty(self._shape, np.uint8)
         kernels.mixture.means(self._model, SHARE, out)
         return out
-
-
-class RunningGaussian:
-    """A running mean and variance for each pixel and channel: Wren et al., Pfinder, 1997.
-
-    Parameters
-    ----------
-    deviations, noise
-        As in `BackgroundConfig`.
-    """
-
-    def __init__(self, deviations: float, noise: float) -> None:
-        self._deviations, self._noise = deviations, noise
-
-    def begin(self, planes: Planes) -> None:
-        """Start with the picture as mean."""
-        self._mean = planes.astype(np.float32)
-        self._variance = np.full_like(self._mean, (2 * self._noise) ** 2)
-
-    def foreground(self, planes: Planes) -> Mask:
-        """Return the pixels with a channel too many deviations from its mean."""
-        off = planes - self._mean
-        beyond = off * off > self._deviations**2 * self._variance
-        mask: Mask = np.any(beyond, axis=0).astype(np.uint8)
-        return mask
-
-    def learn(self, planes: Planes, rate: float) -> None:
-        """Learn from a picture of the background, which has a share of `rate` from then on."""
-        off = planes - self._mean
-        self._mean += np.float32(rate) * off
-        self._variance += np.float32(rate) * (off * off - self._variance)
-        np.maximum(self._variance, self._noise**2, out=self._variance)
-
-    def picture(self) -> Planes:
-        """Return the means."""
-        return np.rint(self._mean).astype(np.uint8)
