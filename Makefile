@@ -14,11 +14,10 @@ KERNELS := $(VENV)/kernels
 # Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 
-# What `make bench` scales and follows, and files of trained networks: NANO=BACKBONE,HEAD VIT=NETWORK.
+# What `make bench` scales and follows, and files of a trained network: NANO=BACKBONE,HEAD.
 FILM := $(dir $(DATA))video/sam2_cups.mp4
 BOX := 570,292,168,252
 NANO :=
-VIT :=
 
 # How long `make fuzz` runs, how often `make kills` kills, and with which random numbers.
 SECONDS := 60
@@ -77,8 +76,8 @@ gallery: ready
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes-lab bench --against lab/docs/performance.md --plot --out bench --overwrite \
-		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
+	$(BIN)/motes-lab bench --against lab/docs/performance.md --out bench --overwrite \
+		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
 # All measured tables of docs/ and lab/docs/, the shortest first: one night on two cores. What has been

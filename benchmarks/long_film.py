@@ -146,10 +146,7 @@ def main() -> None:
             )
             errors.append(error)
             print(f"{name}: {lost} frames without the target", file=sys.stderr)
-        head = (
-            *("run", "frames", "minutes", "MB in the 1st quarter", "2nd", "3rd", "4th"),
-            "peak",
-        )
+        head = (*("run", "frames", "minutes", "MB in the 1st quarter", "2nd", "3rd", "4th"), "peak")
         note = f"The center is never more than {max(errors):.0f} pixels off."
         print(markdown.table(Table("Memory over an hour of film", head, lines, note=note)))
 

@@ -97,61 +97,6 @@ class Hangs(Waits):
 nothing = 3
 '''
 
-SERVER = r'''
-"""A tracker that speaks TraX: stays where it is put, one pixel to the right in each frame."""
-
-import os
-import re
-import sys
-import time
-
-version, fault = int(sys.argv[1]), sys.argv[2]
-print("warming up", flush=True)
-if fault == "polygon":
-    print('@@TRAX:hello "trax.version=1" "trax.region=polygon;" "trax.image=path;"', flush=True)
-elif version == 1:
-    print("@@TRAX:hello", flush=True)
-else:
-    print(
-        f'@@TRAX:hello "trax.version={version}" "trax.name=a \\"still\\" one" '
-        '"trax.region=polygon;rectangle;" "trax.image=path;memory;" "trax.channels=color;" ',
-        flush=True,
-    )
-if fault == "ends":
-    print("out of", "memory", file=sys.stderr)
-    sys.exit(9)
-box, frames = None, 0
-for line in sys.stdin:
-    name, rest = re.fullmatch(r"@@TRAX:(\w+) ?(.*)\n", line).groups()
-    arguments = re.findall('"(.*?)"', rest)
-    if name == "quit":
-        break
-    if name == "initialize":
-        assert box is None, "it can be started only once"
-        box = [float(number) for number in arguments.pop().split(",")]
-        frames = -1
-    if arguments:
-        path = arguments[0].removeprefix("file://")
-        assert os.path.isabs(path) and os.path.getsize(path) > 0
-        frames += 1
-        answer = ",".join(str(number) for number in [box[0] + frames, *box[1:]])
-        print("at work", flush=True)
-        if frames == 2 and fault == "lost":
-            answer = "0"
-        if frames == 2 and fault == "hangs":
-            with open("processes", "a") as file:
-                print(os.getpid(), file=file)
-            time.sleep(1000)
-        if frames == 2 and fault == "quits":
-            print('@@TRAX:quit "trax.reason=no more"', flush=True)
-        if frames == 2 and fault == "nonsense":
-            answer = "here"
-        if frames == 2 and fault == "hello":
-            print("@@TRAX:hello", flush=True)
-        word = "status" if version == 1 else "state"
-        print(f'@@TRAX:{word} "{answer}" "confidence=0.5"', flush=True)
-'''
-
 
 def still() -> Clip:
     """Return a clip whose target hardly moves."""

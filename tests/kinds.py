@@ -47,8 +47,7 @@ CONFIGS: dict[str, TrackerConfig] = {
         },
     ),
     "half of the pixels": configure(
-        PRESETS["nummiaro"],
-        {"color": {"sampling": {"type": "checkerboard"}}},
+        PRESETS["nummiaro"], {"color": {"sampling": {"type": "checkerboard"}}}
     ),
     "learned against the surroundings": configure(
         PRESETS["nummiaro"],

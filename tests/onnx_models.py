@@ -78,9 +78,7 @@ def save(
     share = graph.add("Conv", raw, np.ascontiguousarray(kernel), strides=[CELL, CELL])
     share = graph.add("Reshape", share, np.array([1, 2, -1]))
     logits = graph.add(
-        "Mul",
-        graph.add("Sub", share, np.array(0.5, np.float32)),
-        np.array(SHARP, np.float32),
+        "Mul", graph.add("Sub", share, np.array(0.5, np.float32)), np.array(SHARP, np.float32)
     )
     scores = graph.add("Sigmoid", logits)
     outputs = _HEADS[head](graph, logits, scores, width, height)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -289,10 +290,7 @@ def smooth_gradient(pixels: Pixels, y: int, x: int) -> tuple[float, float]:
             p * q * gray(row + i, column + j) for i, p in taps.items() for j, q in taps.items()
         )
 
-    return (
-        (smooth(y, x + 1) - smooth(y, x - 1)) / 2,
-        (smooth(y + 1, x) - smooth(y - 1, x)) / 2,
-    )
+    return ((smooth(y, x + 1) - smooth(y, x - 1)) / 2, (smooth(y + 1, x) - smooth(y - 1, x)) / 2)
 
 
 def edge_bins(strength: Floats, angle: Floats, threshold: float, count: int) -> NDArray[np.int64]:
@@ -352,3 +350,16 @@ def sequence(folder: Path, limit: int | None = None) -> tuple[list[Frame], Float
         frame(np.array(Image.open(path).convert("RGB")), index) for index, path in enumerate(paths)
     ]
     return frames, boxes
+
+
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
+regions = st.builds(
+    Ellipse,
+    *(st.floats(-6, 22), st.floats(-6, 22), st.floats(0.3, 30), st.floats(0.3, 30)),
+    st.floats(-4, 4),
+)
+
+
+def rows(*ellipses: Ellipse) -> NDArray[np.float64]:
+    """Return ellipses as an array (n, 5)."""
+    return np.array(ellipses, np.float64)

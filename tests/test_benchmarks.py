@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -87,21 +86,6 @@ def test_the_studio_answers_a_page() -> None:
     done = subprocess.run(line, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert [what for what, _ in cells(done.stdout)][-1].startswith("correction")
-
-
-def test_the_jitter_of_a_target_at_rest(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.syspath_prepend(SCRIPTS)
-    script: Any = importlib.import_module("jitter")
-    for name, value in (("SIZES", ((30.0, 40.0),)), ("NOISE", (8,)), ("FRAMES", 5)):
-        monkeypatch.setattr(script, name, value)
-    monkeypatch.setattr(sys, "argv", ["jitter.py", "--preset", "nummiaro"])
-    script.main()
-    ((noise, *spreads),) = cells(capsys.readouterr().out)
-    assert noise == "8"
-    assert all(re.fullmatch(r"[\d.]+%? to [\d.]+%?", each) for each in spreads)
-    assert float(spreads[0].split()[-1]) > 0
 
 
 def test_an_angle_is_followed_on_a_turned_picture(

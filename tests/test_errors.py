@@ -11,10 +11,7 @@ from motes.core.errors import LONGEST, ConfigError, MotesError, clear
 
 @pytest.mark.parametrize(
     ("text", "line"),
-    [
-        ("a name, été.", "a name, été."),
-        ("a\x1b[31mb\x00\n\udcb2c", "a\\x1b[31mb\\x00 \\udcb2c"),
-    ],
+    [("a name, été.", "a name, été."), ("a\x1b[31mb\x00\n\udcb2c", "a\\x1b[31mb\\x00 \\udcb2c")],
 )
 def test_a_message_has_no_characters_that_cannot_be_shown(text: str, line: str) -> None:
     assert clear(text) == str(MotesError(text)) == str(ConfigError(text)) == line

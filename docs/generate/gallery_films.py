@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from motes import Frame, synthetic
 from motes.core.geometry import Ellipse
-from motes.core.types import Bytes
+from motes.core.types import Bytes, Floats
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip, Truth
-from motes_lab.dials.dial_film import DialFilm, scene_of
-from motes_lab.dials.dials import Dials
-from motes_lab.dials.scenes import Garden
 
 Shots = Iterable[tuple[Frame, Truth]]
 
 SIZE = (320, 240)
+FRAMES = 60
+"""Frames of a walk."""
+MOMENTS = 8
+"""Pictures that are averaged where motion is blurred."""
 AWAY = Truth(Ellipse(-1000, -1000, 10, 10, 0), 0.0)
 """The truth of a target that is not in the picture."""
 
@@ -58,10 +60,37 @@ def first(film: Iterable[tuple[Frame, tuple[Truth, ...]]], start: int = 0) -> Sh
             yield Frame(index, frame.time, frame.pixels), truths[0]
 
 
-def dials(seed: int, **levels: float) -> Shots:
-    """Yield a film that is hard in chosen respects."""
-    for frame, shown in DialFilm(scene_of(Garden(), seed), Dials(**levels), seed):
-        yield frame, Truth(Ellipse.from_box(shown.box), shown.visible)
+def path(time: NDArray[Any], phase: float, half: tuple[float, float] = (24, 18)) -> Floats:
+    """Return the states at some times of a target that wanders about, with these half-axes."""
+    x, y = 160 + 80 * np.sin(time / 14 + phase), 120 + 55 * np.sin(time / 21 + 2 * phase)
+    return np.stack(np.broadcast_arrays(x, y, *half, 0.2 * np.sin(time / 9)), axis=1)
+
+
+def walk(seed: int, half: tuple[float, float] = (24, 18)) -> Shots:
+    """Yield a film of a target that wanders about, with these half-axes."""
+    return first(Clip(SIZE, (Target(path(np.arange(FRAMES), seed, half)),), seed=seed))
+
+
+def shaken(seed: int) -> Shots:
+    """Yield a walk before a camera that jumps by a third of the target's side."""
+    states = path(np.arange(FRAMES), seed) + np.array([80, 60, 0, 0, 0])
+    jumps = np.random.default_rng(seed).normal(0, 14, (FRAMES, 2)).clip(-40, 40).round()
+    for frame, truth in first(Clip((480, 360), (Target(states),), seed=seed)):
+        left, top = (jumps[frame.index] + (80, 60)).astype(int).tolist()
+        pixels = frame.pixels[top : top + SIZE[1], left : left + SIZE[0]]
+        x, y, *rest = truth.ellipse
+        ellipse = Ellipse(x - left, y - top, *rest)
+        yield Frame(frame.index, frame.time, np.ascontiguousarray(pixels)), Truth(ellipse, 1.0)
+
+
+def blurred(seed: int) -> Shots:
+    """Yield a fast walk, each frame the mean of the moments in which the shutter is open."""
+    time = 5 * (np.arange(FRAMES)[:, None] + np.arange(MOMENTS) / (2 * MOMENTS))
+    clip = Clip(SIZE, (Target(path(time.ravel(), seed)),), seed=seed)
+    for index in range(FRAMES):
+        shown = [clip[MOMENTS * index + moment] for moment in range(MOMENTS)]
+        mean = np.mean([frame.pixels for frame, _ in shown], axis=0)
+        yield Frame(index, index / 25, mean.astype(np.uint8)), shown[MOMENTS // 2][1][0]
 
 
 def changed(film: Shots, change: Callable[[Bytes, int], Bytes]) -> Shots:
@@ -74,6 +103,26 @@ def dark(pixels: Bytes, index: int) -> Bytes:
     """Return a picture with a fifth of the light, and the noise of a camera at night."""
     noise = np.random.default_rng((7, index)).normal(0, 8, pixels.shape)
     return np.clip(0.2 * pixels + noise, 0, 255).astype(np.uint8)
+
+
+def snowy(pixels: Bytes, index: int) -> Bytes:
+    """Return a picture with noise of 40 gray levels."""
+    noise = np.random.default_rng((7, index)).normal(0, 40, pixels.shape)
+    return np.clip(pixels + noise, 0, 255).astype(np.uint8)
+
+
+def brighter(pixels: Bytes, index: int) -> Bytes:
+    """Return a picture whose light grows to 2.5 times in 20 frames."""
+    light = 1 + 1.5 * min(max((index - 15) / 20, 0), 1)
+    lit: Bytes = np.clip(light * pixels, 0, 255).astype(np.uint8)
+    return lit
+
+
+def shady(pixels: Bytes, _: int) -> Bytes:
+    """Return a picture whose left half has a fifth of the light."""
+    light = np.interp(np.arange(pixels.shape[1]), (140, 160), (0.2, 1))
+    shaded: Bytes = (pixels * light[:, None]).astype(np.uint8)
+    return shaded
 
 
 def without_color(pixels: Bytes, _: int) -> Bytes:
@@ -132,18 +181,19 @@ def zoomed() -> Shots:
         yield Frame(frame.index, frame.time, np.array(seen)), Truth(ellipse, truth.visible)
 
 
-def cut() -> Iterator[tuple[Frame, Truth]]:
+def cut() -> Shots:
     """Yield a film that is cut to another place, and back to the target, which has moved on."""
-    other = dials(5)
-    for (frame, truth), (elsewhere, _) in zip(dials(4), other, strict=True):
+    blue = Target(path(np.arange(FRAMES), 5), colors=((30, 60, 160), (210, 220, 230), (20, 20, 40)))
+    other = first(Clip(SIZE, (blue,), seed=5))
+    for (frame, truth), (elsewhere, _) in zip(walk(4), other, strict=True):
         shown = 20 <= frame.index < 40
         yield (elsewhere, AWAY) if shown else (frame, truth)
 
 
 KINDS = (
-    Kind("Night", "a fifth of the light, and noise", lambda: changed(dials(0), dark), (5, 30, 55)),
-    Kind("Snow", "noise of 40 gray levels", lambda: dials(1, noise=1), (5, 30, 55)),
-    Kind("Small", "8 pixels wide", lambda: dials(2, small=1), (5, 30, 55)),
+    Kind("Night", "a fifth of the light, and noise", lambda: changed(walk(0), dark), (5, 30, 55)),
+    Kind("Snow", "noise of 40 gray levels", lambda: changed(walk(1), snowy), (5, 30, 55)),
+    Kind("Small", "8 pixels wide", lambda: walk(2, (4, 3)), (5, 30, 55)),
     Kind("Far", "a car of 29 by 10 pixels", far, (20, 90, 130)),
     Kind(
         "Fast",
@@ -153,20 +203,15 @@ KINDS = (
     ),
     Kind("Alike", "it meets its twin, and both turn back", twins, (10, 58, 110)),
     Kind("Hidden", "a car behind a lorry", lambda: first(synthetic.Street()), (40, 90, 130)),
-    Kind(
-        "Shrinking",
-        "to a quarter",
-        lambda: first(synthetic.growing(SIZE), 50),
-        (5, 25, 48),
-    ),
+    Kind("Shrinking", "to a quarter", lambda: first(synthetic.growing(SIZE), 50), (5, 25, 48)),
     Kind("Turning", "once around itself", lambda: first(synthetic.turning(SIZE)), (10, 40, 70)),
-    Kind("Shaking camera", "by a third of its side", lambda: dials(3, shake=1), (5, 30, 55)),
+    Kind("Shaking camera", "by a third of its side", lambda: shaken(3), (5, 30, 55)),
     Kind("Zoom", "in to three times, and out", zoomed, (4, 28, 52)),
-    Kind("Light change", "to 2.5 times", lambda: dials(8, light=1), (5, 30, 55)),
-    Kind("Shadow", "a fifth of the light", lambda: dials(7, shade=1), (5, 30, 55)),
+    Kind("Light change", "to 2.5 times", lambda: changed(walk(8), brighter), (5, 30, 55)),
+    Kind("Shadow", "a fifth of the light", lambda: changed(walk(7), shady), (5, 30, 55)),
     Kind("Crowd", "a player among his team", lambda: first(synthetic.Pitch()), (10, 80, 150)),
     Kind("Transparent", "half of the ground shines through", transparent, (10, 50, 90)),
-    Kind("Motion blur", "0.8 of its side a frame", lambda: dials(9, motion=1), (5, 30, 55)),
+    Kind("Motion blur", "0.7 of its side a frame", lambda: blurred(9), (5, 30, 55)),
     Kind(
         "Compressed",
         "quality 4 of JPEG",

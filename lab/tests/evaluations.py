@@ -11,7 +11,7 @@ from PIL import Image
 
 from motes.core.geometry import Box, Ellipse
 from motes_lab.datasets.sot import Sequence
-from motes_lab.protocols.sot import STARTED, Start
+from motes_lab.protocols.sot import Start
 from motes_lab.protocols.trace import TrackerOutput
 from motes_lab.runner import Pass
 from motes_lab.scores import Outcome
@@ -51,22 +51,18 @@ def trace(
     boxes: Floats,
     confidence: Many[float] | float = np.nan,
     lost: Many[bool] | bool = False,
-    events: Many[int] | None = None,
     seconds: float = 0.002,
     start: int = 0,
     covariance: Many[float] = (np.nan,) * 3,
 ) -> TrackerOutput:
-    """Return a trace that says these boxes; by default it is started in its first frame."""
+    """Return a trace that says these boxes."""
     n = len(boxes)
-    code = np.zeros(n, np.int8)
-    code[:1] = STARTED
     return TrackerOutput(
         np.arange(start, start + n),
         ellipses(boxes),
         np.broadcast_to(np.asarray(confidence, np.float64), (n,)).copy(),
         np.broadcast_to(np.asarray(lost, bool), (n,)).copy(),
         np.full(n, seconds),
-        code if events is None else np.array(events, np.int8),
         np.tile(covariance, (n, 1)),
     )
 

@@ -11,9 +11,9 @@ import pytest
 import evaluations
 from motes_lab.adapters.registry import TrackerSpec, resolve
 from motes_lab.cli import main
+from motes_lab.datasets.shortened import ShortSequence, shortened
 from motes_lab.finished_jobs import run
-from motes_lab.papers.pairs import compared, compared_pairs, shortened
-from motes_lab.protocols.perturbations import PerturbedSequence
+from motes_lab.papers.pairs import compared, compared_pairs
 from motes_lab.protocols.sot import starts
 from motes_lab.runner import Job
 from motes_lab.scores import Outcome
@@ -36,7 +36,7 @@ def test_a_film_is_shortened_from_its_first_target_on() -> None:
     film = evaluations.sequence(frames=20, absent=[0, 1, 5])
     short = shortened(film, 4, 3)
     assert short is not None
-    assert short.chosen.tolist() == [2, 5, 8, 11]
+    assert (short.start, short.every, short.frames) == (2, 3, 4)
     assert np.isnan(short.boxes[:, 0]).tolist() == [False, True, False, False]
     assert shortened(evaluations.sequence(frames=3, absent=[0, 1, 2]), 4, 1) is None
 
@@ -66,7 +66,7 @@ def test_a_small_difference_that_is_not_sure_is_not_alike() -> None:
     assert [cell.text for cell in table.rows[1]][5:] == ["+0.000", "-0.400 to +0.400", "not shown"]
 
 
-def job(film: PerturbedSequence | None, trackers: Sequence[TrackerSpec], seeds: int) -> Job:
+def job(film: ShortSequence | None, trackers: Sequence[TrackerSpec], seeds: int) -> Job:
     assert film is not None
     return Job.of(trackers, film, starts("ope", film, 0, 0), seeds)
 
@@ -79,7 +79,7 @@ def test_passes_are_those_of_a_tracker_alone(tmp_path: Path) -> None:
     trackers, _ = resolve(["nummiaro", "maggio", "mean_shift"])
     together = run(job(short, trackers, 2))
     assert [(each.item.tracker, each.item.seed) for each in together] == [
-        *(("nummiaro", 0), ("nummiaro", 1), ("maggio", 0), ("maggio", 1), ("mean_shift", 0)),
+        *(("nummiaro", 0), ("nummiaro", 1), ("maggio", 0), ("maggio", 1), ("mean_shift", 0))
     ]
     (alone, _) = run(job(short, trackers[1:2], 2))
     assert alone.trace is not None

@@ -107,11 +107,11 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, runs: list[Path]) -> None:
     first = SavedScores.load(runs[0])
     with pytest.raises(ConfigError, match="no tracker cv2:kcf; it has default, cv2:csrt, cv2:"):
         list(comparison([first], "cv2:kcf"))
-    other = SavedScores.load(saved(tmp_path / "tre", {"cv2:csrt": {"a": [1]}}, "tre"))
+    other = SavedScores.load(saved(tmp_path / "moved", {"cv2:csrt": {"a": [1]}}, "pixel"))
     with pytest.raises(ConfigError, match="--protocol"):
         list(comparison([first, other], "cv2:csrt"))
-    with pytest.raises(SourceError, match="has no pass of the protocol sre; it has ope"):
-        SavedScores.load(runs[0], "sre")
+    with pytest.raises(SourceError, match="has no pass of the protocol pixel; it has ope"):
+        SavedScores.load(runs[0], "pixel")
     with pytest.raises(SourceError, match="no number in the column od"):
         SavedScores.load(runs[0], column="od")
     with pytest.raises(SourceError, match="give the folder of an evaluation"):

@@ -21,7 +21,7 @@ import arena
 from arena import at_home, tracks
 from motes.cluster.local import LocalPool
 from motes.core.config import to_toml
-from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.files import slug
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
@@ -31,17 +31,8 @@ from motes.video.writer import VideoWriter
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
-from motes_lab.adapters.trax import parse, write
 from motes_lab.datasets.sot import Sequence, load_dataset
-from motes_lab.protocols.sot import (
-    FAILED,
-    SKIPPED,
-    STARTED,
-    TRACKED,
-    Start,
-    TrackerPass,
-    starts,
-)
+from motes_lab.protocols.sot import Start, TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
 from motes_lab.runner import Job, JobEvent, Pass, plan, run, unfinished
@@ -67,40 +58,6 @@ ABSENT = [np.nan] * 4
 def test_one_pass_starts_where_the_target_first_is() -> None:
     film = sequence([ABSENT, [1, 2, 3, 4], [5, 6, 7, 8]])
     assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
-    assert starts("reset", film, 90, 90) == [Start("reset", "", 1, Box(1, 2, 3, 4))]
-
-
-def test_perturbed_starts() -> None:
-    film = sequence([ABSENT, [50, 40, 40, 20], [0, 0, 9, 9]])
-    found = {start.label: start.box for start in starts("sre", film, 200, 100)}
-    assert found == {
-        "shift-left": (46, 40, 40, 20),
-        "shift-right": (54, 40, 40, 20),
-        "shift-up": (50, 38, 40, 20),
-        "shift-down": (50, 42, 40, 20),
-        "shift-up-left": (46, 38, 40, 20),
-        "shift-up-right": (54, 38, 40, 20),
-        "shift-down-left": (46, 42, 40, 20),
-        "shift-down-right": (54, 42, 40, 20),
-        "scale-0.8": pytest.approx((54, 42, 32, 16)),
-        "scale-0.9": pytest.approx((52, 41, 36, 18)),
-        "scale-1.1": pytest.approx((48, 39, 44, 22)),
-        "scale-1.2": pytest.approx((46, 38, 48, 24)),
-    }
-    assert {(start.protocol, start.frame) for start in starts("sre", film, 200, 100)} == {
-        ("sre", 1)
-    }
-
-
-def test_perturbed_starts_stay_in_the_frame() -> None:
-    found = {s.label: s.box for s in starts("sre", sequence([[0, 85, 190, 15]]), 200, 100)}
-    expected = {
-        "shift-left": Box(0, 85, 190, 15),
-        "shift-right": Box(10, 85, 190, 15),
-        "shift-down-left": Box(0, 85, 190, 15),
-        "scale-1.2": Box(0, 82, 200, 18),
-    }
-    assert {label: found[label] for label in expected} == expected
 
 
 def test_starts_moved_by_a_pixel() -> None:
@@ -112,26 +69,6 @@ def test_starts_moved_by_a_pixel() -> None:
     ]
     corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
     assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
-
-
-@pytest.mark.parametrize(
-    ("frames", "absent", "expected"),
-    [
-        (100, range(0), list(range(0, 100, 5))),
-        (100, range(4, 12), [0, 12, *range(15, 100, 5)]),
-        (100, range(90, 100), list(range(0, 90, 5))),
-        (20, range(0), list(range(16))),  # each leaves five frames
-        (30, range(0), [0, 1, 3, 4, 6, 7, 9, 10, 12, 13, 15, 16, 18, 19, 21, 22, 24, 25]),
-        (3, range(0), [0]),
-        (3, range(2), [2]),
-    ],
-)
-def test_perturbed_times(frames: int, absent: range, expected: list[int]) -> None:
-    film = sequence([ABSENT if i in absent else [i, 0, 9, 9] for i in range(frames)])
-    found = starts("tre", film, 200, 100)
-    assert [start.frame for start in found] == expected
-    assert [start.box and start.box.x for start in found] == expected
-    assert [start.label for start in found] == [f"from-{frame:03d}" for frame in expected]
 
 
 class _Scripted(TrackerAdapter):
@@ -151,50 +88,19 @@ class _Scripted(TrackerAdapter):
         return Answer(ellipse, np.nan, box is None, 0.25)
 
 
-def passed(
-    protocol: str, truth: list[list[float]], boxes: list[Box | None]
-) -> tuple[TrackerOutput, Any]:
+def passed(truth: list[list[float]], boxes: list[Box | None]) -> tuple[TrackerOutput, Any]:
     film, contestant = sequence(truth), _Scripted(boxes)
-    begin = starts(protocol, film, 200, 100)[0]
-    running = TrackerPass(lambda: contestant, begin, film.boxes)
+    begin = starts("ope", film, 200, 100)[0]
+    running = TrackerPass(lambda: contestant, begin)
     for index in range(len(truth)):
         running.feed(Frame(index, float(index), np.zeros((100, 200, 3), np.uint8)))
     return running.trace, contestant.begun
 
 
-def test_reset_by_hand() -> None:
-    here, away, edge = Box(10, 10, 20, 20), Box(50, 10, 20, 20), Box(29, 29, 20, 20)
-    truth = [[10.0, 10, 20, 20]] * 24
-    for absent in (0, 10, 11, 14):
-        truth[absent] = ABSENT
-    said: list[Box | None] = [here] * 24
-    said[4] = edge  # one pixel is enough
-    said[5] = away  # a failure; 6 to 9 are skipped, and 10 and 11, without a target
-    said[14] = away  # no failure: there is no target
-    said[15] = None  # where it was, which is away: a failure; 16 to 19 are skipped
-    said[22] = away  # a failure too late for another start
-    trace, begun = passed("reset", truth, said)
-    assert begun == [(1, here), (12, here), (20, here)]
-    assert trace.frames.tolist() == list(range(1, 24))
-    t, s, f, k = TRACKED, STARTED, FAILED, SKIPPED
-    assert trace.events.tolist() == [
-        *(s, t, t, t, f, k, k, k, k, k, k),
-        *(s, t, t, f, k, k, k, k),
-        *(s, t, f, k),
-    ]
-    skipped = trace.events == SKIPPED
-    assert np.isnan(trace.ellipses[skipped]).all()
-    assert np.isnan(trace.seconds[skipped]).all()
-    assert not trace.lost[skipped].any()
-    assert np.isfinite(trace.ellipses[~skipped]).all()
-    assert trace.ellipses[14].tolist() == list(Ellipse.from_box(away))
-
-
-def test_one_pass_is_not_reset() -> None:
+def test_one_pass_by_hand() -> None:
     truth = [ABSENT, *[[10.0, 10, 20, 20]] * 4]
-    trace, begun = passed("ope", truth, [None, None, Box(70, 9, 9, 9), None, Box(10, 10, 20, 20)])
+    trace, begun = passed(truth, [None, None, Box(70, 9, 9, 9), None, Box(10, 10, 20, 20)])
     assert begun == [(1, Box(10, 10, 20, 20))]
-    assert trace.events.tolist() == [STARTED, TRACKED, TRACKED, TRACKED]
     assert trace.lost.tolist() == [False, False, True, False]
     assert trace.ellipses[2].tolist() == trace.ellipses[1].tolist()  # its last
     assert trace.seconds.tolist() == [0.5, 0.25, 0.25, 0.25]
@@ -208,7 +114,6 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
         np.array([0.1, 1.0, np.nan, 1 / 3]),
         np.array([True, False, True, False]),
         np.array([1e-7, 2.0, 0.1 + 0.2, np.nan]),
-        np.array([STARTED, TRACKED, FAILED, SKIPPED], np.int8),
         np.array([(1 / 3, -1e-9, 2.0)] * 3 + [(np.nan,) * 3]),
     )
     save_trace(tmp_path / "new" / "a.csv", trace)
@@ -225,7 +130,8 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     "text",
     [
         *("", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"),
-        "HEAD\n7,1,2,3,4,0,,1,,tracked\n",
+        "HEAD\n7,1,2,3,4,0,,1,,tracked,,,\n",
+        "HEAD\n7,1,2,3,4,0,,1,,started,,,\n8,1,2,3,4,0,,1,,started,,,\n",
     ],
 )
 def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
@@ -244,39 +150,20 @@ def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
 def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder, with trackers of the user's own in it."""
     (tmp_path / "mine.py").write_text(arena.TRACKERS)
-    (tmp_path / "server.py").write_text(arena.SERVER)
     with at_home(tmp_path, "mine"):
         yield tmp_path
-
-
-def trax(version: int = 4, fault: str = "none") -> str:
-    return f"trax:{sys.executable} server.py {version} {fault}"
 
 
 def film() -> list[tuple[Frame, Box]]:
     return [(frame, truths[0].ellipse.box) for frame, truths in arena.still()]
 
 
-def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
-    contestant = tracker_spec(name).begin(seed)
-    try:
-        clip = film()[:frames]
-        first = contestant.init(*clip[0])
-        return [first, *(contestant.update(frame) for frame, _ in clip[1:])]
-    finally:
-        contestant.close()
+def answers(name: str, seed: int) -> list[Answer]:
+    contestant, clip = tracker_spec(name).begin(seed), film()[:6]
+    return [contestant.init(*clip[0]), *(contestant.update(frame) for frame, _ in clip[1:])]
 
 
-EVERYONE = [
-    "default",
-    "nummiaro",
-    "mean_shift",
-    *PEERS,
-    "mine:Still",
-    "mine:Seeded",
-    "changed.toml",
-    trax(),
-]
+EVERYONE = ["default", "nummiaro", "mean_shift", *PEERS, "mine:Still", "mine:Seeded", "changed.toml"]
 
 
 def test_every_preset_is_a_tracker_to_evaluate() -> None:
@@ -311,14 +198,13 @@ def test_contestants_follow(name: str, home: Path) -> None:
     contestant.init(*clip[0])
     again = [contestant.update(frame) for frame, _ in clip[1:6]]
     assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
-    contestant.close()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
 def test_stochastic_contestants(name: str, home: Path) -> None:
     assert tracker_spec(name).stochastic
-    one, same, other = ([a.ellipse for a in answers(name, seed=seed)] for seed in (1, 1, 2))
+    one, same, other = ([a.ellipse for a in answers(name, seed)] for seed in (1, 1, 2))
     assert one == same
     assert one != other
 
@@ -352,9 +238,6 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
         ("broken:thing", "cannot be imported: SyntaxError"),
         ("leaving:thing", "cannot be imported: SystemExit"),
-        ("trax:", "no command"),
-        ('trax:"', "is not valid"),
-        ("trax:no-such-program -v", "no program no-such-program"),
     ],
 )
 def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
@@ -443,10 +326,7 @@ def test_what_callables_return(
 
 @pytest.mark.parametrize(
     ("covariance", "position"),
-    [
-        (np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)),
-        (np.zeros((5, 5)), (np.nan,) * 3),
-    ],
+    [(np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)), (np.zeros((5, 5)), (np.nan,) * 3)],
 )
 def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
     Path("odd.py").write_text(ODD)
@@ -556,57 +436,6 @@ def test_peers_get_whole_pixels_and_bgr(
         assert answer.lost
 
 
-# Programs
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("version", [1, 2, 3, 4])
-def test_programs(version: int, home: Path) -> None:
-    said = answers(trax(version), frames=4)
-    x, y, width, height = film()[0][1]
-    assert len(said) == 4
-    for i, answer in enumerate(said):
-        assert answer.ellipse is not None
-        assert tuple(answer.ellipse.box) == pytest.approx((x + i, y, width, height), abs=1e-4)
-
-
-def test_a_program_that_is_lost(home: Path) -> None:
-    said = answers(trax(fault="lost"), frames=4)
-    assert [answer.lost for answer in said] == [False, False, True, False]
-    assert said[2].ellipse is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("version", "fault", "error"),
-    [
-        (4, "ends", "ended with code 9; its output: warming up / out of memory"),
-        (5, "none", "has TraX 5"),
-        (1, "polygon", "needs region polygon;"),
-        (4, "quits", "quit: no more; its output: at work / at work / at work"),
-        (2, "nonsense", r"gave \['here'\] for a rectangle"),
-        (4, "hello", "sent hello instead of state"),
-    ],
-)
-def test_programs_that_do_not_do(version: int, fault: str, error: str, home: Path) -> None:
-    with pytest.raises(MotesError, match=error) as raised:
-        answers(trax(version, fault), frames=4)
-    assert "\n" not in str(raised.value)
-
-
-def test_messages_are_escaped() -> None:
-    line = write("frame", 'a "quoted" \\ path\n', "b c")
-    assert line == '@@TRAX:frame "a \\"quoted\\" \\\\ path\\n" "b c"\n'
-    assert parse(line) == ("frame", ['a "quoted" \\ path\n', "b c"], {})
-    assert parse('@@TRAX:STATE 1,2,3,4 "a.b=c=d e" x="y z"\r\n') == (
-        "state",
-        ["1,2,3,4"],
-        {"a.b": "c=d e", "x": "y z"},
-    )
-    assert parse("@@TRAX:quit\n") == ("quit", [], {})
-    assert parse("loss @@TRAX:state 3\n") is None
-
-
 # Runs
 
 
@@ -630,15 +459,15 @@ def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
 def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     entries, sequences = dataset
     gone = sequence([[1, 2, 3, 4]], "gone", tmp_path / "gone")
-    jobs, problems = plan(entries, [gone, *sequences], ["ope", "sre"], seeds=3)
+    jobs, problems = plan(entries, [gone, *sequences], ["ope", "pixel"], seeds=3)
     assert [problem.where for problem in problems] == ["sequence gone"]
     assert [job.name for job in jobs] == [
         "nummiaro on a, ope",
         "mean_shift on a, ope",
-        "nummiaro on a, sre",
-        "mean_shift on a, sre",
+        "nummiaro on a, pixel",
+        "mean_shift on a, pixel",
     ]
-    assert [len(job.passes) for job in jobs] == [3, 1, 36, 12]
+    assert [len(job.passes) for job in jobs] == [3, 1, 9, 3]
     assert {item.seed for item in jobs[0].passes} == {0, 1, 2}
     done = jobs[0].passes[1].path(tmp_path)
     done.parent.mkdir(parents=True)
@@ -675,7 +504,7 @@ def test_overwriting_removes_only_what_an_evaluation_wrote(
 ) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now)
-    for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "report.html"):
+    for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "summary.md"):
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         (out / name).touch()
     for name in ("mine.txt", "tracks/c/mine.txt"):
@@ -701,7 +530,7 @@ def test_resuming_something_else_is_refused(
     for error, changed in other.items():
         with pytest.raises(FormatError, match=f"cannot be resumed with this {error}.*--overwrite"):
             prepare(out, changed, resume=True)
-    more = note(dataset, trackers={"new": "1"}, seeds=7, protocols=("ope", "sre"))
+    more = note(dataset, trackers={"new": "1"}, seeds=7, protocols=("ope", "pixel"))
     prepare(out, more, resume=True)
     prepare(out, now, resume=True)  # what was left out is still known
     with pytest.raises(FormatError, match="tracker new"):
@@ -718,13 +547,12 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
     home = tmp_path_factory.mktemp("bad")
     arena.write_sequence(home / "data" / "a", arena.still())
     (home / "mine.py").write_text(arena.TRACKERS)
-    (home / "server.py").write_text(arena.SERVER)
     with VideoWriter(home / "film.mkv", 25) as writer:
         for frame, _ in arena.still():
             writer.write(frame.pixels)
     with at_home(home, "mine"):
         names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
-        entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
+        entries, problems = resolve(f"mine:{name}" for name in names)
         assert not problems
         sequences, _ = load_dataset(home / "data")
         row = sequences[0].boxes[0].tolist()
@@ -774,15 +602,9 @@ def test_failures_have_their_reasons(
 
 
 @pytest.mark.slow
-def test_what_hangs_is_ended_with_all_that_it_started(
-    bad_day: tuple[Path, dict[str, dict[Pass, str]]],
-) -> None:
-    out, errors = bad_day
-    (error,) = errors[f"{trax(fault='hangs')} on a, ope"].values()
-    assert "took longer" in error
-    processes = out.parent / "processes"
-    assert len(processes.read_text().split()) == 2  # a worker, and the program of another
-    arena.wait_for(lambda: arena.all_gone(processes))
+def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
+    out, _ = bad_day
+    arena.wait_for(lambda: arena.all_gone(out.parent / "processes"))
 
 
 @pytest.mark.slow

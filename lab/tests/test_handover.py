@@ -130,8 +130,6 @@ def test_doors_are_at_the_strip() -> None:
     assert not rig(APART, 50, linked=False).passage
 
 
-def test_rooms_and_one_known_person_are_two_experiments(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_rooms_and_one_known_person_are_two_experiments(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["experiment", "handover", ".", "--apart", "--known"]) == 2
     assert "--apart goes without --known" in capfd.readouterr().err

@@ -11,13 +11,7 @@ import pytest
 import evaluations
 from motes.core.errors import ConfigError
 from motes_lab.cli import main
-from motes_lab.papers.maggio_figure3 import (
-    Marks,
-    figure3,
-    parse_marks,
-    sharpness_of,
-    thirds,
-)
+from motes_lab.papers.maggio_figure3 import Marks, figure3, parse_marks, sharpness_of, thirds
 
 TRUTH = Path(__file__).parent / "truth" / "covered.toml"
 

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
-import random
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import paired_difference, wilson_interval
 
 shares = st.floats(0, 1)
-flags = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30)
-
-
-def columns(rows: list[tuple[bool, bool]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    table = np.array(rows, bool).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
-
-
 # Recovery and coverage
 
 
@@ -215,52 +205,14 @@ def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
     assert boxes == pytest.approx(np.array(expected, np.float64).reshape(-1, 4))
 
 
-# Lost status
-
-
-def test_recall_and_precision() -> None:
-    said = np.array([True, True, True, True, False])
-    true = np.array([True, False, True, False, True])
-    assert metrics.detection_recall(said, true) == pytest.approx(2 / 3)
-    assert metrics.detection_precision(said, true) == pytest.approx(2 / 4)
-    nothing = np.zeros(5, bool)
-    assert math.isnan(metrics.detection_recall(nothing, nothing))
-    assert math.isnan(metrics.detection_precision(nothing, nothing))
-    assert metrics.detection_recall(nothing, true) == 0
-    assert math.isnan(metrics.detection_precision(nothing, true))  # a share of no frames
-    assert math.isnan(metrics.detection_recall(said, nothing))
-    assert metrics.detection_precision(said, nothing) == 0
-
-
-@given(flags)
-def test_detection_by_counting(rows: list[tuple[bool, bool]]) -> None:
-    hits = sum(1 for said, true in rows if said and true)
-    alarms = sum(1 for said, true in rows if said and not true)
-    misses = sum(1 for said, true in rows if not said and true)
-    said, true = columns(rows)
-    if hits + misses:
-        assert metrics.detection_recall(said, true) == pytest.approx(hits / (hits + misses))
-    if hits + alarms:
-        assert metrics.detection_precision(said, true) == pytest.approx(hits / (hits + alarms))
-    if hits + misses:
-        f1 = hits / (hits + (alarms + misses) / 2)
-        assert metrics.detection_f1(said, true) == pytest.approx(f1)
-    else:
-        assert math.isnan(metrics.detection_f1(said, true))
-
-
 # Calibration
 
 
-def test_reliability_by_hand() -> None:
-    found = metrics.reliability(
-        np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True]), np.ones(4)
-    )
-    assert found.frames.tolist() == [1, 0, 0, 2, 0, 0, 0, 0, 0, 1]
-    assert found.confidence[[0, 3, 9]] == pytest.approx(np.array([0.05, 0.35, 1.0]))
-    assert found.accuracy[[0, 3, 9]].tolist() == [0, 0.5, 1]
-    assert np.isnan(found.accuracy[[1, 2, 4, 5, 6, 7, 8]]).all()
-    assert found.error == pytest.approx((0.05 + 2 * 0.15 + 0) / 4)
+def test_calibration_by_hand() -> None:
+    sure, right = np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True])
+    found = metrics.calibration_error(sure, right, np.ones(4))
+    assert found == pytest.approx((0.05 + 2 * 0.15 + 0) / 4)
+    assert math.isnan(metrics.calibration_error(np.zeros(0), np.zeros(0, bool), np.zeros(0)))
 
 
 @given(st.lists(st.tuples(shares, st.booleans(), st.floats(0.01, 9)), min_size=1, max_size=40))
@@ -276,42 +228,6 @@ def test_calibration_bin_by_bin(rows: list[tuple[float, bool, float]]) -> None:
     found = metrics.calibration_error(confidence, correct, weights)
     assert found == pytest.approx(error, abs=1e-12)
     assert 0 <= found <= 1 + 1e-12
-
-
-def test_confidence_out_of_bounds_is_in_the_last_bins() -> None:
-    found = metrics.reliability(np.array([-0.5, 1.7]), np.array([True, True]), np.ones(2))
-    assert found.frames[[0, 9]].tolist() == [1, 1]
-
-
-# Started anew after failures
-
-
-@given(st.lists(st.tuples(st.booleans(), st.integers(1, 40)), max_size=4), st.integers(0, 2**32))
-def test_reset_accuracy_frame_by_frame(runs: list[tuple[bool, int]], seed: int) -> None:
-    """Walk through the frames with the state that VOT's protocol has in mind."""
-    rng = random.Random(seed)
-    events: list[int] = []
-    for fails, length in runs:
-        events += [1, *[0] * (length - 1)]
-        if not fails:
-            break
-        events += [2, 3, 3, 3, 3]
-    overlaps = [rng.random() if rng.random() < 0.9 else math.nan for _ in events]
-    kept, since = [], 0
-    for event, overlap in zip(events, overlaps, strict=True):
-        since = 0 if event == 1 else since + 1
-        if event == 0 and since >= 10 and not math.isnan(overlap):
-            kept.append(overlap)
-    code = np.array(events, int)
-    found = metrics.reset_accuracy(np.array(overlaps), code == 1, code == 0)
-    assert found == pytest.approx(sum(kept) / len(kept) if kept else math.nan, nan_ok=True)
-
-
-def test_reset_robustness() -> None:
-    assert metrics.reset_robustness(0, 100) == 1
-    assert metrics.reset_robustness(1, 30) == pytest.approx(math.exp(-1))
-    assert metrics.reset_robustness(2, 100) == pytest.approx(math.exp(-0.6))
-    assert math.isnan(metrics.reset_robustness(0, 0))
 
 
 # Differences

@@ -37,7 +37,8 @@ from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
 from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes_lab.protocols.sot import Start
-from motes_lab.report.write_mot import details, overall, per_sequence, write_report
+from motes_lab.report.mot_sections import details, overall, tables
+from motes_lab.report.sections import per_sequence
 from motes_lab.runner import Pass, plan, run, unfinished
 
 MODULE = '''
@@ -127,7 +128,6 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
     running = MotPass(lambda: entries[0].begin(seed), crowd)
     for index in range(crowd.frames):
         running.feed(frame(index))
-    running.close()
     return running.trace
 
 
@@ -569,7 +569,7 @@ def test_tables() -> None:
     assert not by_tracker["good"]["FN"].best
     assert by_tracker["bad"]["MOTA"].best
     assert by_tracker["good"]["ms"].text == "2.00"
-    table = per_sequence(evaluation)
+    table = per_sequence(evaluation, "mot")
     assert [row[0].text for row in table.rows + list(table.foot)] == ["long", "short", "all"]
     assert table.rows[1][3].text == "failed"
     assert table.foot[0][1].value == pytest.approx(math.sqrt(35 / 40 * (30 + 5 / 2) / 35))
@@ -593,18 +593,9 @@ def test_the_best_are_marked() -> None:
     worse, better = table.rows
     assert [cell.best for cell in worse] == [False] * len(worse)
     assert [cell.best for cell in better] == [False] * 2 + [True] * (len(better) - 2)
-
-
-def test_the_report(tmp_path: Path) -> None:
-    write_report(tmp_path, MotEvaluation(OUTCOMES), [], "Trackers & more")
-    text = (tmp_path / "summary.md").read_text()
-    assert "## All objects (MOT)" in text
-    assert re.search(r"\| lucky \| 2 of 2 \| .* \| 0\.688 ± 0\.088 \|", text)
-    assert "| bad on short, mot, seed 0 | It broke. |" in text
-    page = (tmp_path / "report.html").read_text()
-    assert page.count("<svg") >= 3 + 9
-    for part in ("Trackers &amp; more", "0.688 ± 0.088", "It broke.", "IDF1", "AssA</h3>"):
-        assert part in page
-    assert "Higher order tracking accuracy" in page
-    assert "Success" not in page
-    assert "OD" not in page
+    assert [table.title for table in tables(MotEvaluation(OUTCOMES))] == [
+        "All sequences",
+        "HOTA on each sequence",
+        "Each tracker on each sequence",
+        "Time of an update",
+    ]

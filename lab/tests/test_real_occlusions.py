@@ -12,13 +12,7 @@ from crowds import rows, write_crowd
 from motes_lab.cli import main
 from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.papers import real_occlusions
-from motes_lab.papers.real_occlusions import (
-    Counts,
-    Occlusion,
-    count,
-    identities,
-    occlusions_of,
-)
+from motes_lab.papers.real_occlusions import Counts, Occlusion, count, identities, occlusions_of
 
 FRAMES = 40
 STANDING = (100.0, 40.0, 20.0, 60.0)

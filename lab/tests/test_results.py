@@ -146,7 +146,6 @@ UNMEASURED = {
     "what happens": "exit codes",
     "limit": "limits of the studio",
     "network | files": "files of others",
-    "`--protocol`": "what a protocol does",
     "column |": "what a column means",
 }
 """How heads of tables begin whose figures nobody has measured."""

@@ -1,4 +1,4 @@
-"""What a pass is worth, results.csv, references, and means over sequences and seeds."""
+"""What a pass is worth, results.csv, and means over sequences and seeds."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ import pytest
 from evaluations import Floats, outcome, sequence, shifted, trace
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse, iou
-from motes_lab.aggregate import Evaluation, success_curve
+from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace
-from motes_lab.report.reference import Reference
 from motes_lab.report.sections import comparisons
 from motes_lab.scores import COLUMNS, Outcome, score, write_results
 
@@ -37,7 +36,6 @@ def test_score_by_hand() -> None:
     assert (found["ms_median"], found["ms_95"]) == pytest.approx((2, 2))
     assert found["fps"] == pytest.approx(500)
     assert found["frames"] == 4
-    assert [found[name] for name in ("accuracy", "robustness", "failures")] == [None] * 3
     # Two ellipses side by side by half their width: the share of a disk beyond its chord.
     common = 2 / math.pi * (math.acos(0.5) - 0.5 * math.sqrt(0.75))
     assert found["od"] == pytest.approx((0 + 0 + 1 - common + 1) / 4, abs=2e-3)
@@ -85,21 +83,6 @@ def test_score_from_a_later_start() -> None:
     assert found["frames"] == 3
 
 
-def test_score_of_resets() -> None:
-    dx = [0.0] * 11 + [10, 90] + [math.nan] * 5 + [0.0] * 2
-    events = [1, *[0] * 11, 2, *[3] * 5, 1, 0]
-    found = score(trace(shifted(dx), 0.5, events=events), sequence(frames=20), "reset")
-    assert found["accuracy"] == pytest.approx((1 + 1 / 3) / 2)  # of the frames 10 and 11
-    assert found["failures"] == 1
-    assert found["robustness"] == pytest.approx(math.exp(-30 / 20))
-    assert [found[name] for name in ("auc", "precision_20", "iou", "od", "lost_frame")] == [
-        None
-    ] * 5
-    # Fourteen frames of 15 are not missed, and 13 are right; the five of waiting do not count.
-    assert found["lost_recall"] == 0
-    assert found["ece"] == pytest.approx(abs(13 / 15 - 0.5))
-
-
 def test_score_frame_by_frame() -> None:
     """A second implementation, a frame at a time."""
     rng = np.random.default_rng(0)
@@ -131,8 +114,6 @@ def test_score_of_losses() -> None:
     dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
     found = score(trace(shifted(dx)), sequence(frames=82))
     assert (found["losses"], found["recovered"]) == (2, 1)
-    found = score(trace(shifted(dx)), sequence(frames=82), "reset")
-    assert (found["losses"], found["recovered"]) == (None, None)
 
 
 def test_score_of_coverage() -> None:
@@ -140,7 +121,6 @@ def test_score_of_coverage() -> None:
     dx, lost = [50.0, 0, 4.8, 5.0, 0, 50], [False, False, False, False, False, True]
     said = trace(shifted(dx), lost=lost, covariance=(4.0, 0.0, 1.0))
     assert score(said, sequence(frames=6))["coverage"] == 0.75
-    assert score(said, sequence(frames=6), "reset")["coverage"] == 0.75
     assert score(said, sequence(frames=6, absent=[1]))["coverage"] == pytest.approx(2 / 3)
     assert score(trace(shifted(dx)), sequence(frames=6))["coverage"] is None
 
@@ -163,7 +143,7 @@ def test_results(tmp_path: Path) -> None:
     assert (first["sequence"], first["protocol"], first["start"]) == ("Book", "ope", "")
     assert (first["seed"], first["frames"], first["lost_frame"]) == ("0", "20", "13")
     assert (first["auc"], first["ece"], first["fps"]) == ("0.619048", "0.1", "500")
-    assert (first["failures"], first["error"]) == ("", "")
+    assert first["error"] == ""
     assert second["error"] == "It broke, so."
     assert {second[name] for name in COLUMNS[5:-1]} == {""}
     assert [path.name for path in tmp_path.iterdir()] == ["results.csv"]
@@ -176,10 +156,8 @@ def test_order_of_results(tmp_path: Path) -> None:
     given = [
         outcome("z", book, said),
         outcome("z", ant, said),
-        *(outcome("z", book, said, 0, "tre", f"from-{k:03d}", k) for k in (15, 0, 5)),
-        outcome("z", book, said, 1, "reset"),
-        outcome("z", book, said, 0, "reset"),
-        *(outcome("z", book, said, 0, "sre", label) for label in ("shift-up", "scale-0.8")),
+        *(outcome("z", book, said, 0, "pixel", f"{k:+d}", k) for k in (1, -1)),
+        outcome("z", book, said, 1, "pixel", "-1", -1),
         outcome("a", ant, said, 1),
         outcome("a", ant, said, 0),
         outcome("a", book, said),
@@ -189,13 +167,9 @@ def test_order_of_results(tmp_path: Path) -> None:
     rows = read(tmp_path / "results.csv")
     assert [tuple(row[name] for name in COLUMNS[:5]) for row in rows] == [
         ("z", "Book", "ope", "", "0"),
-        ("z", "Book", "sre", "scale-0.8", "0"),
-        ("z", "Book", "sre", "shift-up", "0"),
-        ("z", "Book", "tre", "from-000", "0"),
-        ("z", "Book", "tre", "from-005", "0"),
-        ("z", "Book", "tre", "from-015", "0"),
-        ("z", "Book", "reset", "", "0"),
-        ("z", "Book", "reset", "", "1"),
+        ("z", "Book", "pixel", "-1", "0"),
+        ("z", "Book", "pixel", "-1", "1"),
+        ("z", "Book", "pixel", "+1", "0"),
         ("z", "Ant", "ope", "", "0"),
         ("a", "Book", "ope", "", "0"),
         ("a", "Ant", "ope", "", "0"),
@@ -203,56 +177,6 @@ def test_order_of_results(tmp_path: Path) -> None:
     ]
     write_results(tmp_path, [*given[:2], *reversed(given[2:])])
     assert (tmp_path / "results.csv").read_bytes() == text
-
-
-# References
-
-
-def reference(tmp_path: Path, text: str) -> Reference:
-    path = tmp_path / "others.csv"
-    path.write_text(text, encoding="utf-8")
-    return Reference.load(path)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "sequence,MIL_AUC,TLD_AUC,speed\nDavid,0.4,0.7,fast\nGirl2,,0.5,\n",
-        "name,MIL,TLD\nDavid,0.4,0.7\nGirl2,,0.5\n\n",
-        "\ufeffsequence;MIL;TLD\r\nDavid; 0.4;0.7\r\nGirl2;NaN;0.5\r\n",
-        "sequence\tMIL_AUC\tTLD_AUC\nDavid\t.4\t7e-1\nGirl2\t\t0.5",
-    ],
-)
-def test_references(tmp_path: Path, text: str) -> None:
-    found = reference(tmp_path, text)
-    assert list(found.values) == ["MIL", "TLD"]
-    assert (found.of("MIL", "david"), found.of("TLD", "DAVID")) == (0.4, 0.7)
-    assert (found.of("MIL", "Girl2"), found.of("TLD", "Girl2")) == (None, 0.5)
-    assert found.of("MIL", "Ant") is None
-    assert found.name == "others.csv"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "first line must name at least two columns"),
-        ("sequence\nDavid\n", "first line must name at least two columns"),
-        ("sequence,MIL,MIL\nDavid,0.1,0.2\n", "a different name"),
-        ("sequence,MIL,\nDavid,0.1,0.2\n", "a different name"),
-        ("sequence,MIL\n", "no sequence after"),
-        ("sequence,MIL\nDavid,0.1,0.2\n", "line 2 has 3 columns"),
-        ("sequence,MIL\nDavid,0.1\ndavid,0.2\n", "line 3 must name another sequence"),
-        ("sequence,MIL\n,0.2\n", "line 2 must name another sequence"),
-        ("sequence,MIL\nDavid,good\n", "line 2, column MIL: 'good' is not a number"),
-        ("sequence,MIL\nDavid,38.4\n", "from 0 to 1, not 38.4"),
-        ("sequence,MIL\nDavid,inf\n", "from 0 to 1, not inf"),
-    ],
-)
-def test_what_is_no_reference(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(FormatError, match=message) as caught:
-        reference(tmp_path, text)
-    assert "others.csv" in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 # Means
@@ -313,15 +237,12 @@ def test_mean_over_starts() -> None:
     book, ant = sequence("Book"), sequence("Ant")
     found = Evaluation(
         [
-            outcome("a", book, trace(fits(20)), 0, "tre", "from-000"),
-            outcome("a", book, trace(fits(5, 10), start=10), 0, "tre", "from-010", 10),
-            outcome("a", ant, trace(fits(5)), 0, "tre", "from-000"),
+            outcome("a", book, trace(fits(20)), 0, "pixel", "0"),
+            outcome("a", book, trace(fits(5, 10), start=10), 0, "pixel", "+1", 10),
+            outcome("a", ant, trace(fits(5)), 0, "pixel", "0"),
         ]
     )
-    assert found.mean("a", "tre", "auc").mean == pytest.approx(UNIT * (0.75 + 0.25) / 2)
-    curve = found.per_seed("a", "tre", success_curve)
-    assert curve.shape == (1, 21)
-    assert curve.mean() == pytest.approx(UNIT * 0.5)
+    assert found.mean("a", "pixel", "auc").mean == pytest.approx(UNIT * (0.75 + 0.25) / 2)
 
 
 def test_comparisons_are_over_common_sequences() -> None:
@@ -347,11 +268,16 @@ def test_lost_status_is_over_all_frames() -> None:
             outcome("a", book, trace(fits(20))),
             outcome("a", ant, trace(shifted([90.0] * 5 + [0.0] * 5), lost=right)),
         ]
-    ).lost_status("a", "ope")
-    assert found.missed.mean == pytest.approx(5 / 30)
-    assert found.reported.mean == pytest.approx(4 / 30)
-    assert (found.recall.mean, found.precision.mean) == pytest.approx((0.8, 1))
-    assert found.f1.mean == pytest.approx(8 / 9)
+    )
+    shares = {
+        ("missed", "judged"): 5 / 30,
+        ("reported", "judged"): 4 / 30,
+        ("both", "missed"): 0.8,
+        ("both", "reported"): 1,
+    }
+    for of, expected in shares.items():
+        assert found.share("a", "ope", *of).mean == pytest.approx(expected)
+    assert found.lost_f1("a", "ope").mean == pytest.approx(8 / 9)
 
 
 def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
@@ -369,15 +295,15 @@ def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
             outcome("c", short, trace(shifted([0.0] * 32))),
         ]
     )
-    assert found.recovery("a", "ope").total.mean == 3
-    assert found.recovery("a", "ope").share.mean == pytest.approx(2 / 3)
-    assert found.coverage("a", "ope").total.mean == 31 + 9
-    assert found.coverage("a", "ope").share.mean == pytest.approx(31 / 40)
-    share = found.recovery("b", "ope").share
+    (a,), b, (c,) = (found.sums(name, "ope").to_dict("records") for name in "abc")
+    assert (a["losses"], a["known"]) == (3, 31 + 9)
+    assert found.share("a", "ope", "recovered", "losses").mean == pytest.approx(2 / 3)
+    assert found.share("a", "ope", "covered", "known").mean == pytest.approx(31 / 40)
+    share = found.share("b", "ope", "recovered", "losses")
+    assert len(b) == 2
     assert share == pytest.approx((0.5, math.sqrt(0.5)))
-    assert found.recovery("c", "ope").total.mean == 0
-    assert math.isnan(found.recovery("c", "ope").share.mean)
-    assert found.coverage("c", "ope").total.mean == 0
+    assert (c["losses"], c["known"]) == (0, 0)
+    assert math.isnan(found.share("c", "ope", "recovered", "losses").mean)
 
 
 def test_calibration_counts_passes_alike() -> None:
@@ -389,12 +315,7 @@ def test_calibration_counts_passes_alike() -> None:
             outcome("b", long, trace(fits(20))),
         ]
     )
-    diagram = found.reliability("a", "ope")
-    assert diagram is not None
-    assert diagram.frames[9] == 22
-    assert diagram.accuracy[9] == pytest.approx(0.5)
     assert found.calibration("a", "ope").mean == pytest.approx(0.45)
-    assert found.reliability("b", "ope") is None
     assert math.isnan(found.calibration("b", "ope").mean)
 
 

@@ -32,6 +32,7 @@ from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
+from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
 from motes.rows.schema import COLUMNS
 from motes.video.prefetch import prefetch
@@ -199,12 +200,25 @@ def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
     assert go("track FILM --init -5,10,20,20 --end 2 -o -")[0] == 0
 
 
+def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    code, _, error = go("track FILM --init BOX --figures f/g")
+    assert code == 5
+    assert error.startswith("motes: error: f/g/")
+    assert error.endswith(" cannot be written: no permission; choose another place.\n")
+
+
 @pytest.mark.slow
-def test_overlay(go: Go, film: tuple[str, str]) -> None:
-    code, out, error = go("track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4")
+def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
+    code, out, error = go(
+        "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
+    )
     assert (code, out) == (0, "")
-    assert error.rstrip().endswith("wrote o.mp4.")
-    assert os.listdir() == ["o.mp4"]
+    assert error.rstrip().endswith("wrote o.mp4, 4 figures in f.")
+    assert sorted(os.listdir()) == ["f", "o.mp4"]
+    assert sorted(os.listdir("f")) == sorted(FIGURES)
     with av.open("o.mp4") as drawn_file:
         assert drawn_file.streams.video[0].start_time == 0
     with open_source("o.mp4") as drawn, open_source(film[0], start=5) as plain:
@@ -214,11 +228,24 @@ def test_overlay(go: Go, film: tuple[str, str]) -> None:
     assert all(changed)
 
 
+def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = []
+    monkeypatch.setattr(
+        "motes.output.figures.Recorder.add", lambda *arguments: times.append(arguments[3:])
+    )
+    assert go("track FILM --init BOX --figures f --end 5")[0] == 0
+    assert times[0][1] is None
+    assert len(times) == 5
+    assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
+
+
 @pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
-    for option in ("-o r.csv", "--overlay o.mp4"):
+    Path("f").mkdir()
+    Path("f", FIGURES[0]).write_text("precious")
+    for option in ("-o r.csv", "--overlay o.mp4", "--figures f"):
         code, _, error = go(
             f"track FILM --init BOX -o new.csv {option}".replace("-o new.csv -o", "-o")
         )
@@ -226,10 +253,11 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
         assert "--overwrite" in error
         assert not Path("new.csv").exists()
     assert Path("r.csv").read_text() == Path("o.mp4").read_text() == "precious"
-    line = "track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --overwrite"
+    line = "track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --figures f --overwrite"
     assert go(line)[0] == 0
     assert len(table("r.csv")) == 3
-    assert Path("o.mp4").stat().st_size > 1000
+    for path in ("o.mp4", f"f/{FIGURES[0]}"):
+        assert Path(path).stat().st_size > 1000
 
 
 def test_histogram_then_search(go: Go) -> None:
@@ -269,7 +297,7 @@ def test_never_found(go: Go) -> None:
 
 def test_without_a_face_every_row_is_empty(go: Go) -> None:
     pytest.importorskip("dlib", reason="faces need dlib")
-    assert go("track FILM --detect face -o r.csv --overlay o.mkv --end 3")[0] == 4
+    assert go("track FILM --detect face -o r.csv --overlay o.mkv --figures f --end 3")[0] == 4
     assert Path("r.csv").read_text().splitlines()[1] == f"0,0.000000,1{',' * 12}searching,,,"
     with open_source("o.mkv") as drawn:
         assert len(list(drawn)) == 3
@@ -417,6 +445,11 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),
         ("track FILM --init BOX --overlay FILM --overwrite", 2, "is the source"),
         ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same file; give each"),
+        (
+            "track FILM --init BOX --figures empty.mp4",
+            5,
+            "empty.mp4 cannot be made: File exists",
+        ),
         ("track FILM --init BOX --resume -o -", 2, "cannot be resumed; write the rows to a file"),
         ("track FILM --init BOX --resume --overlay o.mp4", 2, "name it with -o"),
         (

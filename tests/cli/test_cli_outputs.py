@@ -158,3 +158,9 @@ def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str, nam
     assert re.search(r"wrote o\.mp4\W", error)
     assert pictures("o.mp4") == FRAMES
     assert Path(name).read_bytes() == Path("film.mkv").read_bytes()
+
+
+def test_a_source_folder_takes_no_figures(go: Go) -> None:
+    Path("images").mkdir()
+    code, error = go("track images --init 20,10,20,20 --figures images")
+    assert (code, "images is the source and cannot be an output" in error) == (2, True)

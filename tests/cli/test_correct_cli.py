@@ -344,9 +344,9 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --absent 3", 2, "The target is missing"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
-            "track FILM --at 3=BOX --stride 2 --show --resume --save-histogram h",
+            "track FILM --at 3=BOX --stride 2 --show --resume --figures f --save-histogram h",
             2,
-            "--stride, --show, --resume and --save-histogram are not for keyframes;",
+            "--stride, --show, --resume, --figures and --save-histogram are not for keyframes;",
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
         (

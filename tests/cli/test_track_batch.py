@@ -93,7 +93,7 @@ def test_documents(go: Go, boxes: str) -> None:
     ("line", "code", "said"),
     [
         (f"FILM {TWO} --detect face", 2, "--init and --detect contradict each other"),
-        (f"FILM {TWO} --scale 9", 2, "for one --init"),
+        (f"FILM {TWO} --figures f", 2, "for one --init"),
         (f"FILM {TWO} --init 1,2,3 -o r.csv", 2, "--init takes x,y,width,height"),
         (f"FILM {TWO} --init 1,2,-3,4 -o r.csv", 2, "has no area"),
         (f"FILM {TWO} --init 900,2,3,4 -o r.xml", 2, "outside"),

@@ -18,8 +18,9 @@ from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.mot.detection.background import BackgroundConfig
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
-from motes.sot.filtering.bin_updates import GaussianBins, KalmanBins
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
@@ -67,6 +68,33 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
         (Kalman, "measurement", [0, math.inf]),
         (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
         (Place, "border", [0, 2.5]),
+        (Gaussian, "cues", [{"color": each} for each in (0.0, 1e-4, 1e7, math.nan, "wide")]),
+        (Fixed, "weights", [{"color": each} for each in (0.0, -1.0, math.nan, 1e300, "much")]),
+        (PrintedMixture, "floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf]),
+        (KalmanBins, "frames", [0, 1.5]),
+        (KalmanBins, "alpha", [0, 0.6, math.nan]),
+        (GaussianBins, "beta", [-0.1, 1.1]),
+        (GaussianBins, "deviations", [-1, math.inf]),
+        (AnchoredKalman, "persistence", [-0.1, 1.1]),
+        (AnchoredKalman, "change", [-1, math.inf]),
+        (PerCue, "cues", [{"color": "kalman"}, {"color": PerCue()}]),
+        (Autoregressive, "position_return", [1.0, -0.1, math.nan]),
+        (Autoregressive, "size_return", [1.0, -0.1, math.nan]),
+        (Orientation, "bins", [3, 181]),
+        (Orientation, "scale", [0, 1.5]),
+        (Orientation, "window", [0]),
+        (Orientation, "kept_fraction", [1.1, math.nan]),
+        (Orientation, "form", ["both"]),
+        (Orientation, "kernel", ["flat"]),
+        (Hog, "cells", [0, 5]),
+        (Hog, "bins", [1, 17]),
+        (Hog, "rotation_normalized", [1]),
+        (Hog, "kernel", ["flat"]),
+        (BackgroundConfig, "method", ["mog"]),
+        (BackgroundConfig, "limit", [0]),
+        (BackgroundConfig, "gap", [(0.1, 2)]),
+        (BackgroundConfig, "rate", [0]),
+        (BackgroundConfig, "speck", [4]),
     ],
 )
 def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) -> None:

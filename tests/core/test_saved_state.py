@@ -138,12 +138,7 @@ def test_numbers_that_cannot_be_are_refused(
         ("nummiaro", "reference_size", [3.0, 4.0, 1e9, 5.0, 0.0], "does not fit into the frame"),
         ("nummiaro", "backgrounds", {}, "state.backgrounds has , not color"),
         ("nummiaro", "frames_missed", -1, "state.frames_missed is -1"),
-        (
-            "maggio",
-            "models.orientation.scale",
-            1e12,
-            "at `state.models.orientation.scale",
-        ),
+        ("maggio", "models.orientation.scale", 1e12, "at `state.models.orientation.scale"),
     ],
 )
 def test_values_that_cannot_be_are_refused(

@@ -19,14 +19,16 @@ from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sun
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     between_pixels,
-    bhattacharyya,
     checkerboard,
     edge_bins,
     frame,
     kernel,
     lattice_places,
     mosaic,
+    pictures,
     radii,
+    regions,
+    rows,
     sobel,
 )
 
@@ -38,19 +40,6 @@ SHARES: dict[Sampling, str] = {
     Checkerboard(share="quarter"): "quarter",
 }
 samplings = pytest.mark.parametrize("sampling", [*SHARES, Lattice()], ids=repr)
-pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
-regions = st.builds(
-    Ellipse,
-    st.floats(-6, 22),
-    st.floats(-6, 22),
-    st.floats(0.3, 30),
-    st.floats(0.3, 30),
-    st.floats(-4, 4),
-)
-
-
-def rows(*ellipses: Ellipse) -> Floats:
-    return np.array(ellipses, np.float64)
 
 
 def normalized(weights: Floats, bins: NDArray[np.int64], count: int) -> Floats:
@@ -151,19 +140,6 @@ def test_the_threshold_is_exceeded_not_reached() -> None:
 # Distances
 
 
-@given(pictures, st.lists(regions, min_size=1, max_size=4), regions)
-def test_distances(pixels: Any, candidates: list[Ellipse], target: Ellipse) -> None:
-    """Equations 20 and 21."""
-    picture = frame(pixels)
-    for sampling in (*SHARES, Lattice(points=64)):
-        cue = Edges(sampling=sampling)
-        model = cue.learn(picture, target)
-        found = cue.distances(model, picture, rows(*candidates))
-        histograms = cue.histograms(picture, rows(*candidates))
-        expected = [bhattacharyya(p, model.histogram) for p in histograms]
-        np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
-
-
 def test_without_any_strong_edge() -> None:
     """Flat regions are alike, unlike those with edges, and unlike what lies outside the frame."""
     cue, flat = Edges(), edge((1, 0), 0)
@@ -175,45 +151,10 @@ def test_without_any_strong_edge() -> None:
     assert not cue.histograms(flat, rows(outside)).any()
 
 
-@samplings
-def test_nan_ellipses_see_nothing(sampling: Sampling) -> None:
-    picture, nothing = edge((1, 1)), Ellipse(*[math.nan] * 5)
-    cue = Edges(sampling=sampling)
-    model = cue.learn(picture, MIDDLE)
-    assert cue.distances(model, picture, rows(nothing))[0] == 1
-    found = cue.distances(model, picture, rows(nothing, MIDDLE))
-    np.testing.assert_allclose(found, [1, 0], atol=1e-7)
-
-
 # Adaptation
 
 
-def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
-    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
-    where = Ellipse(14, 15, 8, 6, 0.2)
-    cue = Edges(sampling=EveryPixel())
-    model = cue.learn(before, where)
-    first, seen = (cue.histograms(picture, rows(where))[0] for picture in (before, after))
-    np.testing.assert_array_equal(model.anchor, first)
-    np.testing.assert_array_equal(cue.observe(model, after, where), seen)
-    assert (seen != first).any()
-    assert cue.update_reading(model, after, where) is model
-    assert not cue.observe(model, after, where._replace(x=200.0)).any()
-
-
 # Planes
-
-
-@given(pictures, regions)
-def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> None:
-    """Bit for bit: what is kept of a frame must not depend on who asked first."""
-    cue = Edges(sampling=EveryPixel())
-    whole, part = frame(pixels), frame(pixels)
-    cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
-    [plane] = whole.cache.values()
-    assert plane.bins.shape == pixels.shape[:2]
-    expected = cue.histograms(whole, rows(ellipse))
-    np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
 
 
 @given(pictures, regions, st.integers(8, 200))
@@ -231,29 +172,3 @@ def test_the_operator_at_points_finds_what_it_finds_everywhere(
     kernels.sobel.histograms(plane, 0, 0, ellipses, Reading(lattice, PixelGrid(1, 1), 0), expected)
     kernels.sobel.histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
     np.testing.assert_array_equal(found, expected)
-
-
-def test_large_regions_are_read_at_points_only() -> None:
-    picture = frame(mosaic(0, 60, 80))
-    where = np.array([Ellipse(40, 30, 20, 10)])  # 861 pixels, 256 points at thrice the cost
-    Edges().histograms(picture, where)
-    assert picture.cache == {}
-    Edges(sampling=EveryPixel()).histograms(picture, where)
-    assert len(picture.cache) == 1
-
-
-def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue = Edges(sampling=Lattice(points=512))
-    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.cache.values()
-    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
-    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
-    Edges(kernel="uniform", sampling=Checkerboard()).learn(picture, Ellipse(45, 30, 8, 8))
-    assert list(picture.cache.values()) == [plane]
-    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.cache.values()
-    assert moved is not plane
-    Edges(threshold=50).learn(picture, Ellipse(60, 30, 8, 8))
-    Edges(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.cache) == 3

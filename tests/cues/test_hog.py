@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
@@ -21,12 +20,14 @@ from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     Pixels,
     between_pixels,
-    bhattacharyya,
     checkerboard,
     frame,
     lattice_places,
     mosaic,
+    pictures,
     radii,
+    regions,
+    rows,
     smooth_gradient,
 )
 
@@ -38,21 +39,8 @@ SHARES: dict[str, Sampling] = {
     "quarter": Checkerboard(share="quarter"),
 }
 samplings = pytest.mark.parametrize("sampling", [*SHARES.values(), Lattice()], ids=repr)
-pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
-regions = st.builds(
-    Ellipse,
-    st.floats(-6, 22),
-    st.floats(-6, 22),
-    st.floats(0.3, 30),
-    st.floats(0.3, 30),
-    st.floats(-4, 4),
-)
 forms = st.tuples(st.integers(1, 3), st.sampled_from([5, 8]), st.booleans())
 """Cells, bins and whether histograms are turned."""
-
-
-def rows(*ellipses: Ellipse) -> Floats:
-    return np.array(ellipses, np.float64)
 
 
 def by_hand(
@@ -173,20 +161,6 @@ def test_cells_turn_with_the_ellipse() -> None:
 # Distances
 
 
-@given(pictures, st.lists(regions, min_size=1, max_size=4), regions, forms)
-def test_distances(
-    pixels: Any, candidates: list[Ellipse], target: Ellipse, form: tuple[int, int, bool]
-) -> None:
-    picture = frame(pixels)
-    for sampling in (*SHARES.values(), Lattice(points=64)):
-        cue = Hog(cells=form[0], bins=form[1], rotation_normalized=form[2], sampling=sampling)
-        model = cue.learn(picture, target)
-        found = cue.distances(model, picture, rows(*candidates))
-        histograms = cue.histograms(picture, rows(*candidates))
-        expected = [bhattacharyya(p, model.histogram) for p in histograms]
-        np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
-
-
 @samplings
 def test_without_any_gradient_there_is_nothing(sampling: Sampling) -> None:
     cue, flat = Hog(sampling=sampling), edge((1, 0), 60)
@@ -200,32 +174,7 @@ def test_without_any_gradient_there_is_nothing(sampling: Sampling) -> None:
     np.testing.assert_allclose(found, [1, 0, 1], atol=1e-7)
 
 
-def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
-    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
-    where = Ellipse(14, 15, 8, 6, 0.2)
-    cue = Hog(cells=3)
-    model = cue.learn(before, where)
-    first = Hog(cells=3, sampling=cue.sampling.dense).histograms(before, rows(where))[0]
-    seen = cue.histograms(after, rows(where))[0]
-    np.testing.assert_array_equal(model.histogram, first)
-    np.testing.assert_array_equal(model.anchor, first)
-    np.testing.assert_array_equal(cue.observe(model, after, where), seen)
-    assert cue.update_reading(model, after, where) is model
-
-
 # Planes
-
-
-@given(pictures, regions)
-def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> None:
-    """Bit for bit: what is kept of a frame must not depend on who asked first."""
-    cue = Hog(cells=3, sampling=EveryPixel())
-    whole, part = frame(pixels), frame(pixels)
-    cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
-    [plane] = whole.cache.values()
-    assert plane.bins.shape == pixels.shape[:2]
-    expected = cue.histograms(whole, rows(ellipse))
-    np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
 
 
 def test_bands_of_rows_leave_no_trace() -> None:
@@ -268,40 +217,3 @@ def test_gradients_at_points_are_those_found_everywhere(
         pixels, ellipses, lattice, gaussian, cells, turned, SMOOTH, DERIVATIVE, found
     )
     np.testing.assert_array_equal(found, expected)
-
-
-def test_large_regions_are_read_at_points_only() -> None:
-    picture = frame(mosaic(0, 60, 80))
-    where = rows(Ellipse(40, 30, 39, 29))  # 4,700 pixels, 256 points at 5 times the cost
-    Hog().histograms(picture, where)
-    assert picture.cache == {}
-    Hog(sampling=EveryPixel()).histograms(picture, where)
-    assert len(picture.cache) == 1
-
-
-def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue = Hog(sampling=Lattice(points=512))
-    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.cache.values()
-    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
-    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
-    Hog(cells=3, kernel="uniform", rotation_normalized=False, sampling=EveryPixel()).learn(
-        picture, Ellipse(45, 30, 8, 8)
-    )
-    assert list(picture.cache.values()) == [plane]
-    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.cache.values()
-    assert moved is not plane
-    Hog(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.cache) == 2
-
-
-def test_settings_that_are_refused() -> None:
-    refused: list[tuple[str, Any]] = [
-        ("cells", 0), ("cells", 5), ("bins", 1), ("bins", 17),
-        ("rotation_normalized", 1), ("kernel", "flat"),
-    ]  # fmt: skip
-    for key, value in refused:
-        with pytest.raises(ConfigError, match=key):
-            Hog(**{key: value})

@@ -14,7 +14,7 @@ from motes_lab.datasets.mot_rows import read_rows
 from motes_lab.datasets.sot import Sequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.protocols.mot import Tracks, save_tracks
-from motes_lab.protocols.sot import FAILED, SKIPPED, STARTED, Start
+from motes_lab.protocols.sot import Start
 from motes_lab.protocols.trace import TrackerOutput, save_trace
 from motes_lab.run_folder import RECORD, Record, prepare
 from motes_lab.runner import Job, Pass
@@ -38,7 +38,7 @@ NOW = Record(
 def records() -> list[bytes]:
     """Return the record of the evaluation that is resumed, and of another one."""
     now = msgspec.json.encode(NOW)
-    return [msgspec.json.format(now), now.replace(b"12ab", b"34cd"), now.replace(b"ope", b"sre")]
+    return [msgspec.json.format(now), now.replace(b"12ab", b"34cd"), now.replace(b"ope", b"pixel")]
 
 
 def check_record(data: bytes) -> str:
@@ -53,21 +53,14 @@ def check_record(data: bytes) -> str:
 
 
 def traces() -> list[bytes]:
-    """Return tracks of one object: over all frames, and started anew after a failure."""
+    """Return tracks of one object, with all numbers and without some."""
     boxes = np.array([Ellipse.from_box(Box(10 + i, 12, 20, 15.5)) for i in range(FRAMES)])
-    events = np.zeros(FRAMES, np.int8)
-    events[0] = STARTED
-    again = np.array([STARTED, FAILED, SKIPPED, SKIPPED, STARTED, 0], np.int8)
-    found = []
-    for codes in (events, again):
-        path, flags = scratch() / "trace.csv", np.arange(FRAMES) == 3
-        times, spread = np.full(FRAMES, 0.002), np.tile((2.0, 0.1, 1.0), (FRAMES, 1))
-        confidence = np.linspace(0.1, 0.9, FRAMES)
-        save_trace(
-            path, TrackerOutput(np.arange(FRAMES), boxes, confidence, flags, times, codes, spread)
-        )
-        found.append(path.read_bytes())
-    return [*found, found[0].replace(b"0.002", b"").replace(b"2.0,0.1,1.0", b",,")]
+    path, flags = scratch() / "trace.csv", np.arange(FRAMES) == 3
+    times, spread = np.full(FRAMES, 0.002), np.tile((2.0, 0.1, 1.0), (FRAMES, 1))
+    confidence = np.linspace(0.1, 0.9, FRAMES)
+    save_trace(path, TrackerOutput(np.arange(FRAMES), boxes, confidence, flags, times, spread))
+    whole = path.read_bytes()
+    return [whole, whole.replace(b"0.002", b"").replace(b"2.0,0.1,1.0", b",,")]
 
 
 def check_trace(data: bytes) -> str:
@@ -75,10 +68,8 @@ def check_trace(data: bytes) -> str:
     boxes = np.array([(10.0 + i, 12, 20, 15.5) for i in range(FRAMES)])
     ellipses = np.array([Ellipse.from_box(Box(*box)) for box in boxes.tolist()])
     sequence, start = Sequence("One", "One", boxes, ellipses), Box(*boxes[0].tolist())
-    passes = [
-        Pass("nummiaro", "One", Start(protocol, "", 0, start), 0) for protocol in ("ope", "reset")
-    ]
-    return _resumed(Outcome, sequence, passes, {"": data})
+    item = Pass("nummiaro", "One", Start("ope", "", 0, start), 0)
+    return _resumed(Outcome, sequence, [item], {"": data})
 
 
 def tracks() -> list[bytes]:

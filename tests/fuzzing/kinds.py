@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from . import (
     configurations,
-    conversations,
     detections,
     evaluations,
     films,
@@ -33,7 +32,6 @@ KINDS = (
     Kind("lists", sequences.lists, sequences.check_list),
     Kind("labels", sequences.labels, sequences.check_label),
     Kind("seqinfo", sequences.information, sequences.check_information),
-    Kind("references", sequences.references, sequences.check_reference),
     Kind("masks", sequences.masks, sequences.check_mask),
     Kind("records", evaluations.records, evaluations.check_record),
     Kind("traces", evaluations.traces, evaluations.check_trace),
@@ -41,7 +39,6 @@ KINDS = (
     Kind("track-rows", detections.seeds, evaluations.check_track_rows),
     Kind("speeds", tables.seeds, tables.check),
     *formats.KINDS,
-    Kind("trax", conversations.seeds, conversations.check, block=20),
     Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
     Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),
     *films.KINDS,

@@ -32,7 +32,7 @@ def seeds() -> list[bytes]:
         "watch --like 10,12,20,16 --end 3",
         "watch --initiation.min-hits 3 --detector.history 200 --dump-config",
         "track --init 10,12,20,16 --start 1 --save-histogram target.json",
-        "evaluate --seeds 2 --workers 1 --time-limit 60 --max-frames 10 --first-pixel 0",
+        "evaluate --seeds 2 --workers 1 --time-limit 60 --first-pixel 0",
     )
     return [line.replace(" ", "\n").encode() for line in lines]
 

@@ -1,4 +1,4 @@
-"""Files of datasets: regions, lists, labels and seqinfo.ini, and other people's results."""
+"""Files of datasets: regions, lists, labels and seqinfo.ini."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from motes.core.errors import MotesError
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
 from motes_lab.datasets.truth import read_mask
-from motes_lab.report.reference import Reference
 
 from . import detections, track_rows
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch
@@ -113,24 +112,6 @@ def check_information(data: bytes) -> str:
         (root / "One" / part / name).write_bytes(detections.TRUTH)
     (root / "One" / "seqinfo.ini").write_bytes(data)
     return _outcome(lambda: load_mot_dataset(root))
-
-
-def references() -> list[bytes]:
-    """Return tables of other people's results."""
-    return [
-        b"sequence,MIL_AUC,CSRT_AUC\nOne,0.5,0.25\n\xc3\xa9t\xc3\xa9,nan,\n",
-        b'name;a\n"One; two";1\nThree;0.5\n',
-    ]
-
-
-def check_reference(data: bytes) -> str:
-    """Read a table of other people's results."""
-
-    def read() -> None:
-        for numbers in Reference.load(put("reference.csv", data)).values.values():
-            check_finite(numbers.values())
-
-    return outcome(read)
 
 
 def masks() -> list[bytes]:

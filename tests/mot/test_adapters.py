@@ -87,9 +87,7 @@ def test_anything_else_is_one_clear_error(value: Any) -> None:
 def test_detections_of_supervision_are_read() -> None:
     supervision = pytest.importorskip("supervision")
     given = supervision.Detections(
-        xyxy=np.array([[1.0, 2.0, 31.0, 42.0]]),
-        confidence=np.array([0.75]),
-        class_id=np.array([1]),
+        xyxy=np.array([[1.0, 2.0, 31.0, 42.0]]), confidence=np.array([0.75]), class_id=np.array([1])
     )
     assert as_detections(given, ("person", "car")) == [ONE]
 

@@ -81,10 +81,7 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def go(
-    films: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> Go:
     """Run motes watch on a rig in a folder with the films."""
     for film in films.iterdir():
@@ -214,12 +211,7 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "code", "words"),
     [
-        (
-            HALL + PASSAGE,
-            "",
-            2,
-            "rig.toml: A passage or overlap got 'office/door', which is not",
-        ),
+        (HALL + PASSAGE, "", 2, "rig.toml: A passage or overlap got 'office/door', which is not"),
         (HALL + "speed = 3", "", 2, "rig.toml: Config has no key 'camera[0].speed'; known keys"),
         (HALL + "[[", "", 2, "rig.toml: this file is not valid TOML"),
         (HALL, "--line 1,2,3,4", 2, "--line is for one camera, not for a file of several."),
@@ -272,9 +264,7 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
 
 
 @pytest.mark.slow
-def test_a_killed_process_is_started_again_and_none_outlives_the_program(
-    tmp_path: Path,
-) -> None:
+def test_a_killed_process_is_started_again_and_none_outlives_the_program(tmp_path: Path) -> None:
     with camera(moving) as first, camera(moving) as second:
         with running(tmp_path, first, second) as (program, rows, messages):
             children = _children(program.pid)

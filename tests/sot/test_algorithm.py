@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.output.figures import APPEARING, Recorder
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.presets import configure, preset
@@ -95,6 +97,23 @@ def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> Non
     assert config.localizer.sigma == 0.1
     for name in ("correlation", "posterior", "experts", "evidence"):
         assert getattr(config.localizer, name) is getattr(config, name)
+
+
+def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
+    for name in NAMES:
+        files = Recorder(preset(name)).files
+        assert (APPEARING in files) == (name != "default")
+
+
+def test_a_recorder_takes_the_infos_of_the_default_tracker() -> None:
+    tracker = started("default")
+    recorder = Recorder(tracker.config)
+    recorder.add(scene(0, (30.0, 36)), tracker.info, 0.001, None)
+    surface = recorder.surface()
+    assert surface is not None
+    assert surface.samples.shape == (0, 2)
+    assert np.isnan(recorder.series.n_supporting).all()
+    assert isinstance(tracker.info.track.ellipse, Ellipse)
 
 
 @pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])

@@ -129,18 +129,6 @@ def test_nothing_is_learned_of_a_frame_with_a_share_of_0(share: float) -> None:
     assert (after is model) is (share == 0)
 
 
-def test_a_smaller_share_changes_the_filter_less() -> None:
-    confined, frame = Confined(), picture(gray=True)
-    model = confined.learn(picture(), PLACE)
-    sight = confined.look(model, frame, PLACE, STILL)
-    changes = [
-        np.abs(confined.updated(model, frame, sight, PLACE, share).filter - model.filter).mean()
-        for share in (0.2, 0.5, 1.0)
-    ]
-    assert changes == sorted(changes)
-    assert changes[0] < changes[2] / 2
-
-
 def test_another_expert_can_decide_between_two_places() -> None:
     """What it proposes is followed as a rival, and is lost without evidence."""
     far = (200.0, 40.0)

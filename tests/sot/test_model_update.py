@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -24,11 +23,7 @@ from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.model_update import (
-    ExponentialForgetting,
-    PerCue,
-    Strategy,
-)
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, Strategy
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
@@ -237,22 +232,3 @@ def test_strategies_from_flags() -> None:
     assert isinstance(still, ParticleFilter)
     assert still.adaptation == ExponentialForgetting()
     assert configure(preset("nummiaro"), from_toml(to_toml(zhao), "text")) == zhao
-
-
-@pytest.mark.parametrize(
-    ("kind", "field", "values"),
-    [
-        (ExponentialForgetting, "learning_rate", [-0.1, 1.1]),
-        (KalmanBins, "frames", [0, 1.5]),
-        (KalmanBins, "alpha", [0, 0.6, math.nan]),
-        (GaussianBins, "beta", [-0.1, 1.1]),
-        (GaussianBins, "deviations", [-1, math.inf]),
-        (AnchoredKalman, "persistence", [-0.1, 1.1]),
-        (AnchoredKalman, "change", [-1, math.inf]),
-        (PerCue, "cues", [{"color": "kalman"}, {"color": PerCue()}]),
-    ],
-)
-def test_settings_that_are_refused(kind: Any, field: str, values: list[Any]) -> None:
-    for value in values:
-        with pytest.raises(ConfigError, match=f"^{field}"):
-            kind(**{field: value})

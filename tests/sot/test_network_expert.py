@@ -13,11 +13,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.sot.discriminative.evidence import NEUTRAL
-from motes.sot.discriminative.network_expert import (
-    NetworkExpert,
-    NetworkSight,
-    NetworkTarget,
-)
+from motes.sot.discriminative.network_expert import NetworkExpert, NetworkSight, NetworkTarget
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Candidate, Choice, NetworkView

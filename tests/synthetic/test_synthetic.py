@@ -37,8 +37,7 @@ def masks(clip: Clip) -> NDArray[np.bool_]:
             [
                 frame.pixels
                 for frame, _ in replace(
-                    clip,
-                    targets=(Target(clip.targets[0].states, (color,) * 3), *clip.targets[1:]),
+                    clip, targets=(Target(clip.targets[0].states, (color,) * 3), *clip.targets[1:])
                 )
             ]
         ).astype(int)

@@ -3,60 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
-from typing import Any, Generic, NamedTuple
+from collections.abc import Iterable
+from typing import Any, Generic
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
 
-Quantity = Callable[[Outcome], ArrayLike]
-"""A function that returns an array for a pass that finished."""
-
-
-class LostStatus(NamedTuple):
-    """How well a tracker reports its losses, over the frames of all sequences.
-
-    Attributes
-    ----------
-    missed
-        Share of frames in which the target is lost.
-    reported
-        Share of frames in which the tracker reports a loss.
-    recall, precision, f1
-        See `metrics.sot.detection_recall`.
-    """
-
-    missed: Mean
-    reported: Mean
-    recall: Mean
-    precision: Mean
-    f1: Mean
-
-
-class Share(NamedTuple):
-    """A share of all counted items in the passes of a seed.
-
-    Attributes
-    ----------
-    total
-        Number of items.
-    share
-        The share; NaN without items.
-    """
-
-    total: Mean
-    share: Mean
-
 
 def ranking_column(protocol: str) -> str:
     """Return the column of results.csv by which a protocol ranks trackers."""
-    return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
+    return "hota" if protocol == "mot" else "auc"
 
 
 class Passes(ABC, Generic[E]):
@@ -122,25 +84,25 @@ class Passes(ABC, Generic[E]):
 
     @abstractmethod
     def per_seed(
-        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return a number or an array for the sequences that a tracker finished, (seeds, ...).
+        """Return a number for the sequences that a tracker finished, (seeds,).
 
         Parameters
         ----------
         tracker, protocol
             Names of the tracker and the protocol.
-        quantity
-            A column of results.csv, or a function.
+        column
+            A column of results.csv.
         sequences
             Only these sequences; by default all.
         """
 
     def mean(
-        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Mean:
         """Return mean and standard deviation over seeds of `per_seed`."""
-        return over(self.per_seed(tracker, protocol, quantity, sequences))
+        return over(self.per_seed(tracker, protocol, column, sequences))
 
 
 class Evaluation(Passes[Outcome]):
@@ -151,107 +113,51 @@ class Evaluation(Passes[Outcome]):
 
     def __init__(self, outcomes: Iterable[Outcome]) -> None:
         super().__init__(outcomes)
-        numbers = [each.scores | each.counts for each in self.outcomes]
+        numbers = [each.scores for each in self.outcomes]
         columns = [*COLUMNS[5:-1], *COUNTS]
         self.table = self.table.join(pd.DataFrame(numbers, columns=columns, dtype=float))
 
     def per_seed(
-        self,
-        tracker: str,
-        protocol: str,
-        quantity: str | Quantity,
-        sequences: Iterable[str] | None = None,
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
-
-        As in `Passes`; the quantity is a column, or a function of the result of a pass.
-        """
+        """Return means over starts and sequences, (seeds,); NaN where no pass has a number."""
         rows = self.passes(tracker, protocol, sequences)
-        if isinstance(quantity, str):
-            return _mean(rows, rows[[quantity]])[:, 0]
-        return _mean(rows, pd.DataFrame([quantity(each) for each in rows.outcome], rows.index))
+        means = rows.groupby(["seed", "sequence"])[column].mean().groupby("seed").mean()
+        array: Floats = means.to_numpy(float)
+        return array
 
-    def worst_tenth(self, tracker: str, protocol: str) -> Mean:
-        """Return the mean of the lowest tenth of AUC (rounded up) among the passes of each seed."""
-        aucs = self.passes(tracker, protocol).groupby("seed").auc
-        return over(each.nsmallest(-(-each.count() // 10)).mean() for _, each in aucs)
+    def lost_f1(self, tracker: str, protocol: str) -> Mean:
+        """Return F1 of the reported losses; each seed over the frames of all passes."""
+        sums = self.sums(tracker, protocol)
+        return over((2 * sums.both / (sums.missed + sums.reported)).where(sums.missed > 0))
 
-    def aucs(self, tracker: str, protocol: str) -> Floats:
-        """Return the AUC of each pass that has one, of all seeds, in increasing order."""
-        return np.sort(self.passes(tracker, protocol).auc.dropna().to_numpy(float))
+    def share(self, tracker: str, protocol: str, part: str, whole: str) -> Mean:
+        """Return the share of one number of `COUNTS` in another, over all passes of a seed."""
+        sums = self.sums(tracker, protocol)
+        return over(sums[part] / sums[whole])
 
-    def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
-        """Return the AUC of one start of a protocol: the mean over sequences, then over seeds."""
-        rows = self.passes(tracker, protocol)
-        rows = rows[rows.start == start]
-        return over(_mean(rows, rows[["auc"]])[:, 0])
-
-    def lost_status(self, tracker: str, protocol: str) -> LostStatus:
-        """Return how well a tracker reports its losses; each seed over the frames of all passes."""
-        sums = self._sums(tracker, protocol)
-        sums = sums[sums.judged > 0]
-        shares = (sums.missed / sums.judged, sums.reported / sums.judged)
-        f1 = (2 * sums.both / (sums.missed + sums.reported)).where(sums.missed > 0)
-        scores = (sums.both / sums.missed, sums.both / sums.reported, f1)
-        return LostStatus(*map(over, (*shares, *scores)))
-
-    def recovery(self, tracker: str, protocol: str) -> Share:
-        """Return the number of losses, and the share after which the target was found again."""
-        sums = self._sums(tracker, protocol)
-        return Share(over(sums.losses), over(sums.recovered / sums.losses))
-
-    def coverage(self, tracker: str, protocol: str) -> Share:
-        """Return the number of frames with a covariance, and the share in its 95 % ellipse."""
-        sums = self._sums(tracker, protocol)
-        return Share(over(sums.known), over(sums.covered / sums.known))
-
-    def _sums(self, tracker: str, protocol: str) -> Any:
-        """Return the sums of numbers over the passes of each seed."""
+    def sums(self, tracker: str, protocol: str) -> Any:
+        """Return the sums of numbers over the passes of each seed, a row for each seed."""
         return self.passes(tracker, protocol).groupby("seed").sum(numeric_only=True)
 
-    def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
-        """Return a tracker's reliability over all passes; None if it gives no confidence.
+    def calibration(self, tracker: str, protocol: str) -> Mean:
+        """Return the calibration error, each seed's over all sequences; NaN without confidence.
 
         Each pass counts equally, whatever its length.
         """
-        return _reliability(self.passes(tracker, protocol).outcome)
-
-    def calibration(self, tracker: str, protocol: str) -> Mean:
-        """Return the calibration error, each seed's over all sequences; NaN without confidence."""
         seeds = self.passes(tracker, protocol).groupby("seed").outcome
-        found = (_reliability(outcomes) for _, outcomes in seeds)
-        return over(seed.error for seed in found if seed is not None)
+        return over(_calibration_error(outcomes) for _, outcomes in seeds)
 
 
-def success_curve(outcome: Outcome) -> Floats:
-    """Return the success curve of a pass, (21,)."""
-    assert outcome.fit is not None
-    return metrics.success_curve(outcome.fit.overlaps[outcome.fit.present])
-
-
-def precision_curve(outcome: Outcome) -> Floats:
-    """Return the precision curve of a pass, (51,)."""
-    assert outcome.fit is not None
-    return metrics.precision_curve(outcome.fit.distances[outcome.fit.present])
-
-
-def _mean(rows: Any, values: Any) -> Floats:
-    """Return values of passes (n, ...) as means over starts and sequences, (seeds, ...)."""
-    means = values.groupby([rows.seed, rows.sequence]).mean().groupby("seed").mean()
-    array: Floats = means.to_numpy(float)
-    return array
-
-
-def _reliability(outcomes: Iterable[Outcome]) -> metrics.Reliability | None:
+def _calibration_error(outcomes: Iterable[Outcome]) -> float:
     columns: list[tuple[Floats, NDArray[np.bool_], Floats]] = []
     for outcome in outcomes:
         assert outcome.fit is not None
         assert outcome.trace is not None
-        confidence = outcome.trace.confidence[outcome.fit.rows]
+        confidence = outcome.trace.confidence
         if (sure := np.isfinite(confidence)).any():
             weights = np.full(np.count_nonzero(sure), 1 / np.count_nonzero(sure))
             columns.append((confidence[sure], outcome.fit.correct[sure], weights))
     if not columns:
-        return None
-    confidence, correct, weights = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return metrics.reliability(confidence, correct.astype(bool), weights)
+        return np.nan
+    return metrics.calibration_error(*map(np.concatenate, zip(*columns, strict=True)))

@@ -6,10 +6,8 @@ from collections.abc import Callable, Iterable
 from functools import cached_property, reduce
 from operator import add
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from motes.core.types import Floats
 from motes_lab.aggregate import Passes
@@ -110,17 +108,11 @@ class MotEvaluation(Passes[MotOutcome]):
     """
 
     def per_seed(
-        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, column: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return a number for several sequences together, (seeds, ...).
-
-        As in `Passes`; the quantity is a column, or a function of a tally.
-        """
-        number: Callable[[Tally], ArrayLike] = (
-            NUMBERS[quantity] if isinstance(quantity, str) else quantity
-        )
+        """Return a number for several sequences together, (seeds,), as in `Passes`."""
         seeds = self.passes(tracker, protocol, sequences).groupby("seed").outcome
-        return np.array([number(_sum(outcomes)) for _, outcomes in seeds], np.float64)
+        return np.array([NUMBERS[column](_sum(outcomes)) for _, outcomes in seeds], np.float64)
 
 
 def write_results(out: Path, evaluation: MotEvaluation) -> None:
@@ -133,7 +125,7 @@ def write_results(out: Path, evaluation: MotEvaluation) -> None:
     FormatError
         If it cannot be written.
     """
-    rows = [row_of(outcome) for outcome in evaluation.outcomes]
+    rows = [row_of(outcome, COLUMNS) for outcome in evaluation.outcomes]
     for tracker in evaluation.trackers:
         for protocol in evaluation.protocols:
             for seed, outcomes in evaluation.passes(tracker, protocol).groupby("seed").outcome:

@@ -16,7 +16,6 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PARTIAL, leftovers, write_whole
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.sot import printable
-from motes_lab.protocols.perturbations import MAX_FRAMES
 from motes_lab.runner import Job
 
 
@@ -33,7 +32,7 @@ class Record(Config, frozen=True):
         Names, and digests of their truth and detections.
     trackers
         Names and configurations.
-    protocols, seeds, time_limit, max_frames
+    protocols, seeds, time_limit
         Those of the last run.
     """
 
@@ -44,7 +43,6 @@ class Record(Config, frozen=True):
     protocols: tuple[str, ...]
     seeds: int
     time_limit: float
-    max_frames: int = MAX_FRAMES
 
 
 def record(
@@ -54,7 +52,6 @@ def record(
     protocols: Iterable[str],
     seeds: int,
     time_limit: float,
-    max_frames: int = MAX_FRAMES,
 ) -> Record:
     """Return the record of an evaluation."""
     sequences = {job.sequence.name: job.sequence for job in jobs}
@@ -66,12 +63,11 @@ def record(
         protocols=tuple(protocols),
         seeds=seeds,
         time_limit=time_limit,
-        max_frames=max_frames,
     )
 
 
 RECORD = "run.json"
-FILES = (RECORD, "results.csv", "summary.md", "report.html")
+FILES = (RECORD, "results.csv", "summary.md")
 """The files that an evaluation writes beside the folder `tracks`."""
 
 
@@ -128,8 +124,6 @@ def _resumed_record(out: Path, now: Record) -> Record:
     ]
     if before.dataset != now.dataset:
         changed.append(f"dataset, which was {before.dataset}")
-    if before.max_frames != now.max_frames:
-        changed.append(f"--max-frames, which was {before.max_frames}")
     if before.motes != now.motes:
         changed.append(f"version of motes, which was {before.motes}")
     if changed:

@@ -9,7 +9,6 @@ and all share a frame and what was computed of it.
 
 from __future__ import annotations
 
-import itertools
 import tempfile
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -26,14 +25,9 @@ from motes.core.import_callable import explain
 from motes.video.sources import open_source
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.mot import MotSequence
+from motes_lab.datasets.shortened import ShortSequence, frames_of
 from motes_lab.datasets.sot import Problem, Sequence
 from motes_lab.protocols.mot import MotPass
-from motes_lab.protocols.perturbations import (
-    MAX_FRAMES,
-    PerturbedSequence,
-    perturbations,
-    perturbed_frames,
-)
 from motes_lab.protocols.sot import Start, TrackerPass, starts
 
 
@@ -91,12 +85,10 @@ def plan(
     sequences: Iterable[Sequence | MotSequence],
     protocols: Iterable[str],
     seeds: int,
-    max_frames: int = MAX_FRAMES,
 ) -> tuple[list[Job], list[Problem]]:
     """Return all jobs, sequence by sequence, and the problems of sequences that cannot be opened.
 
-    A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other tracker with seed 0. In
-    the protocol `robust`, each view is a separate job of at most `max_frames` frames.
+    A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other tracker with seed 0.
     """
     specs, protocols = list(specs), list(protocols)
     jobs: list[Job] = []
@@ -109,13 +101,8 @@ def plan(
             problems.append(Problem(f"sequence {sequence.name}", str(error)))
             continue
         for protocol in protocols:
-            views: Iterable[tuple[Sequence | MotSequence, list[Start]]]
-            if protocol == "robust" and isinstance(sequence, Sequence):
-                views = perturbations(sequence, *size, max_frames)
-            else:
-                views = [(sequence, starts(protocol, sequence, *size))]
-            for (view, view_starts), spec in itertools.product(views, specs):
-                jobs.append(Job.of([spec], view, view_starts, seeds))
+            beginnings = starts(protocol, sequence, *size)
+            jobs += (Job.of([spec], sequence, beginnings, seeds) for spec in specs)
     return jobs, problems
 
 
@@ -234,14 +221,11 @@ def feed(job: Job, *, shared: bool) -> tuple[dict[Pass, TrackerPass | MotPass], 
                     running[item].feed(own)
                 except BaseException as error:  # a tracker may raise anything
                     errors[item] = f"At frame {frame.index}: {explain(error)}"
-                    running.pop(item).close()
+                    del running[item]
             if not running:
                 break
     except Exception as error:
         return {}, errors | dict.fromkeys(running, explain(error))
-    finally:
-        for each in running.values():
-            each.close()
     return running, errors
 
 
@@ -251,13 +235,13 @@ def _new_pass(job: Job, item: Pass) -> TrackerPass | MotPass:
     make_adapter = partial(spec.begin, item.seed)
     if isinstance(job.sequence, MotSequence):
         return MotPass(make_adapter, job.sequence)
-    return TrackerPass(make_adapter, item.start, job.sequence.boxes)
+    return TrackerPass(make_adapter, item.start)
 
 
 def _frames(sequence: Sequence | MotSequence) -> Iterator[Frame]:
     """Yield the frames of a sequence; raise a SourceError if the truth has more or fewer rows."""
-    if isinstance(sequence, PerturbedSequence):
-        yield from perturbed_frames(sequence)
+    if isinstance(sequence, ShortSequence):
+        yield from frames_of(sequence)
         return
     count, rows = 0, sequence.frames
     with open_source(sequence.source) as source:

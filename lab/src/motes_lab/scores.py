@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from collections.abc import Sequence as Many
@@ -23,7 +22,6 @@ from motes.core.spreadsheet import guarded
 from motes.core.types import Floats
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
-from motes_lab.protocols.sot import FAILED, SKIPPED, STARTED, TRACKED
 from motes_lab.protocols.trace import TrackerOutput, load_trace
 from motes_lab.runner import Job, Pass
 
@@ -41,10 +39,6 @@ CORRECT_IOU = 0.5
 PROTOCOL_NAMES = {
     "ope": "One pass (OPE)",
     "pixel": "Starts moved by a pixel",
-    "sre": "Perturbed starts (SRE)",
-    "tre": "Perturbed times (TRE)",
-    "reset": "Restarted after failures (VOT)",
-    "robust": "Perturbed views",
     "mot": "All objects (MOT)",
 }
 """The titles of the protocols, in the order of reports."""
@@ -54,23 +48,22 @@ COLUMNS = (
     *("auc", "precision_20", "iou", "od", "lost_frame"),
     *("lost_recall", "lost_precision", "lost_f1", "ece"),
     *("losses", "recovered", "coverage"),
-    *("accuracy", "robustness", "failures"),
     *("ms_median", "ms_95", "fps", "error"),
 )
 """The columns of results.csv; see `score`."""
 
 COUNTS = ("judged", "missed", "reported", "both", "known", "covered", "lost_track")
-"""The names of `Outcome.counts`."""
+"""Numbers of frames in `score` beside the columns, of which shares are over all passes together:
+`judged` are compared with the truth, in `missed` of them the target is lost, in `reported` the
+tracker says so, in `both` rightly; `known` have a covariance, `covered` are in its 95 % ellipse.
+`lost_track` is 1 if the track is lost in any frame."""
 
 
 class Fit(NamedTuple):
-    """A trace compared with the truth, in the frames in which that is possible.
+    """A trace compared with the truth.
 
     Attributes
     ----------
-    rows
-        (n,), the rows of the trace that are compared: all except those in which the tracker waits
-        for its next start.
     overlaps
         (n,), IoU of the boxes; NaN without a target.
     distances
@@ -78,10 +71,9 @@ class Fit(NamedTuple):
         if the tracker gave no region.
     covered
         (n,), 1 if the truth's center lies in the 95 % ellipse of the tracker's position, else 0;
-        NaN without a target, and if the tracker is started, lost, or gives no covariance.
+        NaN without a target, at the start, and if the tracker is lost or gives no covariance.
     """
 
-    rows: NDArray[np.int64]
     overlaps: Floats
     distances: Floats
     covered: Floats
@@ -105,38 +97,33 @@ class Fit(NamedTuple):
 
 def fit(trace: TrackerOutput, sequence: Sequence) -> Fit:
     """Compare a trace with the truth."""
-    rows = np.flatnonzero(trace.events != SKIPPED)
-    truths = sequence.boxes[trace.frames[rows]]
-    boxes = metrics.enclosing_boxes(trace.ellipses[rows])
+    truths = sequence.boxes[trace.frames]
+    boxes = metrics.enclosing_boxes(trace.ellipses)
     given = np.isfinite(boxes).all(axis=1)
     gaps = (boxes[:, :2] + boxes[:, 2:] / 2) - (truths[:, :2] + truths[:, 2:] / 2)
     present = np.isfinite(truths).all(axis=1)
     overlaps = iou(np.nan_to_num(boxes), np.nan_to_num(truths))
-    covariances = trace.covariances[rows]
-    tracking = ~trace.lost[rows] & (trace.events[rows] != STARTED)
-    sure = present & tracking & np.isfinite(covariances).all(axis=1)
+    sure = present & ~trace.lost & np.isfinite(trace.covariances).all(axis=1)
+    sure[:1] = False
     return Fit(
-        rows,
         np.where(present, np.where(given, overlaps, 0), np.nan),
         np.where(present, np.where(given, np.hypot(*gaps.T), np.inf), np.nan),
-        np.where(sure, metrics.covered(gaps, covariances), np.nan),
+        np.where(sure, metrics.covered(gaps, trace.covariances), np.nan),
     )
 
 
 def updates(trace: TrackerOutput) -> Floats:
-    """Return the running times of a trace's updates, without starts, in seconds."""
-    measured = (trace.events != STARTED) & (trace.events != SKIPPED) & np.isfinite(trace.seconds)
-    seconds: Floats = trace.seconds[measured]
-    return seconds
+    """Return the running times of a trace's updates, without the start, in seconds."""
+    seconds: Floats = trace.seconds[1:]
+    return seconds[np.isfinite(seconds)]
 
 
-def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Scores:
-    """Return the numbers of results.csv by column, without the columns that name the pass.
+def score(trace: TrackerOutput, sequence: Sequence, judged: Fit | None = None) -> Scores:
+    """Return the numbers of results.csv by column, without those that name the pass, and `COUNTS`.
 
     A number that is not defined is None:
 
-    - after a restart, `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses` and `recovered`:
-      the protocol `reset` has `accuracy`, `robustness` and `failures` instead;
+    - `auc`, `precision_20`, `iou`, `od`, `losses` and `recovered` without a target;
     - `lost_frame`, if the target is never lost;
     - `lost_recall`, `lost_precision` and `coverage`, if they would be a share of no frames;
     - `ece` without a confidence, and times without an update.
@@ -145,45 +132,37 @@ def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Sc
     right, and every confidence is wrong. The frame of the start counts like all others, except for
     the times.
     """
-    found, present = (judged := fit(trace, sequence)).overlaps, judged.present
-    lost, confidence = trace.lost[judged.rows], trace.confidence[judged.rows]
-    sure = np.isfinite(confidence)
+    judged = judged or fit(trace, sequence)
+    found, present, missed = judged.overlaps, judged.present, judged.missed
     values: Scores = dict.fromkeys(COLUMNS[5:-1])
     values["frames"] = len(trace.frames)
-    if protocol == "reset":
-        failures, tracked = int((trace.events == FAILED).sum()), trace.events == TRACKED
-        started = trace.events == STARTED
-        overlaps = np.full(len(trace.frames), np.nan)
-        overlaps[judged.rows] = found
-        values["accuracy"] = metrics.reset_accuracy(overlaps, started, tracked)
-        values["robustness"] = metrics.reset_robustness(failures, len(trace.frames))
-        values["failures"] = failures
-    elif present.any():
-        rows = judged.rows[present]
-        distances = metrics.overlap_distances(
-            trace.ellipses[rows], sequence.ellipses[trace.frames[rows]]
-        )
+    if present.any():
+        frames = trace.frames[present]
+        distances = metrics.overlap_distances(trace.ellipses[present], sequence.ellipses[frames])
         values["auc"] = metrics.success_auc(found[present])
         values["precision_20"] = float(metrics.precision_curve(judged.distances[present])[20])
         values["iou"] = float(found[present].mean())
         values["od"] = float(distances.mean())
         if (first := metrics.first_lost(distances)) is not None:
-            values["lost_frame"] = int(trace.frames[rows[first]])
-        values["losses"], values["recovered"] = metrics.recoveries(
-            present, judged.missed, judged.correct
-        )
-    if judged.rows.size:
-        values["lost_recall"] = metrics.detection_recall(lost, judged.missed)
-        values["lost_precision"] = metrics.detection_precision(lost, judged.missed)
-        values["lost_f1"] = metrics.detection_f1(lost, judged.missed)
-    if sure.any():
+            values["lost_frame"] = int(frames[first])
+        values["losses"], values["recovered"] = metrics.recoveries(present, missed, judged.correct)
+    if (sure := np.isfinite(trace.confidence)).any():
         values["ece"] = metrics.calibration_error(
-            confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
+            trace.confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
         )
-    if (known := np.isfinite(judged.covered)).any():
-        values["coverage"] = float(judged.covered[known].mean())
+    flags = (
+        *(np.ones_like(missed), missed, trace.lost, trace.lost & missed),
+        *(np.isfinite(judged.covered), judged.covered == 1),
+    )
+    counts = [int(np.count_nonzero(each)) for each in flags]
+    _, lost, reported, both, known, covered = counts
+    values["lost_recall"] = both / lost if lost else None
+    values["lost_precision"] = both / reported if reported else None
+    values["lost_f1"] = 2 * both / (reported + lost) if lost else None
+    values["coverage"] = covered / known if known else None
     values |= speed(updates(trace))
-    return {name: None if _is_nan(value) else value for name, value in values.items()}
+    lost_track = int(values["lost_frame"] is not None)
+    return values | dict(zip(COUNTS, [*counts, lost_track], strict=True))
 
 
 def speed(seconds: Floats) -> Scores:
@@ -193,10 +172,6 @@ def speed(seconds: Floats) -> Scores:
     median, high = metrics.time_quantiles(seconds)
     fps = float(seconds.size / seconds.sum()) if seconds.sum() else None
     return {"ms_median": median, "ms_95": high, "fps": fps}
-
-
-def _is_nan(value: float | int | None) -> bool:
-    return value is not None and math.isnan(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,34 +261,11 @@ class Outcome(PassResult[Sequence, TrackerOutput]):
         return None if self.trace is None else fit(self.trace, self.sequence)
 
     @cached_property
-    def counts(self) -> dict[str, int]:
-        """Numbers of frames, of which shares are over all passes together; none if it failed.
-
-        `judged` are compared with the truth, in `missed` of them the target is lost, in `reported`
-        the tracker says so, in `both` rightly; `known` have a covariance, `covered` are in its 95 %
-        ellipse. `lost_track` is 1 if the track is lost in any frame.
-        """
-        if self.trace is None or self.fit is None:
-            return {}
-        lost, missed, covered = self.trace.lost[self.fit.rows], self.fit.missed, self.fit.covered
-        flags = (
-            np.ones_like(lost),
-            missed,
-            lost,
-            lost & missed,
-            np.isfinite(covered),
-            covered == 1,
-        )
-        numbers = [int(np.count_nonzero(each)) for each in flags]
-        lost_track = int(self.scores["lost_frame"] is not None)
-        return dict(zip(COUNTS, [*numbers, lost_track], strict=True))
-
-    @cached_property
     def scores(self) -> Scores:
         """The numbers of `score`; None for each column if the pass failed."""
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
-        return score(self.trace, self.sequence, self.item.start.protocol)
+        return score(self.trace, self.sequence, self.fit)
 
 
 E = TypeVar("E", bound=PassResult[Any, Any])
@@ -344,14 +296,16 @@ def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
     FormatError
         If it cannot be written.
     """
-    write_table(out / "results.csv", COLUMNS, map(row_of, in_order(outcomes)))
+    rows = (row_of(each, COLUMNS) for each in in_order(outcomes))
+    write_table(out / "results.csv", COLUMNS, rows)
 
 
-def row_of(outcome: PassResult[Any, Any]) -> list[str]:
+def row_of(outcome: PassResult[Any, Any], columns: Many[str]) -> list[str]:
     """Return the row of a pass in results.csv."""
     item = outcome.item
     names = [item.tracker, item.sequence, item.start.protocol, item.start.label, str(item.seed)]
-    return [*names, *map(format_score, outcome.scores.values()), " ".join(outcome.error.split())]
+    numbers = (format_score(outcome.scores[name]) for name in columns[5:-1])
+    return [*names, *numbers, " ".join(outcome.error.split())]
 
 
 def format_score(value: float | int | None) -> str:

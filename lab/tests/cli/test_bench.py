@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 import csv
-import multiprocessing
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes import Frame, MotesError, SourceError, synthetic
-from motes.core.geometry import Ellipse
+from motes import SourceError, synthetic
 from motes.video.writer import VideoWriter
 from motes_lab.cli import main
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.experiment import Experiment, Result
 from motes_lab.report import markdown
 from motes_lab.report.tables import Table
-from motes_lab.speed import growth, parts
 from motes_lab.speed import measure as speed
-from motes_lab.speed import plot as speed_plot
+from motes_lab.speed import parts
 from motes_lab.speed import report as speed_report
-from motes_lab.speed.growth import Growth
-from motes_lab.speed.measure import MAIN, OURS, TARGETS, Film
+from motes_lab.speed.measure import MAIN, OURS, TARGETS
 from motes_lab.speed.report import against, stored_ratios, trackers_table
 
 SMALL = (160, 120)
@@ -42,7 +36,6 @@ SECONDS = {
     ("cv2:csrt", MAIN): [0.03] * 3,
 }
 NAME = Path("earlier.md")
-Timed = dict[tuple[str, float], list[float]]
 
 
 def texts(table: Table) -> list[dict[str, str]]:
@@ -102,20 +95,6 @@ def test_what_got_slower_is_marked() -> None:
     assert table.note.startswith("2 of 6 are more than 15% slower")
 
 
-def test_the_power_of_growth() -> None:
-    counts = (1, 10, 100, 1000)
-    seconds: Timed = {("linear", n): [0.001 * n] * 3 for n in counts}
-    seconds |= {("root", n): [9.0, 0.002 * n**0.5, 0.0] for n in counts}
-    growth = Growth.over("targets", "nummiaro, frames of 9x9", seconds)
-    assert growth.powers["linear"] == pytest.approx((1, 1, 1))
-    assert growth.powers["root"] == pytest.approx((0.5, 0.5, 0.5))
-    table = growth.table()
-    assert table.head == ("targets", "linear, ms", "root, ms", "µs for each")
-    assert [cell.text for cell in table.rows[1]] == ["10", "10.000", "6.325", "1000.0"]
-    power = ["power", "1.00 (1.00 to 1.00)", "0.50 (0.50 to 0.50)", ""]
-    assert [cell.text for cell in table.foot[0]] == power
-
-
 def test_everything_has_its_turn_in_every_round() -> None:
     calls: list[str] = []
 
@@ -129,56 +108,6 @@ def test_everything_has_its_turn_in_every_round() -> None:
     assert calls == ["a", "b"] * 3
     assert steps[0] == {"a": [1], "b": [2]}
     assert steps[2] == {"a": [1, 3, 5], "b": [2, 4, 6]}
-
-
-@pytest.fixture
-def film() -> Film:
-    return Film.of(synthetic.still(SMALL, (30, 40), 3))
-
-
-def test_a_scene_is_enlarged_with_its_target(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(growth, "FACTORS", (1, 3))
-    monkeypatch.setattr(growth, "FOLLOWERS", ("nummiaro",))
-    seen: list[tuple[tuple[int, ...], float, float]] = []
-
-    def timed(update: Any, images: Iterable[Frame]) -> None:
-        for frame in images:
-            track = update(frame)
-        seen.append((frame.pixels.shape, track.ellipse.x, track.ellipse.b))
-
-    monkeypatch.setattr(growth, "timed", timed)
-    jobs = growth.megapixels(film)
-    assert [*jobs] == [("nummiaro", 0.0192), ("nummiaro", 0.1728)]
-    for run in jobs.values():
-        run()
-    (small, x, b), (large, three_x, three_b) = seen
-    assert (small, large) == ((120, 160, 3), (360, 480, 3))
-    assert three_x == pytest.approx(3 * x, abs=6)
-    assert three_b == pytest.approx(3 * b, rel=0.2)
-
-
-@pytest.mark.slow
-def test_targets_are_divided_among_threads_and_processes(
-    film: Film, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(growth, "WORKERS", (1, 2))
-    monkeypatch.setattr(growth, "DIVIDED", 3)
-    assert {key: len(run()) for key, run in growth.threads(film).items()} == {
-        ("threads", 1): 2,
-        ("threads", 2): 2,
-    }
-    jobs = growth.processes(film)
-    assert [*jobs] == [("processes", 1), ("processes", 2)]
-    assert len(jobs["processes", 2]()) == growth.PASSES
-    assert not multiprocessing.active_children()
-
-
-@pytest.mark.slow
-def test_a_process_that_ends_is_reported(film: Film) -> None:
-    """It fails on a region that does not fit its frame."""
-    outside = film._replace(regions=[Ellipse(9999, 9999, 3, 3, 0)])
-    with pytest.raises(MotesError, match=r"A measured process ended with exit code 1\."):
-        growth.processes(outside)["processes", 1]()
 
 
 def test_real_sequences_have_ratios_and_their_geometric_means() -> None:
@@ -270,48 +199,15 @@ def test_a_tracker_of_opencv_that_fails_is_left_out(
                              for cell in row}  # fmt: skip
 
 
-@pytest.mark.parametrize(("growths", "peers"), [(0, False), (3, True)])
-def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
-    seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
-    steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
-    whats = ("targets", "threads", "processes")[:growths]
-    grown = [Growth.over(what, "a tracker", steps) for what in whats]
-    figure: Any = speed_plot.figure(seconds, grown)
-    figure.canvas.draw()
-    bars, *lower = figure.axes
-    names = [label.get_text() for label in bars.get_yticklabels()]
-    assert names == [name for name in ("nummiaro", "cv2:mosse", "maggio", "cv2:csrt")
-                     if peers or "cv2" not in name]  # fmt: skip
-    widths = {name: SECONDS[name, MAIN][1] * 1e3 for name in names}
-    assert sorted(bar.get_width() for bar in bars.patches) == pytest.approx(sorted(widths.values()))
-    assert [axes.get_xlabel() for axes in lower] == [*whats]
-    for axes in lower:
-        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-        one, _, straight = axes.lines
-        np.testing.assert_allclose(one.get_ydata(), [1, 10])
-        wanted = [1, 10] if axes.get_xlabel() == "targets" else [1, 0.1]
-        np.testing.assert_allclose(straight.get_ydata(), wanted)
-        assert one.get_label() == "one: power 1.00 (1.00 to 1.00)"
-
-
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Let the command measure little, in an empty folder."""
     for module, name, value in (
         (parts, "FRAMES", 3),
         (parts, "SIZE", (200, 160)),
-        (parts, "LARGE", (260, 320)),
-        (parts, "SMALL", (160, 120)),
-        (parts, "LENGTH", 4),
-        (parts, "LARGE_LENGTH", 3),
         (speed, "TARGETS", (MAIN,)),
         (speed, "OURS", ("nummiaro",)),
         (speed, "PEERS", ("cv2:mosse",)),
-        (growth, "COUNTS", (1, 2)),
-        (growth, "PARTICLES", (10, 20)),
-        (growth, "FACTORS", (1, 2)),
-        (growth, "WORKERS", (1, 2)),
-        (growth, "DIVIDED", 2),
     ):
         monkeypatch.setattr(module, name, value)
     monkeypatch.chdir(tmp_path)
@@ -323,30 +219,13 @@ def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 def test_the_command_writes_all_there_is(
     small: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    line = ["bench", "--rounds", "1", "--plot", "--out", "new"]
+    line = ["bench", "--rounds", "1", "--out", "new"]
     assert main(line) == 0
     out, error = capfd.readouterr()
-    assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV and PNG.\n")
+    assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV.\n")
     assert "slower" not in out
     written = {path.name for path in Path("new").iterdir()}
-    tables = {
-        f"bench-{name}.csv"
-        for name in (
-            "trackers",
-            "targets",
-            "particles",
-            "megapixels",
-            "threads",
-            "processes",
-            "files",
-        )
-    }
-    assert written == tables | {"bench.md", "bench.png"}
-    assert Path("new/bench.png").read_bytes().startswith(b"\x89PNG")
-    rows = [*csv.DictReader(Path("new/bench-targets.csv").read_text().splitlines())]
-    assert [row["targets"] for row in rows] == ["1", "2", "power"]
-    rows = [*csv.DictReader(Path("new/bench-files.csv").read_text().splitlines())]
-    assert [row["H.264 file"] for row in rows] == ["200x160, one target", "260x320, ten targets"]
+    assert written == {"bench-trackers.csv", "bench.md"}
 
     measured: list[object] = []
 
@@ -354,11 +233,8 @@ def test_the_command_writes_all_there_is(
         measured.append(given)
         yield Result({})
 
-    monkeypatch.setattr(parts.Measured, "steps", steps)
+    monkeypatch.setattr("motes_lab.cli.bench.measured", steps)
     assert main(line) == 5  # before anything is measured
-    Path("bench").mkdir()
-    Path("bench/bench.png").touch()
-    assert main(["bench", "--plot"]) == 5  # where it goes by itself
     assert main([*line, "--against", "none.md"]) == 3
     Path("text.md").write_text("text")
     assert main([*line, "--against", "text.md"]) == 3
@@ -367,19 +243,12 @@ def test_the_command_writes_all_there_is(
     assert {path.name for path in Path("new").iterdir()} == written
 
 
-def test_one_part_is_measured(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    line = ["bench", "--rounds", "1", "--out", "new", "--part", "files"]
-    assert main(line) == 0
-    assert {path.name for path in Path("new").iterdir()} == {"bench.md", "bench-files.csv"}
+def test_parts_that_cannot_be_measured(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for more, message in (
-        (
-            ["--plot"],
-            "--plot draws the parts trackers and growth; measure one of them, or omit --plot.",
-        ),
         (["--against", "none.md"], "--against compares the part trackers"),
-        (["--part", "sequences"], "Real sequences are in a folder; give it with --data."),
+        ([], "Real sequences are in a folder; give it with --data."),
     ):
-        assert main([*line, "--overwrite", *more]) == 2
+        assert main(["bench", "--part", "sequences", *more]) == 2
         assert message in capfd.readouterr().err
 
 
@@ -393,7 +262,6 @@ def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixtu
     out = capfd.readouterr().out
     assert re.search(r"nummiaro +60x100 +cv2:mosse +\S+ +1\.00e-09 +\+\d+% +slower", out)
     assert "1 of 1 are more than 15% slower" in out
-    assert not Path("new/bench.png").exists()  # nobody asked for it
     for path in Path("new").iterdir():
         if path.name != "bench-against.csv":
             path.unlink()
@@ -469,8 +337,7 @@ def test_a_bench_of_nothing_is_refused(capfd: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "line",
-    ["bench --rounds HUGE", "evaluate . --seeds HUGE", "experiment pairs . --seeds HUGE"],
+    "line", ["bench --rounds HUGE", "evaluate . --seeds HUGE", "experiment pairs . --seeds HUGE"]
 )
 def test_numbers_that_are_too_large(line: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(line.replace("HUGE", "9" * 30).split()) == 2

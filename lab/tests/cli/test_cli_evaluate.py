@@ -44,7 +44,7 @@ def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
     return evaluating(capfd)
 
 
-WHOLE = "--tracker my.toml --tracker mine:Seeded --seeds 2 --protocol ope --protocol reset"
+WHOLE = "--tracker my.toml --tracker mine:Seeded --seeds 2 --protocol ope --protocol pixel"
 
 
 @pytest.fixture(scope="module")
@@ -60,28 +60,27 @@ def test_results(whole: str, go: Go) -> None:
     assert tuple(rows[0]) == COLUMNS
     names = [tuple(row[name] for name in COLUMNS[:5]) for row in rows]
     assert names == [
-        (tracker, sequence, protocol, "", seed)
+        (tracker, sequence, protocol, start, seed)
         for tracker in ("my.toml", "mine:Seeded")
         for sequence in ("a", "b")
-        for protocol in ("ope", "reset")
+        for protocol, start in (("ope", ""), ("pixel", "+1"), ("pixel", "-1"), ("pixel", "0"))
         for seed in ("0", "1")
     ]
     for row in rows:
         assert row["error"] == ""
         assert row["frames"] == "20"
-        assert float(row["accuracy" if row["protocol"] == "reset" else "auc"]) > 0.5
+        assert float(row["auc"]) > 0.5
     assert {len(path) for path in tracks(Path(whole)).values()} == {arena.FRAMES + 1}
-    for name in ("summary.md", "report.html"):
-        assert "mine:Seeded" in Path(whole, name).read_text()
+    assert "mine:Seeded" in Path(whole, "summary.md").read_text()
 
 
 @pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     assert code == 0
-    assert error == "motes: 16 passes, 0 failed; wrote whole/report.html.\n"
-    title, head, first, second, reset, *_ = out.splitlines()
-    assert (title, reset) == ("One pass (OPE):", "Restarted after failures (VOT):")
+    assert error == "motes: 32 passes, 0 failed; wrote whole/summary.md.\n"
+    title, head, first, second, moved, *_ = out.splitlines()
+    assert (title, moved) == ("One pass (OPE):", "Starts moved by a pixel:")
     assert head.split()[:3] == ["tracker", "sequences", "AUC"]
     assert re.match(r"  my\.toml +2 of 2  0\.\d{3} ± 0\.\d{3} ", first)
     assert re.match(r"  mine:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
@@ -96,7 +95,7 @@ def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     kept = Path("more/tracks/my.toml/a/ope-0.csv").read_bytes()
     line = f"data {WHOLE} --tracker mine:Still --out more --resume --workers 2"
     assert go(line.replace("--seeds 2", "--seeds 3"))[0] == 0
-    assert len(table("more")) == 12 + 12 + 4
+    assert len(table("more")) == 24 + 24 + 8
     assert Path("more/tracks/my.toml/a/ope-0.csv").read_bytes() == kept
     found = tracks(Path("more"))
     assert {name: found[name] for name in tracks(Path(whole))} == tracks(Path(whole))
@@ -115,7 +114,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
         "attribute 'Stil'; correct it.",
         "motes: tracker cv2:mill: There is no tracker of this name; did you mean cv2:mil?",
         "motes: mine:Raises on a, ope, seed 0: At frame 7: ValueError: no more of this",
-        "motes: 2 passes, 1 failed; wrote failing/report.html.",
+        "motes: 2 passes, 1 failed; wrote failing/summary.md.",
     ]
     assert "0007" in error.splitlines()[0]
     good, bad = table("failing")
@@ -124,8 +123,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert (bad["tracker"], bad["auc"]) == ("mine:Raises", "")
     assert bad["error"] == "At frame 7: ValueError: no more of this"
     assert "0 of 1" in out
-    for name in ("summary.md", "report.html"):
-        assert "no more of this" in Path("failing", name).read_text()
+    assert "no more of this" in Path("failing", "summary.md").read_text()
 
 
 @pytest.mark.slow
@@ -139,7 +137,7 @@ def test_a_terminal_that_knows_few_characters(home: Path) -> None:
     )
     assert (done.returncode, done.stderr) == (
         0,
-        "motes: 1 pass, 0 failed; wrote plain/report.html.\n",
+        "motes: 1 pass, 0 failed; wrote plain/summary.md.\n",
     )
     assert "mine:Still" in done.stdout
 
@@ -172,11 +170,7 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --workers 0", 2, "--workers is 0"),
         ("data --time-limit 0", 2, "--time-limit is 0"),
         ("data --time-limit nan", 2, "--time-limit is nan"),
-        ("data --reference gone.csv", 3, "gone.csv cannot be read"),
-        ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
-        ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
-        ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
         ("data --out data/a/groundtruth_rect.txt", 5, "cannot be written"),
     ],
 )
@@ -197,28 +191,6 @@ def test_a_video_with_its_truth(go: Go) -> None:
     )
     assert code == 0
     assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
-
-
-@pytest.mark.slow
-def test_robust(go: Go) -> None:
-    line = "data --sequence a --tracker mean_shift --workers 1 --out views"
-    code, out, _ = go(f"{line} --robust --max-frames 6")
-    assert code == 0
-    assert out.startswith("Perturbed views (24 views):\n")
-    rows = table("views")
-    assert {row["protocol"] for row in rows} == {"robust"}
-    assert len({row["start"] for row in rows}) == len(rows) == 24
-    # Of 20 frames, five are left after three quarters.
-    assert {row["start"]: row["frames"] for row in rows if row["frames"] != "6"} == {
-        "from-three-quarters": "5"
-    }
-    before = tracks(Path("views"))
-    code, out, error = go(f"{line} --protocol robust --max-frames 7 --resume")
-    assert (code, out) == (5, "")
-    assert re.fullmatch(
-        r"motes: error: views cannot be resumed with this --max-frames, which was 6; .*\n", error
-    )
-    assert tracks(Path("views")) == before
 
 
 @contextlib.contextmanager
@@ -250,13 +222,13 @@ def test_a_signal_leaves_a_report_of_what_is_done(home: Path) -> None:
         out, error = process.communicate()
     assert process.returncode == 128 + number
     assert re.fullmatch(
-        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/report\.html\.\n", error
+        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/summary\.md\.\n", error
     )
     assert "mine:Still" in out
     rows = table(word)
     assert len(rows) == len(tracks(home / word)) in (1, 2)
     assert {(row["tracker"], row["error"]) for row in rows} == {("mine:Still", "")}
-    assert "mine:Still" in Path(word, "report.html").read_text()
+    assert "mine:Still" in Path(word, "summary.md").read_text()
 
 
 def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -266,7 +238,7 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("motes_lab.runner.run", interrupt)
     code, out, error = go("data --tracker mine:Still --out nothing")
     assert (code, out) == (130, "")
-    assert error == "motes: interrupted after 0 passes, 0 failed; wrote nothing/report.html.\n"
+    assert error == "motes: interrupted after 0 passes, 0 failed; wrote nothing/summary.md.\n"
     assert table("nothing") == []
 
 

@@ -119,9 +119,7 @@ def error_context(where: Path | str) -> Iterator[None]:
         raise ConfigError(f"{where}: {error}") from None
 
 
-def checked_output(
-    source: str, outputs: OutputOptions, others: Sequence[str | Path] = ()
-) -> str | None:
+def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | Path]) -> str | None:
     """Return the file of the rows, or -, or None without rows, after a check of all outputs.
 
     Rows without -o have a name of their own if nothing else is made.

@@ -50,8 +50,8 @@ def save_histogram(
         )
     refuse(
         {
-            "-o": outputs.output, "--overlay": outputs.overlay, "--show": outputs.show,
-            "--resume": outputs.resume,
+            "-o": outputs.output, "--overlay": outputs.overlay, "--figures": outputs.figures,
+            "--show": outputs.show, "--resume": outputs.resume,
         },
         "for tracks, and --save-histogram tracks nothing",
     )  # fmt: skip

@@ -53,8 +53,8 @@ def track(
     (searching, tracking or lost). With several objects it has a row for each object: its box and
     its identity, from 1 in the order of --init.
 
-    Without -o and --overlay the rows go to standard output; if that is a terminal, they go to a
-    file named after the source.
+    Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
+    go to a file named after the source.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def track(
     begin = None if keys.given else target.begin(known)
     plane = units.units()
     marks = keys.checked_marks(source, target.region()) if keys.given else []
-    output = checked_output(source, outputs)
+    output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
     asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
@@ -116,9 +116,11 @@ def _check_fitting(
     if keys.given:
         unfit: dict[str, object] = {
             "--stride": frames.stride != 1, "--show": outputs.show,
-            "--resume": outputs.resume, "--save-histogram": outputs.save_histogram,
+            "--resume": outputs.resume, "--figures": outputs.figures,
+            "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
         return
     if len(target.regions()) > 1:
-        refuse({**units.given, "--resume": outputs.resume}, "for one --init")
+        single = {"--figures": outputs.figures, **units.given}
+        refuse(single | {"--resume": outputs.resume}, "for one --init")

@@ -51,6 +51,10 @@ def track_one(asked: TrackRequest, tracker: Tracker, begin: Begin) -> int:
         opened = drawn(
             outputs, film, asked.frames.stride, lambda: painted_target(metres), overwrite=anew
         )
+        if outputs.figures is not None:
+            from motes.cli.track_figures import Figures
+
+            opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
         moments: Moments = partial(follow, tracker, begin)
         if units is not None:
             moments = measured(units, moments)

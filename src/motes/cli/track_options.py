@@ -154,6 +154,10 @@ class TargetOptions:
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
+    figures: Annotated[
+        Path | None,
+        Parameter(help="Folder for the figures of the papers; motes draw makes those of rows."),
+    ] = None
     save_histogram: Annotated[
         Path | None,
         Parameter(
@@ -166,7 +170,7 @@ class TrackOutputs(OutputOptions):
         FLAG,
         Parameter(
             help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "The run is repeated up to the missing rows; an overlay is made again."
+            "The run is repeated up to the missing rows; overlay and figures are made again."
         ),
     ] = False
 

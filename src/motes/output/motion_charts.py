@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from motes.core.types import Floats
+from motes.output.charts import BLUE, INK, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Of the palette of Okabe and Ito, whose colors color-blind readers can distinguish.
-BLUE, VERMILION = "#0072B2", "#D55E00"
-INK = "#333333"
 COLUMN = 3.5
 """Width of a figure in inches: a column of most journals."""
 INTERVAL = 1.96

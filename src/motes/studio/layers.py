@@ -10,7 +10,7 @@ from motes.core.frame import Frame
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.structure_tensor import Orientation
-from motes.output.surfaces import cue_distances, orientation_of, rho_surface
+from motes.output.figures import cue_distances, orientation_of, surface_of
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
@@ -37,7 +37,8 @@ def layers_of(
     """
     found: dict[str, object] = {}
     if "rho" in wanted:
-        found["rho"] = _surface(*rho_surface(config, frame, info))
+        rho = surface_of(config, frame, info)
+        found["rho"] = _surface(rho.x, rho.y, rho.rho)
     if "likelihoods" in wanted:
         found["likelihoods"] = _likelihoods(config, frame, info)
     if "particles" in wanted:

@@ -96,9 +96,6 @@ class MotTrackerAdapter:
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
         """Return the objects in a frame; detections are None if the dataset has none."""
 
-    def close(self) -> None:
-        """Release all resources, if there are any; there are no calls after that."""
-
 
 class AssociationAdapter(MotTrackerAdapter):
     """A tracker of the package `trackers`, with the default values of the package."""
@@ -302,7 +299,3 @@ class DetectorAdapter(MotTrackerAdapter):
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
         """Detect objects and update the tracker; only the tracker's time counts."""
         return self._adapter.update(frame, self._detector(frame))
-
-    def close(self) -> None:
-        """Close the tracker."""
-        self._adapter.close()

@@ -10,7 +10,6 @@ A name of a tracker of one object is one of these:
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
 | `cv2:nano=BACKBONE,HEAD` | NanoTrack of OpenCV, with its two ONNX files |
 | `cv2:vit=NETWORK` | VitTrack of OpenCV, with its ONNX file |
-| `trax:COMMAND ARGUMENTS` | a program with the TraX protocol |
 | `module:factory` | a Python callable |
 
 The callable is called without arguments, or with `seed=` if it has a parameter of this name; it is
@@ -40,8 +39,6 @@ import contextlib
 import difflib
 import hashlib
 import inspect
-import shlex
-import shutil
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -65,12 +62,7 @@ from motes.sot.presets import TrackerConfig
 from motes_lab.adapters import mot as mot
 from motes_lab.adapters.networks import NETWORKS, network_files
 from motes_lab.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv
-from motes_lab.adapters.sot import (
-    CallableAdapter,
-    MotesAdapter,
-    OpenCVAdapter,
-    TraxAdapter,
-)
+from motes_lab.adapters.sot import CallableAdapter, MotesAdapter, OpenCVAdapter
 from motes_lab.datasets.sot import Problem
 
 JOINED = "default:network="
@@ -147,8 +139,6 @@ def tracker_spec(name: str) -> TrackerSpec:
         network = Network(tuple(name.removeprefix(JOINED).split(",")))
         network.open()
         return _motes_spec(name, Discriminative(network=network))
-    if kind == "trax":
-        return _trax_spec(name, rest)
     if colon and rest and kind != "cv2":
         return _callable_spec(name, CallableAdapter, KNOWN)
     raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
@@ -262,18 +252,6 @@ def motes_config(name: str) -> TrackerConfig:
     if not isinstance(base, str):
         raise ConfigError(f"preset is {base!r}; give the name of one, such as 'nummiaro'.")
     return presets.configure(presets.preset(base), values)
-
-
-def _trax_spec(name: str, command: str) -> TrackerSpec:
-    try:
-        words = tuple(shlex.split(command))
-    except ValueError as error:
-        raise ConfigError(f"Its command is not valid: {error}.") from None
-    if not words:
-        raise ConfigError("It has no command; write trax:COMMAND ARGUMENTS.")
-    if shutil.which(words[0]) is None:
-        raise ConfigError(f"There is no program {words[0]}; check the name.")
-    return TrackerSpec(name, shlex.join(words), False, partial(TraxAdapter, words))
 
 
 def _callable_spec(

@@ -1,4 +1,4 @@
-"""Adapters for trackers of one object: motes, OpenCV, Python callables, TraX programs.
+"""Adapters for trackers of one object: motes, OpenCV, Python callables.
 
 `registry.tracker_spec` finds them by name.
 """
@@ -8,9 +8,7 @@ from __future__ import annotations
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +22,6 @@ from motes.core.track import Status, Track
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 from motes_lab.adapters.opencv import Peer, peer
-from motes_lab.adapters.trax import Program
 
 LARGEST = 1e9
 """Largest number in a region, in pixels: its square is still a finite, exact enough number."""
@@ -69,9 +66,6 @@ class TrackerAdapter:
     @abstractmethod
     def update(self, frame: Frame) -> Answer:
         """Follow the object into the next frame."""
-
-    def close(self) -> None:
-        """Release all resources, if there are any; there are no calls after that."""
 
 
 class MotesAdapter(TrackerAdapter):
@@ -158,44 +152,6 @@ class CallableAdapter(TrackerAdapter):
                 f"update of {self._name} returned {repr(value)[:80]}; it must return a box x, y, "
                 f"width, height, or (found, box), or a motes.Track, or None if it is lost."
             ) from None
-
-
-class TraxAdapter(TrackerAdapter):
-    """A program with the TraX protocol, which gets each frame as a file."""
-
-    def __init__(self, command: tuple[str, ...]) -> None:
-        self._command = command
-        self._folder = TemporaryDirectory(prefix="motes-")
-        self._program: Program | None = None
-
-    def init(self, frame: Frame, box: Box) -> Answer:
-        """Start the program, again if it already runs: many programs can be started only once."""
-        if self._program is not None:
-            self._program.close()
-        self._program = program = Program(self._command)
-        return self._ask(frame, lambda image: program.initialize(image, box))
-
-    def update(self, frame: Frame) -> Answer:
-        """Send the next frame."""
-        assert self._program is not None
-        return self._ask(frame, self._program.frame)
-
-    def _ask(self, frame: Frame, ask: Callable[[Path], Box | None]) -> Answer:
-        from PIL import Image
-
-        image = Path(self._folder.name) / f"{frame.index:06d}.png"
-        Image.fromarray(frame.pixels).save(image, compress_level=1)
-        start = time.perf_counter()
-        box = ask(image)
-        seconds = _seconds_since(start)
-        image.unlink()
-        return _found(box, seconds) if box else _lost(seconds)
-
-    def close(self) -> None:
-        """End the program and remove its files."""
-        if self._program is not None:
-            self._program.close()
-        self._folder.cleanup()
 
 
 def _seconds_since(start: float) -> float:

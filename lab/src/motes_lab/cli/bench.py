@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from motes.cli.input_checks import check_counts, read_text
-from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN
+from motes.cli.options import REPEATED, RUN
 from motes.core.errors import ConfigError, SourceError
 from motes_lab.adapters.opencv import peer
 from motes_lab.datasets.sot import Sequence as TrueSequence
@@ -17,7 +16,7 @@ from motes_lab.datasets.sot import load_dataset
 from motes_lab.experiment import ResultOptions
 from motes_lab.speed import measure as speed
 from motes_lab.speed import report as speed_report
-from motes_lab.speed.parts import PARTS, Measured, Part
+from motes_lab.speed.parts import PARTS, Part, measured
 
 
 def bench(
@@ -25,10 +24,7 @@ def bench(
     part: Annotated[
         list[Part] | None,
         REPEATED,
-        Parameter(
-            group=RUN,
-            help="Measure only this part; may be repeated. All by default.",
-        ),
+        Parameter(group=RUN, help="Measure only this part; may be repeated. All by default."),
     ] = None,
     rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
     against: Annotated[
@@ -55,32 +51,20 @@ def bench(
             help="ONNX files of NanoTrack, BACKBONE,HEAD; it then also runs on real sequences.",
         ),
     ] = None,
-    plot: Annotated[
-        bool,
-        FLAG,
-        Parameter(group=OUTPUT, help="Draw plots too; without --out they are in bench/."),
-    ] = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Measure trackers side by side, and how their time grows.
+    """Measure trackers side by side.
 
     The parts are:
 
     - trackers: one update of each tracker and of OpenCV's, on rendered clips;
-    - sequences: the same on real sequences, which --data names, in turn frame by frame;
-    - growth: updates with 1 to 1,000 targets, 50 to 5,000 particles, 0.1 to 8 megapixels, and in 1
-      to 4 threads and processes;
-    - files: video files, decoded with and without tracking.
+    - sequences: the same on real sequences, which --data names, in turn frame by frame.
 
     Each job runs once in every round. A time is the median over all updates; it is measured inside
     the tracker.
     """
     check_counts(rounds=rounds)
     wanted = set(part or PARTS)
-    if plot and not {"trackers", "growth"} & wanted:
-        raise ConfigError(
-            "--plot draws the parts trackers and growth; measure one of them, or omit --plot."
-        )
     if against is not None and "trackers" not in wanted:
         raise ConfigError(
             "--against compares the part trackers; measure that too, or omit --against."
@@ -96,12 +80,8 @@ def bench(
             raise ConfigError("--nano needs real sequences; give their folder with --data.")
         networks = [f"cv2:nano={nano}"]
         peer(networks[0])  # refuses files that cannot be used
-    chosen = [each for each in PARTS if each in wanted]
     sequences = [] if data is None or "sequences" not in wanted else _sequences(data)
-    if plot and results.out is None:
-        results = replace(results, out=Path("bench"))
-    measured = Measured(rounds, stored, sequences, networks, plot=plot)
-    return results.show("bench", measured.steps(chosen))
+    return results.show("bench", measured(wanted, rounds, stored, sequences, networks))
 
 
 def _sequences(folder: Path) -> list[TrueSequence]:

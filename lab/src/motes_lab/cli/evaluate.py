@@ -10,18 +10,12 @@ from cyclopts import App
 from motes.core.errors import ConfigError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
-from motes_lab.cli.evaluate_options import (
-    DatasetOptions,
-    ReportOptions,
-    RunOptions,
-    check_kind,
-)
+from motes_lab.cli.evaluate_options import DatasetOptions, ReportOptions, RunOptions, check_kind
 from motes_lab.cli.evaluate_run import run_jobs, write_all
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.inputs import chosen, first_pixels, lines, refuse_none
-from motes_lab.report.speed_ratio import PEER, Comparisons
 from motes_lab.run_folder import prepare, record
 from motes_lab.runner import Pass
 
@@ -35,7 +29,6 @@ Trackers:
   cv2:vit=NETWORK               VitTrack, with its ONNX file
   module:factory                a Python callable; it returns an object with
                                 init(image, box) and update(image)
-  "trax:COMMAND ARGUMENTS"      a program that speaks TraX
 Trackers of many objects:
   trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort,
   trackers:cbiou, trackers:mcbyte
@@ -58,7 +51,7 @@ def evaluate(
 ) -> int:
     """Measure trackers on sequences with ground truth.
 
-    Writes results.csv, summary.md, report.html and all tracks (tracks/) into a folder. Where a
+    Writes results.csv, summary.md and all tracks (tracks/) into a folder. Where a
     sequence or tracker fails, its name is printed, and the others go on.
 
     Parameters
@@ -68,8 +61,7 @@ def evaluate(
     """
     run.check()
     many = has_mot_sequences(dataset)
-    check_kind(many, data, run, report)
-    published = report.published()
+    check_kind(many, data, run)
 
     films: Sequence[Film] | Sequence[MotSequence]
     if many:
@@ -82,12 +74,12 @@ def evaluate(
         raise ConfigError("There is no tracker to run. " + lines(unusable))
     if run.detector is not None:
         entries = with_detector(entries, run.detector)
-    protocols = ["mot"] if many else run.protocols() or ["ope"]
-    jobs, unreadable = runner.plan(entries, films, protocols, run.seeds, run.max_frames)
+    protocols = ["mot"] if many else [*dict.fromkeys(run.protocol or ["ope"])]
+    jobs, unreadable = runner.plan(entries, films, protocols, run.seeds)
     problems += unreadable
     refuse_none(dataset, jobs, problems)
     problems += unusable
-    now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
+    now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit)
     prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
 
     errors: dict[Pass, str] = {}
@@ -99,5 +91,4 @@ def evaluate(
     # Results are in the order of the trackers.
     jobs = [job for entry in entries for job in jobs if entry in job.specs]
     title = f"Trackers on {dataset.resolve().name}"
-    comparisons = Comparisons(published, report.peer or PEER)
-    return write_all(jobs, report.out, errors, problems, comparisons, title, interrupted)
+    return write_all(jobs, report.out, errors, problems, title, interrupted)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import worker_count
@@ -21,13 +19,11 @@ from motes_lab.cli.evaluate_options import RunOptions
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.sot import Problem
 from motes_lab.mot_scores import MotEvaluation, MotOutcome
-from motes_lab.report import sections as report_sections
-from motes_lab.report import write_mot as mot_report
-from motes_lab.report.speed_ratio import Comparisons
+from motes_lab.report import mot_sections, sections
+from motes_lab.report.markdown import write_report
 from motes_lab.report.tables import Table, count_noun
-from motes_lab.report.write import write_report
 from motes_lab.runner import Job, Pass
-from motes_lab.scores import Outcome, PassResult, write_results
+from motes_lab.scores import PROTOCOL_NAMES, Outcome, write_results
 
 
 def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass, str]) -> None:
@@ -87,11 +83,10 @@ def write_all(
     out: Path,
     errors: dict[Pass, str],
     problems: list[Problem],
-    comparisons: Comparisons,
     title: str,
     interrupted: KeyboardInterrupt | None,
 ) -> int:
-    """Write the results of jobs, print a summary, and return the exit code.
+    """Write the results of jobs, print the tables of means, and return the exit code.
 
     Parameters
     ----------
@@ -99,59 +94,46 @@ def write_all(
         The jobs, in the order of the results; the folder; the passes that failed.
     problems
         What went wrong before.
-    comparisons, title
-        The optional parts of the report on one object, and its title.
+    title
+        The title of the report.
     interrupted
         What stopped the runs, if anything did.
     """
-    outcomes: list[Any]
+    evaluation: MotEvaluation | Evaluation
     if isinstance(jobs[0].sequence, MotSequence):
-        outcomes = [each for job in jobs for each in MotOutcome.of(job, out, errors)]
-        crowds = MotEvaluation(outcomes)
-        mot_scores.write_results(out, crowds)
-        mot_report.write_report(out, crowds, problems, title)
-        tables = {
-            report_sections.title(crowds, name): mot_report.overall(crowds)
-            for name in crowds.protocols
-        }
+        evaluation = MotEvaluation(each for job in jobs for each in MotOutcome.of(job, out, errors))
+        mot_scores.write_results(out, evaluation)
+        made = {name: mot_sections.tables(evaluation) for name in evaluation.protocols}
     else:
-        outcomes = [each for job in jobs for each in Outcome.of(job, out, errors)]
-        write_results(out, outcomes)
-        write_report(out, outcomes, problems, comparisons, title)
-        found = Evaluation(outcomes)
-        tables = {
-            report_sections.title(found, name): report_sections.overall(found, name)
-            for name in found.protocols
-        }
-    return _summarize(tables, outcomes, problems, out, interrupted)
-
-
-def _summarize(
-    tables: dict[str, Table],
-    outcomes: Sequence[PassResult[Any, Any]],
-    problems: list[Problem],
-    out: Path,
-    interrupted: KeyboardInterrupt | None,
-) -> int:
-    """Print the tables on standard output and problems on standard error; return the exit code."""
-    problems = report_sections.problems(problems, outcomes)
-    for title, table in tables.items():
-        rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        _print(f"{title}:")
-        for first, *others in rows:
-            cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
-            _print("  ".join(["", first.ljust(widths[0]), *cells]))
+        evaluation = Evaluation(each for job in jobs for each in Outcome.of(job, out, errors))
+        write_results(out, evaluation.outcomes)
+        made = {name: sections.tables(evaluation, name) for name in evaluation.protocols}
+    problems = sections.problems(problems, evaluation.outcomes)
+    tables = {PROTOCOL_NAMES[name]: each for name, each in made.items()}
+    write_report(out, evaluation, tables, problems, title)
+    for name, (means, *_) in tables.items():
+        _print_table(name, means)
     for problem in problems:
         log(f"{problem.where}: {problem.what}")
-    failed = sum(outcome.trace is None for outcome in outcomes)
+    failed = sum(outcome.trace is None for outcome in evaluation.outcomes)
     log(
         interrupts.word(interrupted)
-        + f"{count_noun(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
+        + f"{count_noun(len(evaluation.outcomes), 'pass')}, {failed} failed; "
+        + f"wrote {out / 'summary.md'}."
     )
     if interrupted:
         return interrupts.code(interrupted)
     return PARTIAL if problems else DONE
+
+
+def _print_table(title: str, table: Table) -> None:
+    """Print a table on standard output, its columns below each other."""
+    rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    _print(f"{title}:")
+    for first, *others in rows:
+        cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+        _print("  ".join(["", first.ljust(widths[0]), *cells]))
 
 
 def _print(line: str) -> None:

@@ -10,7 +10,6 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.core.errors import ConfigError
-from motes_lab.dials.experiment import dials
 from motes_lab.effort.experiment import effort
 from motes_lab.mask_overlap import masks
 from motes_lab.papers.handover import handover
@@ -29,20 +28,18 @@ from motes_lab.papers.zhao_pei_team import zhao_team
 app = App(name="experiment", help_format="plaintext")
 for _experiment in (
     ng_delp_table1, ng_delp_figure3, handover, nummiaro_figure9, maggio_figure3, zhao_figure9,
-    zhao_figure10, zhao_team, zhao_detections, real_occlusions, pairs, moving_camera, dials, masks,
+    zhao_figure10, zhao_team, zhao_detections, real_occlusions, pairs, moving_camera, masks,
     effort,
 ):  # fmt: skip
     app.command(_experiment)
 
 
 @app.default
-def experiment(
-    *name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
-) -> int:
+def experiment(*name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]) -> int:
     """Reproduce tables and figures of the papers, beside the papers' numbers.
 
-    Without a name, list the experiments. motes studio shows further figures: Nummiaro et al.,
-    figures 3, 7 and 12, and Maggio et al., figures 1 and 3.
+    Without a name, list the experiments. motes track --figures draws further figures: Nummiaro et
+    al., figures 3, 7, 12 and 14, and Maggio et al., figures 1 and 3.
     """
     known = {each: app[each].default_command for each in app if not each.startswith("-")}
     if name:

@@ -111,9 +111,7 @@ class _Entry(NamedTuple):
 
 
 def load_dataset(
-    path: str | Path,
-    first_pixel: Mapping[str, int] = {},
-    annotation: str | Path | None = None,
+    path: str | Path, first_pixel: Mapping[str, int] = {}, annotation: str | Path | None = None
 ) -> tuple[list[Sequence], list[Problem]]:
     """Load the sequences of a dataset, and report those that could not be loaded.
 

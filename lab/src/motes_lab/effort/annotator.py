@@ -17,21 +17,10 @@ ENOUGH = 0.95
 
 
 class Effort(NamedTuple):
-    """What a film has cost.
-
-    Attributes
-    ----------
-    corrections
-        Number of keyframes after the first one.
-    frames
-        Number of frames.
-    overlaps
-        Mean overlap with the truth after each number of corrections, from 0.
-    """
+    """What a film has cost: the number of keyframes after the first one, and that of frames."""
 
     corrections: int
     frames: int
-    overlaps: tuple[float, ...]
 
     @property
     def rate(self) -> float:
@@ -55,32 +44,26 @@ def annotate(film: Film, truth: Floats, method: Method) -> Effort:
     """
     first = film.used.start
     keys: dict[int, Ellipse | None] = {first: Ellipse.from_box(truth[first])}
-    overlaps = []
     while True:
         path = method(film, dict(sorted(keys.items())))
         found = _overlaps(path, film.used, truth)
-        overlaps.append(float(np.nanmean(found)))
         if _enough(found):
-            break
+            return Effort(len(keys) - 1, len(film.used))
         frame = _next(path, found, film.used, keys)
         box = truth[frame]
         keys[frame] = None if np.isnan(box).any() else Ellipse.from_box(box)
-    return Effort(len(keys) - 1, len(film.used), tuple(overlaps))
 
 
 def annotate_equidistant(film: Film, truth: Floats) -> Effort:
     """Return the effort of interpolation between the fewest equidistant keyframes that do."""
-    overlaps = []
     for count in range(len(film.used)):
         keys = {
             frame: None if np.isnan(truth[frame]).any() else Ellipse.from_box(truth[frame])
             for frame in equidistant(film.used, count)
         }
-        found = _overlaps(interpolated(film, keys), film.used, truth)
-        overlaps.append(float(np.nanmean(found)))
-        if _enough(found):
+        if _enough(_overlaps(interpolated(film, keys), film.used, truth)):
             break
-    return Effort(len(overlaps) - 1, len(film.used), tuple(overlaps))
+    return Effort(count, len(film.used))
 
 
 def _overlaps(path: Path, used: range, truth: Floats) -> Floats:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +13,9 @@ from motes.cluster import pool as pools
 from motes.cluster.local import LocalPool
 from motes.cluster.pool import Ended, Task
 from motes.core.types import Floats
+from motes.output import charts
 from motes.sot.presets import preset
 from motes.video.film import Film as Reader
-from motes_lab import charts
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant
@@ -26,27 +24,17 @@ from motes_lab.effort.methods import Film as Work
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import FirstPixel, films_of
 from motes_lab.metrics.statistics import over
-from motes_lab.report.plots import style
 from motes_lab.report.tables import Cell, Row, Table, number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 INTERPOLATION, EQUIDISTANT = "interpolation", "interpolation, equidistant"
 NAMES = (*METHODS, EQUIDISTANT)
-MOST = 30.0
-"""Corrections for each 100 frames up to which the figure is drawn."""
 
 Efforts = Mapping[str, Mapping[str, Effort]]
 """By sequence, then by method."""
 
 
 def effort(
-    dataset: Path,
-    /,
-    *,
-    first_pixel: FirstPixel = None,
-    results: ResultOptions = ResultOptions(),
+    dataset: Path, /, *, first_pixel: FirstPixel = None, results: ResultOptions = ResultOptions()
 ) -> int:
     """Effort of annotation: keyframes until 95 % is right.
 
@@ -65,7 +53,7 @@ def effort(
 
 
 def efforts_on(films: Sequence[Film]) -> Experiment:
-    """Yield tables and figure of the results so far; they grow with each sequence."""
+    """Yield tables of the results so far; they grow with each sequence."""
     efforts: dict[str, dict[str, Effort]] = {}
     problems: list[Problem] = []
     tasks = [Task(film.name, of_film, film, seconds=math.inf) for film in films]
@@ -78,9 +66,8 @@ def efforts_on(films: Sequence[Film]) -> Experiment:
                 problems.append(Problem(f"sequence {event.task.name}", event.error))
             ordered = {film.name: efforts[film.name] for film in films if film.name in efforts}
             tables = {"means": means(ordered), "sequences": sequences(ordered)} if efforts else {}
-            draw = partial(figure, ordered) if efforts else None
             progress, share = f"{len(efforts)} sequences", done / len(tasks)
-            yield Result(tables, draw, tuple(problems), progress, share)
+            yield Result(tables, None, tuple(problems), progress, share)
 
 
 def of_film(film: Film) -> dict[str, Effort]:
@@ -135,21 +122,3 @@ def sequences(efforts: Efforts) -> Table:
     ]
     note = "Corrections for each 100 frames."
     return Table("Effort on each sequence", ("sequence", "frames", *NAMES), rows, note=note)
-
-
-def figure(efforts: Efforts) -> Figure:
-    """Draw the mean IoU of each method against the number of corrections."""
-    drawn = charts.new_figure(3.4)
-    axes = drawn.subplots()
-    charts.style_axes(axes, "", "corrections for each 100 frames", "IoU")
-    x = np.linspace(0, MOST, 121)
-    for i, name in enumerate(NAMES):
-        each = [of_each[name] for of_each in efforts.values()]
-        lines = [
-            np.interp(x, 100 * np.arange(len(one.overlaps)) / one.frames, one.overlaps)
-            for one in each
-        ]
-        axes.plot(x, np.mean(lines, axis=0), color=style(i)[0], label=name)
-    axes.set(xlim=(0, MOST), ylim=(0, 1))
-    axes.legend(frameon=False, loc="lower right")
-    return drawn

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,11 +22,6 @@ BINS = 10
 LOST_OD = 0.8
 """A track is lost if its overlap distance is greater (Maggio et al., section 5)."""
 
-BURN_IN = 10
-"""Frames after a start, including the start, that are left out of the accuracy (VOT)."""
-
-SENSITIVITY = 30
-"""The number of frames S in VOT's robustness."""
 
 REAPPEARANCE = 30
 """A loss counts only if the target is later present for this many frames in a row."""
@@ -138,40 +131,6 @@ def first_lost(distances: Floats) -> int | None:
     return int(lost[0]) if lost.size else None
 
 
-def detection_recall(reported: Flags, actual: Flags) -> float:
-    """Return the share of the frames with an actual loss in which a loss was reported.
-
-    NaN where nothing was lost, and so nothing to be found.
-
-    Parameters
-    ----------
-    reported, actual
-        (frames,), whether a loss was reported, and whether there was one.
-    """
-    return _ratio(reported & actual, actual)
-
-
-def detection_precision(reported: Flags, actual: Flags) -> float:
-    """Return the share of the reported losses that were actual losses.
-
-    NaN where nothing was reported. Parameters as in `detection_recall`.
-    """
-    return _ratio(reported & actual, reported)
-
-
-def _ratio(part: Flags, whole: Flags) -> float:
-    count = np.count_nonzero(whole)
-    return np.count_nonzero(part) / count if count else np.nan
-
-
-def detection_f1(reported: Flags, actual: Flags) -> float:
-    """Return F1 of the reported losses; NaN where nothing was lost, and so nothing to be found."""
-    lost = np.count_nonzero(actual)
-    if not lost:
-        return np.nan
-    return 2 * np.count_nonzero(reported & actual) / (np.count_nonzero(reported) + lost)
-
-
 def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
     """Return the number of losses, and the number of losses after which the target was found again.
 
@@ -213,95 +172,19 @@ def covered(offsets: Floats, covariances: Floats) -> Flags:
     return np.asarray(inside & (area > 0))
 
 
-class Reliability(NamedTuple):
-    """A reliability diagram: each field has shape (bins,).
+def calibration_error(confidence: Floats, correct: Flags, weights: Floats) -> float:
+    """Return the expected calibration error (ECE) of confidences (frames,); NaN without frames.
 
-    Attributes
-    ----------
-    frames
-        Number of frames.
-    weight
-        Sum of their weights.
-    confidence
-        Mean confidence; NaN without frames.
-    accuracy
-        Share of correct frames; NaN without frames.
-    """
-
-    frames: NDArray[np.int64]
-    weight: Floats
-    confidence: Floats
-    accuracy: Floats
-
-    @property
-    def error(self) -> float:
-        """The expected calibration error (ECE), the mean gap of the bins; NaN without frames."""
-        total = self.weight.sum()
-        gaps = np.nan_to_num(np.abs(self.accuracy - self.confidence))
-        return float((self.weight * gaps).sum() / total) if total else np.nan
-
-
-def reliability(confidence: Floats, correct: Flags, weights: Floats) -> Reliability:
-    """Return the share of correct frames in `BINS` equally wide bins of confidence.
-
-    Guo, Pleiss, Sun and Weinberger, On calibration of modern neural networks, ICML 2017. `weights`
+    It is the mean, over `BINS` equally wide bins of confidence weighted by their share of the
+    frames, of the difference between the mean confidence and the share of correct frames. Guo,
+    Pleiss, Sun and Weinberger, On calibration of modern neural networks, ICML 2017. `weights`
     (frames,) make it possible that all sequences count equally, whatever their length.
     """
-    which = np.clip((confidence * BINS).astype(int), 0, BINS - 1)
-    weight, confidence_sum, correct_sum = (
-        np.bincount(which, weights * values, minlength=BINS).astype(np.float64)
-        for values in (np.ones(confidence.size), confidence, correct)
-    )
-    with np.errstate(invalid="ignore"):  # 0 / 0 of an empty bin
-        means = confidence_sum / weight, correct_sum / weight
-    return Reliability(np.bincount(which, minlength=BINS), weight, *means)
-
-
-def calibration_error(confidence: Floats, correct: Flags, weights: Floats) -> float:
-    """Return the expected calibration error (ECE) of confidences (frames,).
-
-    It is the mean, over ten equally wide bins of confidence weighted by their share of the frames,
-    of the difference between the mean confidence and the share of correct frames; see
-    `reliability`.
-    """
-    return reliability(confidence, correct, weights).error
-
-
-def reset_accuracy(overlaps: Floats, started: Flags, tracked: Flags) -> float:
-    """Return the mean overlap of a tracker that is restarted after each failure.
-
-    Kristan et al., The visual object tracking VOT challenges, 2013 to 2016: the `BURN_IN` frames
-    after each start are left out, since their overlap depends too much on the start.
-
-    Parameters
-    ----------
-    overlaps
-        (frames,), NaN where there is no target.
-    started, tracked
-        (frames,): whether the tracker was started in a frame; whether it followed the target there,
-        so that it was not started, had not failed and was not waiting.
-
-    Returns
-    -------
-    float
-        NaN if no frame is left.
-    """
-    age = np.arange(len(overlaps)) - np.maximum.accumulate(
-        np.where(started, np.arange(len(overlaps)), -BURN_IN)
-    )
-    counted = overlaps[tracked & (age >= BURN_IN) & np.isfinite(overlaps)]
-    return float(counted.mean()) if counted.size else np.nan
-
-
-def reset_robustness(failures: int, frames: int) -> float:
-    """Return the probability that a tracker has not failed after S = 30 frames.
-
-        R = exp(-S F / N)
-
-    with F failures in N frames. Čehovin, Leonardis and Kristan, Visual object tracking performance
-    measures revisited, TIP 2016; S as in VOT. NaN without frames.
-    """
-    return float(np.exp(-SENSITIVITY * failures / frames)) if frames else np.nan
+    if not confidence.size:
+        return np.nan
+    bins = np.clip((confidence * BINS).astype(int), 0, BINS - 1)
+    gaps = np.bincount(bins, weights * (correct - confidence))
+    return float(np.abs(gaps).sum() / weights.sum())
 
 
 def time_quantiles(seconds: Floats) -> tuple[float, float]:

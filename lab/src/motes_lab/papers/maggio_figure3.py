@@ -22,13 +22,12 @@ from motes.core.types import Bytes, Floats
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 from motes_lab.adapters.registry import motes_config
+from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Seeds, films_of
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
-from motes_lab.papers.pairs import shortened
-from motes_lab.protocols.perturbations import perturbed_frames
 from motes_lab.report.tables import Cell, Row, Table, difference, number
 
 CUES = ("color", "orientation")
@@ -163,7 +162,7 @@ def watched(presets: Sequence[str], film: Film, seeds: int) -> Watched:
     trackers = {name: [Tracker(c, seed) for seed in range(seeds)] for name, c in configs.items()}
     weights = {name: np.full((seeds, view.frames), np.nan) for name in presets}
     sharpness = np.full(view.frames, np.nan)
-    for frame in perturbed_frames(view):
+    for frame in frames_of(view):
         index, box = frame.index, view.boxes[frame.index]
         if np.isfinite(box).all():
             sharpness[index] = sharpness_of(frame.pixels, box)

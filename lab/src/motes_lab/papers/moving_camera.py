@@ -150,10 +150,7 @@ def motion_errors(view: View, found: Sequence[Floats]) -> Floats:
 
 
 def followed(
-    sequence: MotSequence,
-    truth: MotRows,
-    frames: Iterable[Frame],
-    detector: Detector,
+    sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], detector: Detector
 ) -> Tally:
     """Return the scores of a scene over frames."""
     lines: list[list[float]] = []

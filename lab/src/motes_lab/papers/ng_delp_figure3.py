@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motes.core.types import Floats
+from motes.output import charts
 from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
-from motes_lab import charts
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 

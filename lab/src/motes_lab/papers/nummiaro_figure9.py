@@ -13,8 +13,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, region_within
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
+from motes.output import charts
 from motes.video.sources import open_source
-from motes_lab import charts
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.report.tables import Cell, Row, Table, percent

@@ -16,13 +16,12 @@ from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
+from motes_lab.datasets.shortened import shortened
 from motes_lab.datasets.sot import Problem
-from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.finished_jobs import finished_jobs
 from motes_lab.inputs import FirstPixel, Only, Seeds, films_of
 from motes_lab.metrics.statistics import over, paired_difference
-from motes_lab.protocols.perturbations import PerturbedSequence
 from motes_lab.protocols.sot import Start
 from motes_lab.report import sections as report_sections
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, difference, number
@@ -80,26 +79,6 @@ def pairs(
     return results.show("pairs", steps, problems)
 
 
-def shortened(film: Film, frames: int, every: int) -> PerturbedSequence | None:
-    """Return a film from the first frame with the target on; None if there is none.
-
-    Parameters
-    ----------
-    film
-        The film.
-    frames
-        Most frames of the result.
-    every
-        Their distance in the film: with 3, every third one.
-    """
-    there = np.flatnonzero(np.isfinite(film.boxes).all(axis=1))
-    if not there.size:
-        return None
-    chosen = np.arange(there[0], film.frames, every)[:frames]
-    boxes, ellipses = film.boxes[chosen], film.ellipses[chosen]
-    return PerturbedSequence(film.name, film.source, boxes, ellipses, film, "shortened", chosen)
-
-
 def compared_pairs(jobs: Sequence[Job], films: str, measure: Measure, note: str) -> Experiment:
     """Yield the scores of trackers over films, and their differences from the first tracker.
 
@@ -129,7 +108,7 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
         if measure == "od":
             lost = evaluation.per_seed(tracker, "ope", "lost_track", names) * len(names)
             scores.append(number(over(lost), 1))
-        f1 = number(evaluation.lost_status(tracker, "ope").f1)
+        f1 = number(evaluation.lost_f1(tracker, "ope"))
         ends = [Cell(NO_VALUE)] * 3
         if tracker != first:
             ends = _difference(*(_each(evaluation, name, measure) for name in (tracker, first)))

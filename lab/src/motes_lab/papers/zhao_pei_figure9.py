@@ -25,8 +25,8 @@ from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.pipeline_config import for_lookalikes, lookalike_detector, named_detector
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
+from motes.output import charts
 from motes.video.sources import open_source
-from motes_lab import charts
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences

@@ -86,11 +86,6 @@ class MotPass:
             self._lines.append(line)
         self._seconds.append(answer.seconds)
 
-    def close(self) -> None:
-        """Close the tracker."""
-        if self._adapter is not None:
-            self._adapter.close()
-
     @property
     def trace(self) -> Tracks:
         """The tracks so far."""

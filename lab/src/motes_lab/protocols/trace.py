@@ -19,8 +19,6 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes_lab.adapters.sot import LARGEST, Position
 
-EVENTS = ("tracked", "started", "failed", "skipped")
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerOutput:
@@ -32,15 +30,13 @@ class TrackerOutput:
         (n,), index of each frame.
     ellipses
         (n, 5); upright ones if the tracker gives boxes. A frame without output repeats the last
-        output; a frame in which the tracker was not run has NaN.
+        output, and has NaN before the first.
     confidence
         (n,), NaN if the tracker gives none.
     lost
         (n,), whether the tracker reports that it has lost the target.
     seconds
-        (n,), time inside the tracker; NaN where it was not run.
-    events
-        (n,), TRACKED, STARTED, FAILED or SKIPPED.
+        (n,), time inside the tracker; the first row's is that of its start.
     covariances
         (n, 3), of the ellipses' centers: xx, xy, yy; NaN if the tracker gives none.
     """
@@ -50,7 +46,6 @@ class TrackerOutput:
     confidence: Floats
     lost: NDArray[np.bool_]
     seconds: Floats
-    events: NDArray[np.int8]
     covariances: Floats
 
 
@@ -62,14 +57,13 @@ class Row(NamedTuple):
     confidence: float
     lost: bool
     seconds: float
-    event: int
     covariance: Position
 
 
 NOWHERE = Ellipse(*[float("nan")] * 5)
 
 
-KINDS = (np.int64, np.float64, np.float64, np.bool_, np.float64, np.int8, np.float64)
+KINDS = (np.int64, np.float64, np.float64, np.bool_, np.float64, np.float64)
 
 
 def trace_of(rows: list[Row]) -> TrackerOutput:
@@ -82,7 +76,8 @@ COLUMNS = (
     *("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event"),
     *("xx", "xy", "yy"),
 )
-"""The columns of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field."""
+"""The columns of a trace's file; `lost` is 0 or 1, NaN an empty field. `event` is `started` in the
+first row, and `tracked` in all others."""
 
 
 def save_trace(path: str | Path, trace: TrackerOutput) -> None:
@@ -97,10 +92,10 @@ def save_trace(path: str | Path, trace: TrackerOutput) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     columns = (getattr(trace, each.name).tolist() for each in fields(trace))
-    for row in zip(*columns, strict=True):
-        frame, ellipse, confidence, lost, seconds, event, covariance = row
+    for index, row in enumerate(zip(*columns, strict=True)):
+        frame, ellipse, confidence, lost, seconds, covariance = row
         numbers = _fields((*ellipse, confidence))
-        rest = [EVENTS[event], *_fields(covariance)]
+        rest = ["tracked" if index else "started", *_fields(covariance)]
         writer.writerow([frame, *numbers, int(lost), *_fields([seconds]), *rest])
     path = Path(path)
     with writing(path):
@@ -129,6 +124,8 @@ def load_trace(path: str | Path) -> TrackerOutput:
             rows.append(_row(line, place))
             if rows[-1].frame != rows[0].frame + len(rows) - 1:
                 raise ValueError(f"line {place}: its frames do not follow each other")
+            if line[COLUMNS.index("event")] != ("started" if len(rows) == 1 else "tracked"):
+                raise ValueError(f"line {place}: only its first frame is a start")
         if not rows or not 0 <= rows[0].frame <= LARGEST:
             raise ValueError("its first frame is missing")
         return trace_of(rows)
@@ -150,7 +147,7 @@ def _row(fields: list[str], line: int) -> Row:
 
 def _parse_fields(
     frame: str, x: str, y: str, a: str, b: str, theta: str,
-    confidence: str, lost: str, seconds: str, event: str, xx: str, xy: str, yy: str,
+    confidence: str, lost: str, seconds: str, _: str, xx: str, xy: str, yy: str,
 ) -> Row:  # fmt: skip
     ellipse = Ellipse(*map(number, (x, y, a, b, theta)))
     sure, time = number(confidence), duration(seconds)
@@ -158,10 +155,8 @@ def _parse_fields(
         raise ValueError(f"the ellipse of frame {frame} has no area")
     if not (math.isnan(sure) or 0 <= round(sure, 9) <= 1):
         raise ValueError(f"the confidence of frame {frame} is {sure:g}")
-    return Row(
-        int(frame), ellipse, sure, lost == "1", time, EVENTS.index(event),
-        (number(xx), number(xy), number(yy)),
-    )  # fmt: skip
+    position = number(xx), number(xy), number(yy)
+    return Row(int(frame), ellipse, sure, lost == "1", time, position)
 
 
 def number(field: str) -> float:

@@ -1,53 +1,39 @@
-"""The summary of an evaluation as Markdown."""
+"""The report of an evaluation, and tables, as Markdown."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
-from motes_lab.aggregate import Evaluation
+from motes_lab.aggregate import Passes
 from motes_lab.datasets.sot import Problem
-from motes_lab.report import sections as report_sections
-from motes_lab.report.speed_ratio import Comparisons, speed_ratios
+from motes_lab.report.sections import problem_table, run_summary
 from motes_lab.report.tables import Cell, Table
+from motes_lab.scores import write_text
 
 
-def summary(
-    evaluation: Evaluation, problems: list[Problem], options: Comparisons, title: str
-) -> str:
-    """Return the text of summary.md: the tables of each protocol, references and problems."""
-    sections: dict[str, list[Table]] = {}
-    for protocol in evaluation.protocols:
-        tables = [report_sections.overall(evaluation, protocol)]
-        if len(evaluation.trackers) > 1:
-            tables.append(report_sections.comparisons(evaluation, protocol))
-        for make in (
-            report_sections.per_sequence,
-            report_sections.lost_status,
-            report_sections.recovery,
-            report_sections.times,
-        ):
-            tables.append(make(evaluation, protocol))
-        if (pace := speed_ratios(evaluation, protocol, options.peer)).rows:
-            tables.append(pace)
-        if protocol == "robust":
-            tables.append(report_sections.per_view(evaluation))
-        sections[report_sections.title(evaluation, protocol)] = tables
-    if options.reference is not None:
-        sections["Published results"] = [report_sections.reference(evaluation, options.reference)]
-    return document(title, report_sections.run_summary(evaluation), sections, problems)
+def write_report(
+    out: Path,
+    evaluation: Passes[Any],
+    sections: Mapping[str, list[Table]],
+    problems: list[Problem],
+    title: str,
+) -> None:
+    """Write summary.md into a folder: tables by the title of their section, and the problems.
 
-
-def document(
-    title: str, described: str, sections: Mapping[str, list[Table]], problems: list[Problem]
-) -> str:
-    """Return a text with the tables of each section, and the problems."""
-    parts = [f"# {_literal(title)}", _literal(described)]
+    Raises
+    ------
+    FormatError
+        If it cannot be written.
+    """
+    parts = [f"# {_literal(title)}", _literal(run_summary(evaluation))]
     if problems:
-        sections = {**sections, "What went wrong": [report_sections.problem_table(problems)]}
+        sections = {**sections, "What went wrong": [problem_table(problems)]}
     for name, tables in sections.items():
         parts += [f"## {_literal(name)}", *map(table, tables)]
-    return "\n\n".join(parts) + "\n"
+    write_text(out / "summary.md", "\n\n".join(parts) + "\n")
 
 
 def table(table: Table) -> str:

@@ -1,4 +1,4 @@
-"""Tables of numbers, from which Markdown and HTML are made."""
+"""Tables of numbers, from which Markdown and CSV are made."""
 
 from __future__ import annotations
 
@@ -21,11 +21,9 @@ class Cell(NamedTuple):
     text
         The text shown.
     value
-        The number by which rows are sorted; None to sort by the text.
+        The number that is shown; None for a text.
     deviation
         Standard deviation of the value, or None.
-    bar
-        Length of a bar, 0 to 1; None for no bar.
     best
         Whether it is the best of its column.
     """
@@ -33,7 +31,6 @@ class Cell(NamedTuple):
     text: str
     value: float | None = None
     deviation: float | None = None
-    bar: float | None = None
     best: bool = False
 
 
@@ -51,7 +48,7 @@ class Table:
     head
         Titles of the columns; the first column names the rows.
     rows, foot
-        Rows that may be sorted, and rows below them.
+        Rows, and rows below them.
     note
         An explanation of the numbers.
     """
@@ -61,20 +58,6 @@ class Table:
     rows: list[Row]
     foot: tuple[Row, ...] = ()
     note: str = ""
-
-    @property
-    def numeric(self) -> list[bool]:
-        """Whether each column has numbers, or would have some."""
-        return [
-            any(cell.value is not None or cell.text == NO_VALUE for cell in column)
-            for column in zip(*self.rows, *self.foot, strict=True)
-        ]
-
-    @property
-    def barred(self) -> list[bool]:
-        """Whether each column has bars."""
-        columns = zip(*self.rows, *self.foot, strict=True)
-        return [any(cell.bar is not None for cell in column) for column in columns]
 
 
 def number(value: Mean | float | None, digits: int = 3) -> Cell:
@@ -126,12 +109,6 @@ def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:
     if sign > 0 and not top:
         return cells
     return [cell._replace(best=cell.value == top) for cell in cells]
-
-
-def bars(values: Iterable[Mean | float | None]) -> list[Cell]:
-    """Return numbers between 0 and 1 with bars, the highest marked."""
-    cells = map(number, values)
-    return best(cell._replace(bar=cell.value) for cell in cells)
 
 
 def count_noun(number: int, what: str) -> str:

@@ -16,14 +16,12 @@ from itertools import islice
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
-from msgspec.structs import replace
 
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.import_callable import explain
 from motes.core.types import Bytes
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.tracker import Tracker
@@ -33,8 +31,8 @@ from motes_lab.adapters.opencv import PEERS, is_peer, peer
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as TrueSequence
 
-SIZE, LARGE = (640, 480), (1920, 1080)
-"""Width and height of a frame; growing numbers of targets are measured in the large one."""
+SIZE = (640, 480)
+"""Width and height of a frame."""
 MAIN = (60, 100)
 TARGETS = ((28, 44), MAIN, (120, 200), (190, 316))
 """Width and height; OpenCV's trackers get the main one. The last has ten times its area."""
@@ -102,17 +100,6 @@ def available(names: Iterable[str]) -> tuple[list[str], str]:
         else:
             found.append(name)
     return found, " ".join(missing)
-
-
-def quick_start_config() -> TrackerConfig:
-    """Return the reference tracker with a coarse grid for the background of the first frame.
-
-    Each target is compared with the whole first frame. For a thousand targets in a large frame this
-    would take minutes, and the start is not measured.
-    """
-    config = preset(REFERENCE)
-    assert not isinstance(config, Discriminative)
-    return replace(config, presence=replace(config.presence, stride=60))
 
 
 def ours(config: TrackerConfig, film: Film) -> Run:

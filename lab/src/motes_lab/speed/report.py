@@ -10,7 +10,7 @@ from pathlib import Path
 
 from motes.core.errors import SourceError
 from motes_lab.adapters.opencv import PEERS
-from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number, percent, three_digits
+from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number, three_digits
 from motes_lab.speed.measure import FOLLOWERS, MAIN, REFERENCE, SIZE, Job
 
 RATIOS = ("cv2:mosse", "cv2:csrt")
@@ -130,22 +130,6 @@ def against(table: Table, stored: Mapping[Ratio, float]) -> Table:
     head = ("tracker", "target", "peer", "ratio", "stored", "change", "")
     note = f"{slower} of {len(rows)} are more than {MAX_SLOWDOWN:.0%} slower against their peer."
     return Table("Ratios to peers in the same run, now and as stored", head, rows, note=note)
-
-
-def files_table(seconds: Mapping[tuple[str, str], list[float]]) -> Table:
-    """Return a table of frames per second for decoding files, and for decoding and following.
-
-    `seconds` are per frame, by file and "decoded" or "followed".
-    """
-    medians = {key: statistics.median(times) for key, times in seconds.items()}
-    rows: list[Row] = []
-    for name in dict.fromkeys(name for name, _ in medians):
-        rates = [1 / medians[name, what] for what in ("decoded", "followed")]
-        rows.append(
-            (Cell(name), *(number(rate, 0) for rate in rates), percent(rates[1] / rates[0]))
-        )
-    head = ("H.264 file", "decoded a second", "followed", "share")
-    return Table("Frames of files", head, rows, note="A thread decodes ahead of the tracker.")
 
 
 def named_size(target: tuple[int, int]) -> str:

@@ -1,1 +1,0 @@
-"""Trackers on films that are hard in one respect at a time."""

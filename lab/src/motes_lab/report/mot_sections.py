@@ -1,0 +1,90 @@
+"""The tables of a report on many objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from motes_lab.metrics import sot as metrics
+from motes_lab.mot_scores import MotEvaluation
+from motes_lab.report import sections
+from motes_lab.report.sections import Column
+from motes_lab.report.tables import Cell, Table, number, three_digits
+
+MOT = "mot"
+
+MEASURES = {
+    "HOTA": ("hota", 3, 1),
+    "DetA": ("deta", 3, 1),
+    "AssA": ("assa", 3, 1),
+    "LocA": ("loca", 3, 1),
+    "IDF1": ("idf1", 3, 1),
+    "MOTA": ("mota", 3, 1),
+    "MOTP": ("motp", 3, 1),
+    "switches": ("switches", 0, -1),
+    "fragmentations": ("fragmentations", 0, -1),
+    "FP": ("false_positives", 0, -1),
+    "FN": ("false_negatives", 0, -1),
+    "mostly tracked": ("mostly_tracked", 0, 1),
+    "mostly lost": ("mostly_lost", 0, -1),
+}
+"""Titles of columns; their names in results.csv, digits, and 1 if more is better, -1 if less is."""
+
+
+def tables(evaluation: MotEvaluation) -> list[Table]:
+    """Return all tables, the one over all sequences first."""
+    return [
+        overall(evaluation),
+        sections.per_sequence(evaluation, MOT),
+        details(evaluation),
+        sections.times(evaluation, MOT),
+    ]
+
+
+def overall(evaluation: MotEvaluation) -> Table:
+    """Return a table with a row for each tracker: its numbers over all sequences."""
+
+    def mean(name: str, digits: int) -> Callable[[str], Cell]:
+        return lambda tracker: _number(evaluation, tracker, name, digits)
+
+    def time(tracker: str) -> Cell:
+        return three_digits(metrics.time_quantiles(evaluation.seconds(tracker, MOT))[0])
+
+    columns = [
+        Column(title, mean(name, digits), sign) for title, (name, digits, sign) in MEASURES.items()
+    ]
+    return sections.ranking("All sequences", evaluation, MOT, [*columns, Column("ms", time, -1)])
+
+
+def _number(
+    evaluation: MotEvaluation,
+    tracker: str,
+    name: str,
+    digits: int,
+    sequences: list[str] | None = None,
+) -> Cell:
+    mean = evaluation.mean(tracker, MOT, name, sequences)
+    # A count has a fraction only if it is a mean.
+    return number(mean, digits or int(np.isfinite(mean.deviation)))
+
+
+def details(evaluation: MotEvaluation) -> Table:
+    """Return a table with a row for each tracker on each sequence that it finished."""
+    columns = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
+    columns |= {title: (name, digits) for title, (name, digits, _) in MEASURES.items()}
+    rows = [
+        (
+            Cell(tracker),
+            Cell(sequence),
+            *(_number(evaluation, tracker, *column, [sequence]) for column in columns.values()),
+        )
+        for tracker in evaluation.trackers
+        for sequence in evaluation.finished(tracker, MOT)
+    ]
+    return Table(
+        "Each tracker on each sequence",
+        ("tracker", "sequence", *columns),
+        rows,
+        note="Mean ± standard deviation over seeds. More is in results.csv.",
+    )

@@ -1,0 +1,242 @@
+"""The figures of the paper: the numbers behind them, and that something is drawn."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from motes import synthetic
+from motes.core.errors import FormatError, MissingDependencyError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.cues.color import Color
+from motes.output.charts import Series
+from motes.output.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import configure, preset
+from motes.sot.step_info import StepInfo
+from motes.sot.tracker import Tracker
+
+ADAPTIVE = "maggio:C+O-A-SS-ROH"
+
+
+def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
+    """Return the recorder of a run on a small clip, and what it should hold."""
+    config = configure(preset(name), {"presence": {"stride": 4}})
+    recorder, tracker, rows, cue_weights = Recorder(config), Tracker(config, seed=1), [], []
+    for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
+        track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
+        seconds, mean_shift_seconds = (
+            0.001 + frame.index,
+            2.0 * frame.index if name == "nummiaro" else None,
+        )
+        recorder.add(frame, tracker.info, seconds, mean_shift_seconds)
+        cue_weights.append(list(tracker.info.cue_weights.values()))
+        rows.append(
+            (
+                *(frame.index, *track.ellipse[:4], tracker.info.n_supporting),
+                *(
+                    track.status == "tracking",
+                    seconds,
+                    np.nan if mean_shift_seconds is None else mean_shift_seconds,
+                ),
+            )
+        )
+    return recorder, Series(*[*np.array(rows, float).T, np.array(cue_weights)])
+
+
+def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, StepInfo]:
+    """Return a gray frame and what a tracker says about it."""
+    frame = Frame(index, index / 25, gray())
+    model = Color().learn(frame, Ellipse(40, 30, 8, 6))
+    track = Track(index, index / 25, Ellipse(x, 30, 8, 6), np.eye(5), 0.5, status, 0.1, 50.0)
+    return frame, StepInfo(track, np.array([track.ellipse]), np.ones(1), 1,
+        {"color": model}, {"color": 1.0},
+    )  # fmt: skip
+
+
+def gray() -> NDArray[np.uint8]:
+    return np.full((60, 80, 3), 128, np.uint8)
+
+
+def disk(x: float, y: float) -> NDArray[np.uint8]:
+    """Return a red disk with a blue ring, 16 pixels in radius in all, on gray."""
+    pixels = np.full((120, 160, 3), 128, np.uint8)
+    rows, columns = np.mgrid[:120, :160]
+    radius = np.hypot(columns - x, rows - y)
+    pixels[radius <= 16], pixels[radius <= 9] = (20, 40, 200), (220, 30, 30)
+    return pixels
+
+
+def ink(path: Path) -> float:
+    """Return the share of a picture's pixels that are not white."""
+    return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nummiaro", ADAPTIVE, "maggio:O-FOH"])
+def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
+    name: str, tmp_path: Path
+) -> None:
+    recorder, expected = recorded(name, 9)
+    for kept, right in zip(recorder.series, expected, strict=True):
+        np.testing.assert_array_equal(kept, right)
+    folder = tmp_path / "new" / "folder"
+    more = [CUE_WEIGHTS] * (name == ADAPTIVE) + [ORIENTATION] * name.startswith("maggio")
+    files = [*FIGURES, *more]
+    assert recorder.save(folder) == [folder / file for file in files]
+    for file in files:
+        path = folder / file
+        with Image.open(path) as image:
+            assert image.width >= 800
+        assert 0.01 < ink(path) < 0.9, file
+        assert path.stat().st_size < 200_000, file
+
+
+@pytest.mark.parametrize(("name", "bins"), [("maggio", 36), ("maggio:O-FOH", 19)])
+def test_the_region_has_two_orientation_histograms(name: str, bins: int) -> None:
+    """What the tracker compares is among the two, and like the model where it just learned it."""
+    recorder, _ = recorded(name, 1)
+    edges = recorder.edges()
+    assert edges is not None
+    assert (edges.frame, edges.rotated.size, edges.spectrum.size) == (0, 36, 19)
+    assert edges.rotated.sum() == pytest.approx(1)
+    magnitudes = np.abs(np.fft.rfft(edges.rotated))
+    np.testing.assert_allclose(edges.spectrum, magnitudes / magnitudes.sum(), atol=0.04)
+    mine = edges.rotated if bins == 36 else edges.spectrum
+    np.testing.assert_allclose(edges.model, mine, atol=1e-9)
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    left, top = edges.corner
+    height, width = edges.picture.shape[:2]
+    np.testing.assert_array_equal(
+        edges.picture, frame.pixels[top : top + height, left : left + width]
+    )
+    assert left < truth.ellipse.box.x < left + width
+    assert recorded("nummiaro", 1)[0].edges() is None
+
+
+def test_the_surface_of_two_cues_is_their_mean() -> None:
+    recorder, _ = recorded("maggio", 1)
+    surface = recorder.surface()
+    assert surface is not None
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    tracker = Tracker(recorder._config, seed=1)
+    tracker.init(frame, truth.ellipse)
+    center = tracker.info.track.ellipse
+    place = np.array([center._replace(x=surface.x[40], y=surface.y[20])])
+    rho = sum(
+        tracker.info.cue_weights[name]
+        * (1 - cue.distances(tracker.info.models[name], frame, place)[0] ** 2)
+        for name, cue in recorder._config.cues.items()
+    )
+    assert surface.rho[20, 40] == pytest.approx(float(rho), abs=1e-6)
+
+
+def test_the_surface_has_its_maximum_at_the_target() -> None:
+    tracker = Tracker("nummiaro", seed=1)
+    recorder = Recorder(tracker.config)
+    for index in range(3):
+        x, y = 80.0 + 3 * index, 60.0 - 2 * index
+        frame = Frame(index, index / 25, disk(x, y))
+        _ = tracker.update(frame) if index else tracker.init(frame, (x, y, 16, 16, 0))
+        recorder.add(frame, tracker.info, 0.001, None)
+    surface = recorder.surface()
+    assert surface is not None
+    assert surface.frame == 1  # the second of three tracked frames
+    row, column = np.unravel_index(surface.rho.argmax(), surface.rho.shape)
+    assert surface.x[column] == pytest.approx(83, abs=1.5)
+    assert surface.y[row] == pytest.approx(58, abs=1.5)
+    assert surface.rho.max() > 0.95
+    assert surface.rho[0, 0] < 0.2
+    assert surface.mean == pytest.approx((83, 58), abs=3)
+    assert surface.samples.shape == (100, 2)
+
+
+def test_the_surface_is_rho_at_each_place() -> None:
+    recorder, _ = recorded("nummiaro", 1)
+    surface = recorder.surface()
+    assert surface is not None
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    cue = config.color
+    assert cue is not None
+    model = cue.learn(frame, truth.ellipse)
+    for row, column in ((0, 60), (17, 42), (60, 0)):
+        place = truth.ellipse._replace(x=surface.x[column], y=surface.y[row])
+        seen_there = cue.histograms(frame, np.array([place]))[0]
+        rho = float(np.sqrt(seen_there * model.histogram).sum())  # equation 6
+        assert surface.rho[row, column] == pytest.approx(rho, abs=1e-9)
+        points = np.array([[surface.x[column] + 0.01, surface.y[row] - 0.01]])
+        assert surface.height(points) == pytest.approx(rho)
+
+
+def test_the_surface_stays_inside_the_frame() -> None:
+    recorder = Recorder(preset("nummiaro"))
+    recorder.add(*seen(0, Status.TRACKING, x=2.0), 0.001, None)
+    surface = recorder.surface()
+    assert surface is not None
+    assert surface.x[0] == 0
+    assert surface.x[-1] == pytest.approx(18)
+    assert (surface.y[0], surface.y[-1]) == pytest.approx((14, 46))
+
+
+def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> None:
+    recorder = Recorder(preset("nummiaro"))
+    kept = []
+    for index in range(12):
+        status = Status.TRACKING if index % 2 else Status.SEARCHING
+        recorder.add(*seen(index, status), 0.001, None)
+        surface = recorder.surface()
+        kept.append(surface and surface.frame)
+    # Tracked are 1, 3, 5, 7, 9, 11; of these the first, second and fourth are kept in turn.
+    assert kept == [None, 1, 1, 3, 3, 3, 3, 7, 7, 7, 7, 7]
+
+
+@pytest.mark.slow
+def test_without_a_tracked_frame_there_is_no_surface(tmp_path: Path) -> None:
+    recorder = Recorder(preset("nummiaro"))
+    assert recorder.save(tmp_path) == []
+    recorder.add(*seen(0, Status.SEARCHING), 0.001, None)
+    assert [path.name for path in recorder.save(tmp_path)] == [
+        "appearing.png",
+        "size_and_displacement.png",
+    ]
+    recorder.add(*seen(1, Status.SEARCHING), 0.001, None)
+    assert [path.name for path in recorder.save(tmp_path)] == list(FIGURES[1:])
+
+
+@pytest.mark.slow
+def test_lost_stretches_are_shaded(tmp_path: Path) -> None:
+    def shaded(lost: range) -> int:
+        recorder = Recorder(preset("nummiaro"))
+        for index in range(20):
+            status = Status.LOST if index in lost else Status.TRACKING
+            recorder.add(*seen(index, status), 0.001, None)
+        recorder.save(tmp_path)
+        pixels = np.asarray(Image.open(tmp_path / "appearing.png").convert("RGB")).astype(int)
+        orange = np.abs(pixels - (247, 231, 191)).max(axis=2) < 6
+        return int(orange[100:300].any(axis=0).sum())  # columns, below the legend
+
+    few, many = shaded(range(5, 8)), shaded(range(5, 14))
+    assert many == pytest.approx(3 * few, rel=0.05)
+
+
+def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[report\]'"):
+        Recorder(preset("nummiaro"))
+
+
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    recorder = Recorder(preset("nummiaro"))
+    recorder.add(*seen(0, Status.TRACKING), 0.001, None)
+    with pytest.raises(FormatError, match="choose another folder"):
+        recorder.save(tmp_path / "file" / "folder")
