@@ -23,12 +23,17 @@ from motes.sot.presets import configure, preset
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
-ADAPTIVE = "maggio:C+O-A-SS-ROH"
+VARIANTS = {
+    "maggio, sum": ("maggio", {"fusion": {"type": "printed_mixture"}}),
+    "maggio, spectra": ("maggio:O-ROH", {"orientation": {"form": "fourier"}}),
+}
+"""Weights of cues that change, and orientation alone by its spectrum."""
 
 
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
     """Return the recorder of a run on a small clip, and what it should hold."""
-    config = configure(preset(name), {"presence": {"stride": 4}})
+    base, changes = VARIANTS.get(name, (name, {}))
+    config = configure(preset(base), changes)
     recorder, tracker, rows, cue_weights = Recorder(config), Tracker(config, seed=1), [], []
     for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
@@ -80,7 +85,7 @@ def ink(path: Path) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", ADAPTIVE, "maggio:O-FOH"])
+@pytest.mark.parametrize("name", ["nummiaro", *VARIANTS])
 def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     name: str, tmp_path: Path
 ) -> None:
@@ -88,7 +93,7 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     for kept, right in zip(recorder.series, expected, strict=True):
         np.testing.assert_array_equal(kept, right)
     folder = tmp_path / "new" / "folder"
-    more = [CUE_WEIGHTS] * (name == ADAPTIVE) + [ORIENTATION] * name.startswith("maggio")
+    more = [CUE_WEIGHTS] * (name == "maggio, sum") + [ORIENTATION] * name.startswith("maggio")
     files = [*FIGURES, *more]
     assert recorder.save(folder) == [folder / file for file in files]
     for file in files:
@@ -99,7 +104,7 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
         assert path.stat().st_size < 200_000, file
 
 
-@pytest.mark.parametrize(("name", "bins"), [("maggio", 36), ("maggio:O-FOH", 19)])
+@pytest.mark.parametrize(("name", "bins"), [("maggio", 36), ("maggio, spectra", 19)])
 def test_the_region_has_two_orientation_histograms(name: str, bins: int) -> None:
     """What the tracker compares is among the two, and like the model where it just learned it."""
     recorder, _ = recorded(name, 1)
