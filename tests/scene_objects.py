@@ -37,23 +37,21 @@ def picture(index: int, *painted: tuple[Box, Color]) -> Frame:
     return Frame(index, index * DT, pixels)
 
 
-def visible(identity: int, frame: Frame, box: Box, since: float | None = None) -> TrackedObject:
-    """Return an object that is detected in a frame, and was first detected at a time."""
-    hits = [(frame.time if since is None else since, box), (frame.time, box)]
+def visible(identity: int, frame: Frame, box: Box) -> TrackedObject:
+    """Return an object that is detected in a frame."""
+    hits = [(frame.time, box)] * 2
     rng = np.random.default_rng(identity)
     return TrackedObject.begin(identity, config().tracker, rng, frame, hits)
 
 
-def undetected(identity: int, frame: Frame, box: Box, since: float | None = None) -> TrackedObject:
+def undetected(identity: int, frame: Frame, box: Box) -> TrackedObject:
     """Return a visible object that has no detection in the next frame yet."""
-    return visible(identity, frame, box, since).predict(DT)
+    return visible(identity, frame, box).predict(DT)
 
 
-def occluded(
-    identity: int, frame: Frame, box: Box, by: int | None = None, since: float | None = None
-) -> TrackedObject:
+def occluded(identity: int, frame: Frame, box: Box, by: int | None = None) -> TrackedObject:
     """Return an object that was last detected in a frame, and is occluded since."""
-    return undetected(identity, frame, box, since).occlude(by)
+    return undetected(identity, frame, box).occlude(by)
 
 
 def statuses(objects: Sequence[TrackedObject]) -> dict[int, Status]:

@@ -27,7 +27,6 @@ from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
-from motes.mot.stages.drop_fragments import drop_fragments
 from motes.mot.stages.follow_camera import follow_camera
 from motes.mot.stages.initiate import initiate
 from motes.mot.stages.mark_occluded import mark_occluded
@@ -110,7 +109,6 @@ def step(
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
     objects, free = reidentify(objects, free, frame, dt, config)
-    free = drop_fragments(objects, free)
     initiation = state.initiation.with_scores(found)
     arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
     objects, created = objects + arrived, state.created + len(arrived)

@@ -98,9 +98,6 @@ class Initiation(Config, frozen=True):
 class Termination(Config, frozen=True):
     """When an object without a detection ends.
 
-    An occluded object is kept for as long as it was known before, up to `max_age`; and for twice
-    that time where another object is visible in its place.
-
     Attributes
     ----------
     max_age

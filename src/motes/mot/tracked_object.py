@@ -94,8 +94,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         Where the object is.
     velocity
         In pixels a second, (2,).
-    first_time, last_time
-        Times of its first and its last detection.
+    last_time
+        Time of its last detection.
     predicted
         The ellipse where it should be in this frame, by its velocity.
     before_observation
@@ -128,7 +128,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     state: FilterState
     track: Track
     velocity: Floats
-    first_time: float
     last_time: float
     predicted: Ellipse
     before_observation: FilterState
@@ -162,7 +161,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
         return cls(
-            identity, tracker, rng, state, track, velocity, began, now, end, state, end[2:4],
+            identity, tracker, rng, state, track, velocity, now, end, state, end[2:4],
             origin=(start.x, start.y), moved=_far(start, end),
         )  # fmt: skip
 
@@ -201,8 +200,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             state, info = tracker.init(rng, frame, region)
         track = replace(info.track, status=Status.TRACKING)
         begun = cls(
-            identity, tracker, rng, state, track, expected.velocity, frame.time, frame.time,
-            track.ellipse, state, track.ellipse[2:4], detected=False, origin=track.ellipse[:2],
+            identity, tracker, rng, state, track, expected.velocity, frame.time, track.ellipse,
+            state, track.ellipse[2:4], detected=False, origin=track.ellipse[:2],
         )  # fmt: skip
         return begun if box is None else begun.detect(box, frame.time)
 
@@ -353,7 +352,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             self,
             identity=other.identity,
             rng=other.rng,
-            first_time=other.first_time,
             votes=other.votes,
             shape_model=other.shape_model,
             state=replace(

@@ -23,7 +23,7 @@ def test_a_candidate_that_is_confirmed_becomes_an_object() -> None:
     assert (begun, len(state.candidates)) == ([], 1)
     begun, state = initiate(0, 6, state, [Detection(moved)], picture(1, (moved, RED)), TWICE)
     (one,) = begun
-    assert (one.identity, one.detected, one.first_time, one.last_time) == (7, True, 0.0, DT)
+    assert (one.identity, one.detected, one.last_time) == (7, True, DT)
     assert one.velocity.tolist() == [4 / DT, 0]
     assert state.candidates == ()
 

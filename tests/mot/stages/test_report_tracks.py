@@ -14,9 +14,9 @@ PLACE = Box(40, 30, 20, 40)
 BEFORE = picture(100, (PLACE, RED))  # at 4 s
 
 
-def last_frame(known: float, box: Box = PLACE, covered: bool = False) -> int:
-    """Return in how many frames an object that was known for some seconds is reported."""
-    each = occluded(1, picture(100, (box, RED)), box, since=4.0 - known)
+def last_frame(box: Box = PLACE, covered: bool = False) -> int:
+    """Return in how many frames an object that was last detected at 4 s is reported."""
+    each = occluded(1, picture(100, (box, RED)), box)
     other = visible(2, BEFORE, PLACE)
     for age in range(1, 300):
         frame = picture(100 + age)
@@ -29,28 +29,24 @@ def last_frame(known: float, box: Box = PLACE, covered: bool = False) -> int:
     raise AssertionError("never")
 
 
-@pytest.mark.parametrize(
-    ("known", "seconds"),
-    [(0.0, 0.4), (1.0, 1.0), (4.0, 3.0)],  # least, as long as it was known, most
-)
-def test_an_object_is_kept_for_as_long_as_it_was_known(known: float, seconds: float) -> None:
-    assert last_frame(known) == pytest.approx(seconds / 0.04, abs=1)
+def test_an_object_is_kept_for_three_seconds() -> None:
+    assert last_frame() == pytest.approx(3 / 0.04, abs=1)
 
 
 def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
-    assert last_frame(1.0, covered=True) == pytest.approx(2 / 0.04, abs=1)
+    assert last_frame(covered=True) == pytest.approx(6 / 0.04, abs=1)
 
 
 def test_an_occluded_object_that_ends_covers_nothing() -> None:
     """Neither is visible, so both end in the same frame."""
-    both = [occluded(identity, BEFORE, PLACE, since=3.0) for identity in (1, 2)]
-    tracks, staying = report(both, picture(126), config())
+    both = [occluded(identity, BEFORE, PLACE) for identity in (1, 2)]
+    tracks, staying = report(both, picture(176), config())
     assert [each.track.status for each in tracks] == [Status.LOST, Status.LOST]
     assert staying == []
 
 
 def test_at_the_border_it_ends_soon() -> None:
-    assert last_frame(4.0, Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
+    assert last_frame(Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
 
 
 def test_tracks_say_what_is_known_of_an_object() -> None:

@@ -1,4 +1,4 @@
-"""Stage 7: expected objects begin in the first frame in which they are seen."""
+"""Stage 6: expected objects begin in the first frame in which they are seen."""
 
 from __future__ import annotations
 

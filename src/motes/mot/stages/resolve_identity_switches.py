@@ -1,4 +1,4 @@
-"""Stage 10: objects that were mistaken for each other during an occlusion swap their identities."""
+"""Stage 9: objects that were mistaken for each other during an occlusion swap their identities."""
 
 from __future__ import annotations
 
