@@ -39,9 +39,9 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2705, "kernels": 255, "video": 2415, "cues": 2065, "sot": 6810, "mot": 7645,
+    "core": 2705, "kernels": 255, "video": 2415, "cues": 2065, "sot": 6665, "mot": 7505,
     "testing": 305, "synthetic": 1150, "rows": 790, "output": 2395, "correction": 2200,
-    "formats": 2875, "cluster": 2390, "services": 445, "studio": 5115, "cli": 7110, "filtering": 80,
+    "formats": 2875, "cluster": 2360, "services": 445, "studio": 4915, "cli": 7110, "filtering": 75,
     "lab": 12830,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""

@@ -28,7 +28,7 @@ ADAPTIVE = "maggio:C+O-A-SS-ROH"
 
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
     """Return the recorder of a run on a small clip, and what it should hold."""
-    config = configure(preset(name), {"presence": {"stride": 4}})
+    config = configure(preset(name), {"presence": {"max_positions": 1200}})
     recorder, tracker, rows, cue_weights = Recorder(config), Tracker(config, seed=1), [], []
     for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
