@@ -58,7 +58,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("track film.mkv --preset nummiaro --motion", "takes no value itself; set a key of it"),
         ("track film.mkv --preset nummiaro --motion 3", "such as --motion.type."),
         ("track film.mkv --preset nummiaro --sigma 3", "did you mean --likelihood.sigma?"),
-        ("track film.mkv --preset nummiaro --likelihood.cues.hog", "needs a value: number"),
+        ("track film.mkv --preset nummiaro --fusion.weights.hog", "needs a value: number"),
         ("track film.mkv --preset numiaro --motion.nois", "did you mean 'nummiaro'?"),
         ("track film.mkv --motion.type a --motion 3", "--motion and --motion.type contradict"),
         ("track film.mkv --frames 3", "no option --frames"),  # a parameter in Python
@@ -67,7 +67,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("watch film.mkv --tracker.particle 3", "did you mean --tracker.particles?"),
         ("watch film.mkv --min-hit", "did you mean --initiation.min_hits?"),
         ("watch film.mkv --max-age 2", "did you mean --termination.max_age?"),
-        ("watch film.mkv --max-gap 1", "did you mean --initiation.max_gap?"),
+        ("watch film.mkv --min-hits 1", "did you mean --initiation.min_hits?"),
         ("track film.mkv --preset nummiaro --budget.least 9", "There is no option --budget.least"),
         ("track film.mkv --save-histogram h.json --overwrit", "did you mean --overwrite?"),
     ],

@@ -97,7 +97,7 @@ def test_several_objects_and_their_document(film: tuple[str, str], tmp_path: Pat
     document, events = tmp_path / "o.json", tmp_path / "e.jsonl"
     overlay = tmp_path / "o.mkv"
     line = ["watch", film[0], "-o", document, "--events", events, "--overlay", overlay]
-    with started(*line, "--detector", "gaussian") as process:
+    with started(*line) as process:
         wait_for(process, lambda: any(f.stat().st_size for f in tmp_path.glob("o.mkv.partial-*")))
         process.send_signal(signal.SIGTERM)
         _, error = process.communicate()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.mot import track_initiation
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
@@ -21,10 +22,14 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
 
 GRAY = np.full((480, 640, 3), 100, np.uint8)
-CERTAIN = Initiation(min_score_quantile=0.0)
-"""No detection is too doubtful."""
 BORN, HIDDEN, FRAMES = 3, 4, 7
 """Objects are born in the frame before; from then on, half of them have no detection, then all."""
+
+
+@pytest.fixture(autouse=True)
+def certain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no detection be too doubtful."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.0)
 
 
 class Work(NamedTuple):
@@ -61,7 +66,7 @@ def found(index: int, count: int) -> list[Detection]:
 def work(count: int) -> Work:
     """Follow so many objects, all detected, half of them hidden, and found again; count."""
     there: list[Detection] = []
-    scene, calls = Scene(lambda _: there, config(initiation=CERTAIN)), 0
+    scene, calls = Scene(lambda _: there, config()), 0
 
     def called(_frame: object, event: str, _argument: object) -> None:
         nonlocal calls
@@ -99,7 +104,7 @@ def test_four_times_the_objects_take_four_times_the_work() -> None:
 
 def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> None:
     there = [Detection(Box(*box), score) for score, box in enumerate(grid(12).tolist())]
-    eight = config(detections=DetectionSelection(limit=8), initiation=CERTAIN)
+    eight = config(detections=DetectionSelection(limit=8))
     scene = Scene(lambda _: there, eight)
     for index in range(4):
         scene.update(Frame(index, index / 25, GRAY))
@@ -109,8 +114,11 @@ def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> 
     }
 
 
-def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
+def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The surest come first, so that the last ones alone would let too many pass."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.1)
     births, count = TrackInitiation(), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
     after, _ = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())

@@ -212,7 +212,7 @@ def test_motes_watch_goes_on_after_a_drop(
     monkeypatch.setattr(newest, "LONGEST_WAIT", 1000.0)  # its pictures come all at once
     rows = tmp_path / "r.csv"
     with server(jpegs) as url:
-        main(["watch", url, "--end", "25", "-o", str(rows), "--detector", "gaussian"])
+        main(["watch", url, "--end", "25", "-o", str(rows)])
     error = capsys.readouterr().err
     assert error.count("ended. It is tried again") == 2
     assert error.count("is back after") == 2

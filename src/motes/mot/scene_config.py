@@ -81,18 +81,9 @@ class Initiation(Config, frozen=True):
     ----------
     min_hits
         Number of detections of a new object. A larger value gives fewer false objects, later.
-    max_gap
-        Time in seconds after which a new object is given up that is not detected any more. After
-        its first detection, a single frame without one is enough. With a larger value objects start
-        that are seldom detected, and more false ones.
-    min_score_quantile
-        Share of all detections, those with the lowest scores, that start no object. They do confirm
-        one. With a larger value fewer objects start.
     """
 
     min_hits: Count = 3
-    max_gap: NonNegative = 0.3
-    min_score_quantile: Share = 0.1
 
 
 class Termination(Config, frozen=True):

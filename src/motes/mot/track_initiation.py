@@ -23,6 +23,11 @@ from motes.mot.scene_config import Initiation
 Tentative: TypeAlias = tuple[tuple[float, Box], ...]
 """The hits of a tentative track, oldest first: times and boxes of detections."""
 
+MAX_GAP = 0.3
+"""Seconds after which what may become an object is given up if it is not detected any more. After
+its first detection, a single frame without one is enough: longer gaps start more false objects."""
+LOWEST = 0.1
+"""Share of all detections, those with the lowest scores, that begin nothing."""
 SCORES = 1000
 """Number of latest scores that are kept; a frame with more detections is kept whole."""
 
@@ -72,7 +77,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         i, j, overlaps = overlapping_pairs(latest, boxes, overlap)
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
-        least = np.quantile(self.scores, config.min_score_quantile) if free else 0.0
+        least = np.quantile(self.scores, LOWEST) if free else 0.0
         hits = [
             (each, (*history.get(j, ()), (time, each.box)))
             for j, each in enumerate(free)
@@ -83,7 +88,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         waiting = [
             each
             for i, each in enumerate(before)
-            if i not in confirmed and len(each) > 1 and time - each[-1][0] <= config.max_gap
+            if i not in confirmed and len(each) > 1 and time - each[-1][0] <= MAX_GAP
         ]
         tentative = [so_far for _, so_far in hits if len(so_far) < config.min_hits]
         return replace(self, candidates=(*waiting, *tentative)), begun

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
+from motes.mot import track_initiation
 from motes.mot.scene_config import Initiation
 from motes.mot.stages.initiate import initiate
 from motes.mot.track_initiation import TrackInitiation
@@ -38,10 +40,10 @@ def test_a_frame_without_confirmation_ends_a_candidate() -> None:
 
 
 def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
-    """At 25 frames a second, it has not been seen for 0.12 s after three frames."""
-    short = replace(config(), initiation=Initiation(min_hits=3, max_gap=0.15))
+    """At 25 frames a second, it has not been seen for 0.28 s after seven frames."""
+    short = replace(config(), initiation=Initiation(min_hits=3))
     found = [Detection(PLACE)]
-    for missing, begins in ((3, True), (4, False)):
+    for missing, begins in ((7, True), (8, False)):
         state = TrackInitiation().with_scores(found)
         for index, there in enumerate([found, found, *[[]] * missing]):
             _, state = initiate(0, 0, state, there, picture(index), short)
@@ -51,17 +53,16 @@ def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
 
 
 def test_candidates_are_confirmed_at_any_distance_between_looks() -> None:
-    never = replace(config(), initiation=Initiation(min_hits=2, max_gap=0.0))
     found = [Detection(PLACE)]
-    _, state = initiate(0, 0, TrackInitiation().with_scores(found), found, picture(0), never)
-    assert initiate(0, 0, state, found, picture(50), never)[0]
+    _, state = initiate(0, 0, TrackInitiation().with_scores(found), found, picture(0), TWICE)
+    assert initiate(0, 0, state, found, picture(50), TWICE)[0]
 
 
-def test_the_lowest_scores_begin_nothing() -> None:
-    quarter = replace(TWICE, initiation=Initiation(min_hits=2, min_score_quantile=0.25))
+def test_the_lowest_scores_begin_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.25)
     found = [Detection(Box(10 + 30 * i, 30, 20, 40), float(i)) for i in range(5)]
     state = TrackInitiation().with_scores(found)
-    _, state = initiate(0, 0, state, found, picture(0), quarter)
+    _, state = initiate(0, 0, state, found, picture(0), TWICE)
     first = [hits[0][1] for hits in state.candidates]
     assert first == [each.box for each in found[1:]]  # a quarter lies below the second
 
