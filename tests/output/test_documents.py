@@ -83,7 +83,7 @@ def test_names_of_images_are_those_below_their_common_folder(
 
 
 @pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
-                                     "watch FILM --detector gaussian"])  # fmt: skip
+                                     "watch FILM"])  # fmt: skip
 def test_a_label_names_the_class(go: Go, command: str) -> None:
     go(f"{command} --label sea-bird -o a.json")
     go(f"{command} --label sea-bird -o a.xml")
@@ -159,7 +159,7 @@ def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
 
 
-@pytest.mark.parametrize("command", [f"track FILM {BOX}", "watch FILM --detector gaussian"])
+@pytest.mark.parametrize("command", [f"track FILM {BOX}", "watch FILM"])
 def test_a_disk_that_is_full_at_the_end_keeps_the_rows(go: Go, command: str) -> None:
     Path("a.json").symlink_to("/dev/full")
     code, _, error = go(f"{command} -o a.json")
