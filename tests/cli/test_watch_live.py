@@ -112,7 +112,7 @@ def test_what_waits_is_reported(
     [
         "track --preset mean_shift --init 40,40,16,30",
         "track --preset mean_shift --init 40,40,16,30 --init 40,40,16,30",
-        "watch --detector gaussian",
+        "watch",
     ],
 )
 def test_a_run_is_shown(command: str, film: str, monkeypatch: pytest.MonkeyPatch) -> None:
