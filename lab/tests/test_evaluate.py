@@ -183,7 +183,7 @@ def test_every_preset_is_a_tracker_to_evaluate() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
-    (home / "changed.toml").write_text('preset = "mean_shift"\nscale = 0.07\n')
+    (home / "changed.toml").write_text('preset = "mean_shift"\ncolor.bins = [8, 8, 4]\n')
     clip = film()
     entered = tracker_spec(name)
     assert entered.name == name
@@ -530,7 +530,7 @@ def test_resuming_something_else_is_refused(
     now = note(dataset)
     prepare(out, now)
     other = {
-        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
+        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "color.bins = [4, 4, 4]"}),
         "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),

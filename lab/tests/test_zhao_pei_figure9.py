@@ -82,12 +82,12 @@ def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
 
 
 def test_the_hidden_are_followed_and_the_lost_are_not(tmp_path: Path) -> None:
-    """Detections end; 0.4 seconds later, in frame 16, a scene gives up."""
-    (each,), _ = load_mot_dataset(write_crowd(tmp_path, frames=18))
+    """Detections end; 3 seconds later, in frame 18, a scene gives up."""
+    (each,), _ = load_mot_dataset(write_crowd(tmp_path, frames=20))
     assert each.detections is not None
     early = each.detections.where(each.detections.frames <= 6)
-    _, counts = counted(MotSequence(each.name, each.source, 18, 25, each.truth, early))
-    assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 14 + [[2, 0, 0]] * 2
+    _, counts = counted(MotSequence(each.name, each.source, 20, 4, each.truth, early))
+    assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 16 + [[2, 0, 0]] * 2
 
 
 def test_frames_without_objects_have_no_ratio(tmp_path: Path) -> None:
