@@ -184,7 +184,7 @@ def test_every_preset_is_a_tracker_to_evaluate() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
-    (home / "changed.toml").write_text('preset = "mean_shift"\nscale = 0.07\n')
+    (home / "changed.toml").write_text('preset = "mean_shift"\npresence.frames = 4\n')
     clip = film()
     entered = tracker_spec(name)
     assert entered.name == name
