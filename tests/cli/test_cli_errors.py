@@ -58,7 +58,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("track film.mkv --preset nummiaro --motion", "takes no value itself; set a key of it"),
         ("track film.mkv --preset nummiaro --motion 3", "such as --motion.type."),
         ("track film.mkv --preset nummiaro --sigma 3", "did you mean --likelihood.sigma?"),
-        ("track film.mkv --preset nummiaro --likelihood.cues.hog", "needs a value: number"),
+        ("track film.mkv --preset nummiaro --likelihood.sigma", "needs a value: number"),
         ("track film.mkv --preset numiaro --motion.nois", "did you mean 'nummiaro'?"),
         ("track film.mkv --motion.type a --motion 3", "--motion and --motion.type contradict"),
         ("track film.mkv --frames 3", "no option --frames"),  # a parameter in Python

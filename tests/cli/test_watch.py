@@ -176,7 +176,6 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
         ("--detector.history 40 --termination.max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
         ("--detector det.txt --detections.limit 8", 'file = "det.txt"'),
-        ("--detector faces --detector.model m.svm", "m.svm"),
         ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
         ("--detector.type background --detector.noise 5", "noise = 5.0"),
     ],
