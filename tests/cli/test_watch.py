@@ -174,7 +174,7 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     ("options", "line"),
     [
         ("--detector.history 40 --termination.max-age 2", "history = 40"),
-        ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
+        ("--detector people", 'type = "people"'),
         ("--detector det.txt --detections.limit 8", 'file = "det.txt"'),
         ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
         ("--detector.type background --detector.noise 5", "noise = 5.0"),
