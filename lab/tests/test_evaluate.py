@@ -32,6 +32,7 @@ from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
 from motes_lab.datasets.sot import Sequence, load_dataset
+from motes_lab.inputs import lines
 from motes_lab.protocols.sot import Start, TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
@@ -260,6 +261,7 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
     assert [good.name for good in entries] == ["nummiaro"]
     assert [problem.where for problem in problems] == [f"tracker {name}"]
     assert error in problems[0].what
+    assert lines(problems).endswith(problems[0].what)
 
 
 def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

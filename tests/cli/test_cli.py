@@ -404,7 +404,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
     ("line", "code", "message"),
     [
         ("track", 2, "There is no source; name a video"),
-        ("track FILM", 2, "Give one of --init, --histogram, --detect, for example"),
+        ("track FILM", 2, "Give one of --init, --histogram, --detect, --at, --keyframes, for"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
         (
             "track FILM --init BOX --preset nummiaro --budget.min 9 --budget.max 3",

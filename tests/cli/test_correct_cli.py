@@ -371,7 +371,11 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
         ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
         ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
-        ("smooth objects.csv -o a.csv", 3, "has no rows of one target"),
+        ("smooth objects.csv -o a.csv", 3, "objects.csv lacks label, left, top, width, height, a,"),
+        ("check FILM unsure.csv", 3, "unsure.csv lacks confidence among its columns; give one"),
+        ("refine FILM unsure.csv --at 3=BOX", 3, "unsure.csv lacks confidence among its columns"),
+        ("smooth plain.csv -o plain.csv", 2, "plain.csv is the source and cannot be an output"),
+        ("smooth plain.csv -o rows.csv", 5, "error: rows.csv exists; choose another name"),
         ("check FILM head.csv", 3, "head.csv has no rows"),
         ("refine FILM head.csv --at 3=BOX", 3, "head.csv has no rows"),
         ("smooth negative.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
@@ -411,6 +415,8 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     for name, text in rows.items():
         Path(f"{name}.csv").write_text(head + text)
     Path("objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
+    unsure = [name for name in COLUMNS if name != "confidence"]
+    Path("unsure.csv").write_text(",".join(unsure) + "\n" + ",".join("1" for _ in unsure) + "\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     if "alone.csv" in line:
@@ -449,7 +455,7 @@ def test_a_file_that_is_no_history(go: Go) -> None:
     Path("rows.csv.run.json").write_text("{}")
     assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
     Path("rows.csv").write_text("frame,time\n0,0\n")
-    with pytest.raises(FormatError, match="no rows of one target"):
+    with pytest.raises(FormatError, match=r"rows\.csv lacks id, label, left, top"):
         KnownRows(Path("rows.csv"))
 
 

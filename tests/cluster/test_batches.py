@@ -365,7 +365,10 @@ def test_progress_is_counted(
     error = capsys.readouterr().err
     assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
     assert "[c] attempt 1: Lost." in error
-    assert progress.summary("out").startswith("9 jobs, 1 done, 1 done before, 1 failed, 7 frames")
+    counts = "9 jobs, 1 done, 1 done before, 1 failed, 7 frames"
+    assert progress.summary("out") == f"3 of {counts}; give out again to go on"
+    progress.written = "jobs.parquet"
+    assert progress.summary("out") == f"{counts}; wrote out/jobs.parquet"
 
 
 def test_problems_come_before_anything_starts(
@@ -503,7 +506,7 @@ def test_a_driver_that_ended_goes_on(
         _, error = process.communicate()
         if number == signal.SIGTERM:
             assert process.returncode == 143
-            assert "terminated after 6 jobs" in error
+            assert re.search(r"terminated after \d of 6 jobs, ", error)
             assert "give long again to go on" in error
         before = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
         assert len(before) < 6  # it does not wait for the rest

@@ -245,7 +245,11 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ("convert one.csv b.xml --to journal", 2, "journal cannot be written"),
         ("convert one.csv b.xml --size 3", 2, "--size is '3'; give width and height as 640x480"),
         ("convert one.csv b.xml --fps 0", 2, "--fps is 0; give a number"),
-        ("convert one.csv b.csv --from deeplabcut", 2, "deeplabcut cannot be read here"),
+        (
+            "convert one.csv b.csv --from deeplabcut",
+            2,
+            "deeplabcut is only written; motes reads csv, jsonl",
+        ),
         ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
         ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
         ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),

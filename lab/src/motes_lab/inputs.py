@@ -108,7 +108,8 @@ def chosen(
 
 def lines(problems: Iterable[Problem]) -> str:
     """Return problems as one line."""
-    return "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems) + "."
+    line = "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems)
+    return line if line.endswith("?") else f"{line}."
 
 
 def refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:

@@ -95,7 +95,8 @@ class BatchProgress:
 
     def summary(self, out: str) -> str:
         """Return one line on the whole run."""
-        parts = [counted(self.total, "job"), f"{self.done} done"]
+        ended = "" if self.written else f"{self.ended} of "
+        parts = [f"{ended}{counted(self.total, 'job')}", f"{self.done} done"]
         parts += [f"{self.kept} done before"] * bool(self.kept)
         parts += [f"{self.failed} failed", counted(self.frames, "frame")]
         where = f"wrote {out}/{self.written}" if self.written else f"give {out} again to go on"

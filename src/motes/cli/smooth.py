@@ -50,13 +50,14 @@ def smooth(
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import GroundMotion
     from motes.rows.schema import GROUND, HINDSIGHT
-    from motes.rows.writer import TrackWriter
+    from motes.rows.writer import TrackWriter, check_writable
 
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
     plane = units_of(rows, table.metres, known)
     streamed = output == "-" or is_special(output)
     if not streamed:
+        check_writable(output, overwrite)  # these are named first, not what is beside them
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
     motion = None if plane is None else GroundMotion(plane)

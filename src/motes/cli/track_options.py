@@ -116,7 +116,7 @@ class TargetOptions:
         given = [flag for flag, value in ways.items() if value is not None]
         if not given:
             raise ConfigError(
-                f"The target is missing. Give one of {', '.join(ways)}, "
+                f"The target is missing. Give one of {', '.join(ways)}, --at, --keyframes, "
                 f"for example --init 300,200,60,80 (x, y, width, height in the first frame)."
             )
         if len(given) > 1:

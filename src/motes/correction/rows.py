@@ -58,7 +58,7 @@ class KnownRows:
     Raises
     ------
     InputError
-        If the file cannot be read, is empty, or holds other rows, as those of many objects.
+        If the file cannot be read, is empty, lacks a column, or holds rows of many objects.
     """
 
     def __init__(self, path: Path, *, growing: bool = False) -> None:
@@ -68,7 +68,10 @@ class KnownRows:
             text = text[: text.rfind("\n") + 1]
         table = table_of(text, path, self._form)
         self.columns = tuple(table.dtype.names or ())
-        if not set(COLUMNS) <= set(self.columns) or len({*table["id"].tolist()}) > 1:
+        if missing := [name for name in COLUMNS if name not in self.columns]:
+            what = f"{path} lacks {', '.join(missing)} among its columns"
+            raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
+        if len({*table["id"].tolist()}) > 1:
             raise InputError(
                 f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
             )

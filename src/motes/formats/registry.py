@@ -282,7 +282,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     """
     form = FORMATS.resolve(name)
     if form.read is None:
-        raise ConfigError(f"Files of the format {name} cannot be read here.")
+        raise ConfigError(f"{name} is only written; motes reads {', '.join(_readable())}.")
     if path.exists() and path.is_dir() != form.folder:
         kinds = ("a file", "a folder")
         raise SourceError(
