@@ -532,7 +532,9 @@ def test_resuming_something_else_is_refused(
     now = note(dataset)
     prepare(out, now)
     other = {
-        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "color.bins = [4, 4, 4]"}),
+        "tracker mean_shift, which had": note(
+            dataset, trackers={"mean_shift": "color.bins = [4, 4, 4]"}
+        ),
         "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),
