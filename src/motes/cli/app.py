@@ -5,6 +5,7 @@ from __future__ import annotations
 from cyclopts import App
 
 from motes import __version__
+from motes.cli.help import Help
 from motes.cli.settings import refuse_clashes
 
 EXIT_CODES = """\
@@ -32,6 +33,7 @@ def program(name: str, what: str) -> App:
         help=what,
         help_epilogue=EXIT_CODES,
         help_format="plaintext",
+        help_formatter=Help(),
         result_action="return_value",
         exit_on_error=False,
         print_error=False,

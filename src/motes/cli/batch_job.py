@@ -119,7 +119,7 @@ def _refine(job: Job, rows: Path) -> int:
     code = refine(
         job.source,
         Path(job.rows),
-        keyframes=_path(job.keyframes),
+        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
         output=goal,
         tracker=TrackerOptions(
             preset=job.preset,

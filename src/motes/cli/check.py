@@ -14,7 +14,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, Overwrite
+from motes.cli.options import OUTPUT, OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
@@ -37,16 +37,9 @@ def check(
     rows: Path,
     /,
     *,
-    count: Annotated[
-        int, Parameter(group=OUTPUT, help="Number of frames that are listed.")
-    ] = COUNT,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["--output", "-o"], group=OUTPUT, help="List of the frames, .csv."),
-    ] = None,
-    sheet: Annotated[
-        Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
-    ] = None,
+    count: Annotated[int, Parameter(group=OUTPUT)] = COUNT,
+    output: OutputFile = None,
+    sheet: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
     **settings: Settings,
@@ -63,6 +56,12 @@ def check(
         The video or images of the rows.
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
+    count
+        Number of frames that are listed.
+    output
+        List of the frames, .csv.
+    sheet
+        Contact sheet of the frames, .png.
     """
     from motes.core.files import write_whole, writing
     from motes.correction.suspects import doubts

@@ -5,7 +5,6 @@ Annotations are evaluated here: the parser would look for their names in the mod
 
 import glob
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +18,7 @@ from motes.cli.options import (
     Fps,
     FrameOptions,
     OutputOptions,
+    options,
     say_rate,
 )
 from motes.core.config import Config
@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 
-@Parameter(name="*", group=CONFIGURATION)
-@dataclass(frozen=True, kw_only=True)
+@options(CONFIGURATION)
 class TrackerOptions:
     """The tracker of rows that do not have one beside them."""
 
@@ -45,7 +44,8 @@ class TrackerOptions:
         str | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
     ] = None
     config: ConfigFile = None
-    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
+    seed: int | None = None
+    """Seed of the random numbers."""
     fps: Fps = None
 
     @property

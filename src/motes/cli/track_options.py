@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
-
 from motes.cli.input_checks import error_context, read_text, region_of
 from motes.cli.load_config import load_target
 from motes.cli.options import (
@@ -20,6 +18,7 @@ from motes.cli.options import (
     TARGET,
     FrameOptions,
     OutputOptions,
+    options,
 )
 from motes.core.errors import ConfigError
 
@@ -36,38 +35,23 @@ Begin = Callable[["Tracker", "Frame"], "Track | None"]
 """Tries to start a tracker on a frame; returns its track, or None if it has not started."""
 
 
-@Parameter(name="*", group=TARGET)
-@dataclass(frozen=True, kw_only=True)
+@options(TARGET)
 class TargetOptions:
     """The object that is tracked, given in one of three ways."""
 
-    init: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(
-            help="The target in the first frame: a box x,y,width,height, or an ellipse "
-            "x,y,a,b,theta (center, half-axes, and the angle from the x axis towards y in "
-            "radians). Repeat it to track several objects."
-        ),
-    ] = None
-    histogram: Annotated[
-        Path | None,
-        Parameter(help="Search for the target in this file, which --save-histogram has written."),
-    ] = None
-    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
-        None
-    )
-    places: Annotated[
-        Path | None,
-        Parameter(
-            help="With --histogram: where the target may appear, a TOML file with [[place]], each "
-            "with box or border."
-        ),
-    ] = None
-    background: Annotated[
-        Path | None, Parameter(help="With --histogram: a picture without the target.")
-    ] = None
+    init: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """The target in the first frame: a box x,y,width,height, or an ellipse x,y,a,b,theta (center,
+    half-axes, and the angle from the x axis towards y in radians). Repeat it to track several
+    objects."""
+    histogram: Path | None = None
+    """Search for the target in this file, which --save-histogram has written."""
+    detect: Literal["face"] | None = None
+    """Wait for a face and track it."""
+    places: Path | None = None
+    """With --histogram: where the target may appear, a TOML file with [[place]], each with box or
+    border."""
+    background: Path | None = None
+    """With --histogram: a picture without the target."""
 
     def regions(self) -> list[list[float]]:
         """Return the regions of --init; raise a ConfigError for a text that is none."""
@@ -149,30 +133,18 @@ class TargetOptions:
         return lambda tracker, frame: tracker.search(frame, known, places, background)
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(OUTPUT)
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    figures: Annotated[
-        Path | None,
-        Parameter(help="Folder for the figures of the papers; motes draw makes those of rows."),
-    ] = None
-    save_histogram: Annotated[
-        Path | None,
-        Parameter(
-            help="Save the target's color histogram in the first frame to this JSON file, for "
-            "--histogram with the same preset, and track nothing."
-        ),
-    ] = None
-    resume: Annotated[
-        bool,
-        FLAG,
-        Parameter(
-            help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "The run is repeated up to the missing rows; overlay and figures are made again."
-        ),
-    ] = False
+    figures: Path | None = None
+    """Folder for the figures of the papers; motes draw makes those of rows."""
+    save_histogram: Path | None = None
+    """Save the target's color histogram in the first frame to this JSON file, for --histogram with
+    the same preset, and track nothing."""
+    resume: Annotated[bool, FLAG] = False
+    """Continue the rows of an interrupted run. Give the same source, options and seed. The run is
+    repeated up to the missing rows; overlay and figures are made again."""
 
 
 @dataclass(frozen=True)

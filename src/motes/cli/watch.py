@@ -6,12 +6,12 @@ import contextlib
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import HelpAll, UsualOptions, show_all
+from motes.cli.help import Help, HelpAll, show_all
 from motes.cli.input_checks import checked_output
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
@@ -41,7 +41,7 @@ app = App(
         command="motes config --watch",
     ),
     help_format="plaintext",
-    help_formatter=UsualOptions(
+    help_formatter=Help(
         "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
         "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect",
     ),
@@ -51,15 +51,7 @@ PRESET = "nummiaro:adaptive"
 
 @app.default
 def watch(
-    source: Annotated[
-        str | None,
-        Parameter(
-            help="A video, a folder or pattern of images, the number of a camera, or an address. "
-            "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram, --cluster "
-            "and --own-code may be given."
-        ),
-    ] = None,
+    source: str | None = None,
     /,
     *,
     objects: ObjectOptions = ObjectOptions(),
@@ -78,6 +70,13 @@ def watch(
     An object keeps its identity from entry to exit, also while it is occluded. Without any output
     the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
+
+    Parameters
+    ----------
+    source
+        A video, a folder or pattern of images, the number of a camera, or an address. Or a .toml
+        file of several cameras with [[camera]], [[passage]] and [[overlap]] (docs/cameras.md); then
+        only -o, --overwrite, --seed, --histogram, --cluster and --own-code may be given.
     """
     if help_all:
         show_all("watch")
