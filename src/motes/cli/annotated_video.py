@@ -18,39 +18,8 @@ from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
-    from motes.cli.options import OutputOptions
     from motes.video.film import Film
     from motes.video.sources import Source
-
-
-def drawn(
-    outputs: OutputOptions,
-    film: Source | Film,
-    stride: int,
-    painter: Callable[[], Callable[[Moment], Draw]],
-    *,
-    overwrite: bool = False,
-) -> list[Sink]:
-    """Return the outputs --overlay and --show, each with a painter of its own.
-
-    Parameters
-    ----------
-    outputs
-        The options.
-    film, stride
-        The film, of which every n-th frame is used.
-    painter
-        Returns what returns a function that draws a result.
-    overwrite
-        Whether an existing video may be replaced even without --overwrite.
-    """
-    opened: list[Sink] = []
-    if outputs.overlay is not None:
-        anew = overwrite or outputs.overwrite
-        opened.append(AnnotatedVideo(outputs.overlay, film, stride, painter(), overwrite=anew))
-    if outputs.show:
-        opened.append(Show(painter()))
-    return opened
 
 
 def painted_scene(places: Regions) -> Callable[[Moment], Draw]:

@@ -18,7 +18,7 @@ from motes.cli.options import (
     FrameOptions,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
-from motes.cli.track_options import TargetOptions, TrackOutputs, TrackRequest
+from motes.cli.track_options import TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 
@@ -106,7 +106,13 @@ def track(
     output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
-    asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
+
+    from motes.cli.request import Request
+
+    asked = Request(
+        source=source, frames=frames, output=output, outputs=outputs, config=config,
+        seed=values.seed, preset=preset, units=plane, resume=outputs.resume,
+    )  # fmt: skip
     if begin is None:
         from motes.cli.track_between import track_between
 
@@ -118,7 +124,7 @@ def track(
     if len(target.regions()) > 1:
         return track_several(asked, target.regions())
 
-    return track_one(asked, Tracker(config, values.seed), begin)
+    return track_one(asked, Tracker(config, values.seed), begin, outputs.figures)
 
 
 def _check_fitting(

@@ -13,18 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.cli.annotated_video import drawn, painted_target
+from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Tally, summarize
-from motes.cli.known_run import history_file
 from motes.cli.messages import counted
 from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.options import say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.track_options import TrackRequest
+from motes.cli.request import Request
 from motes.cli.track_units import check_size
-from motes.cli.watch_outputs import rows_output
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
@@ -37,10 +35,13 @@ from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import GroundMotion
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import check_writable
+from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | None) -> int:
+def track_between(
+    asked: Request[TrackerConfig], marks: Marks, region: Sequence[float] | None
+) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
 
     The region is that of --init, in the first frame.
@@ -58,16 +59,13 @@ def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | N
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     check_size(asked.units, film)
-    output, outputs, units = asked.output, asked.outputs, asked.units
-    path = None if output is None else history_file(output, outputs)
+    output, path, units = asked.output, asked.history_file, asked.units
     if path is not None:
-        for each in (Path(str(output)), path):
-            check_writable(each, outputs.overwrite)
+        for each in (rows_path(path), path):
+            check_writable(each, asked.overwrite)
     metres = None if units is None else "m"
-    videos, rows = drawn(outputs, film, 1, lambda: painted_target(metres)), list[Sink]()
-    if output is not None:
-        further = HINDSIGHT if units is None else (*HINDSIGHT, *GROUND)
-        rows.append(rows_output(output, film, outputs, further=further))
+    videos = asked.pictures(film, lambda: painted_target(metres))
+    rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
     run = KeyframeRun(film, None if units is None else GroundMotion(units), len(history.keys))
     try:
         try:

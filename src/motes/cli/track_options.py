@@ -1,10 +1,9 @@
-"""The target and the outputs of `motes track`, as options, and a request for a run.
+"""The target and the outputs of `motes track`, as options.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -16,7 +15,6 @@ from motes.cli.options import (
     OUTPUT,
     REPEATED,
     TARGET,
-    FrameOptions,
     OutputOptions,
     options,
 )
@@ -25,10 +23,8 @@ from motes.core.errors import ConfigError
 if TYPE_CHECKING:
     from motes.core.frame import Frame
     from motes.core.track import Track
-    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.known_target import KnownTarget
     from motes.sot.places import Place
-    from motes.sot.presets import TrackerConfig
     from motes.sot.tracker import Tracker
 
 Begin = Callable[["Tracker", "Frame"], "Track | None"]
@@ -145,30 +141,3 @@ class TrackOutputs(OutputOptions):
     resume: Annotated[bool, FLAG] = False
     """Continue the rows of an interrupted run. Give the same source, options and seed. The run is
     repeated up to the missing rows; overlay and figures are made again."""
-
-
-@dataclass(frozen=True)
-class TrackRequest:
-    """A film, its outputs, and how it is tracked.
-
-    Attributes
-    ----------
-    source, frames
-        The film and its frames, as they are given.
-    output, outputs
-        The file of the rows, - for standard output, or None without rows; and all options of
-        outputs.
-    config, seed, preset
-        The tracker, and the name of its preset.
-    units
-        How pixels become metres; None for pixels.
-    """
-
-    source: str
-    frames: FrameOptions
-    output: str | None
-    outputs: TrackOutputs
-    config: "TrackerConfig"
-    seed: int
-    preset: str
-    units: "RealUnits | None"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -28,11 +27,9 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.moment import Sink
-    from motes.cli.sent_events import SentEvents
     from motes.core.detection import Detector, DetectorConfig
     from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig
-    from motes.video.sources import Source
 
 app = App(
     name="watch",
@@ -110,9 +107,13 @@ def watch(
 
     from msgspec.structs import replace
 
+    from motes.cli.annotated_video import painted_scene
+    from motes.cli.request import Request
     from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
+    from motes.cli.watch_outputs import Events
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
 
     counter = EventCounter(where)
@@ -120,23 +121,20 @@ def watch(
     if addresses:
         queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
         sending = SentEvents(addresses, queue, source, where, announce=announce)
-    with contextlib.ExitStack() as running:
-        detector = _detector(source, objects, frames, config)
-        scene = Scene(detector, config, values.seed)
-        film = running.enter_context(frames.open(source))
+    asked = Request(
+        source=source, frames=frames, output=rows, outputs=outputs, config=config,
+        seed=values.seed, preset=preset, places=replace(where, ground=None),
+        units=None if where.ground is None else RealUnits(where.ground),
+    )  # fmt: skip
+    scene = Scene(_detector(source, objects, frames, config), config, values.seed)
+    with frames.open(source) as film:
         where.check(film.width, film.height)
         say_rate(film)
-        opened = _opened(outputs, events, film, frames.stride, where, sending)
-        if rows is not None:
-            from motes.cli.known_run import rows_outputs
-            from motes.mot.analytics.real_units import RealUnits
-
-            ground = None if where.ground is None else RealUnits(where.ground)
-            opened += rows_outputs(
-                rows, outputs, film, frames, config, values.seed, preset, units=ground,
-                places=replace(where, ground=None),
-            )  # fmt: skip
-        return watch_scene(film, scene, counter, opened)
+        opened = asked.pictures(film, lambda: painted_scene(where))
+        opened += [Events(name, outputs.overwrite) for name in events]
+        opened += [] if sending is None else [sending]
+        opened += _drawn_events(outputs, where)
+        return watch_scene(film, scene, counter, [*opened, *asked.remembered_rows(film)])
 
 
 def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
@@ -179,23 +177,11 @@ def _detector(
     return detector
 
 
-def _opened(
-    outputs: WatchOutputs,
-    events: Sequence[str],
-    film: Source,
-    stride: int,
-    where: Regions,
-    sending: SentEvents | None,
-) -> list[Sink]:
-    """Return all outputs but the rows; `sending` is among them if it is there."""
-    from motes.cli.annotated_video import drawn, painted_scene
+def _drawn_events(outputs: WatchOutputs, where: Regions) -> list[Sink]:
+    """Return the pictures that are made at the end: slit scans, a heatmap and paths."""
     from motes.cli.pictures import Heatmap, Paths, Slits
-    from motes.cli.watch_outputs import Events
 
-    overwrite = outputs.overwrite
-    opened = drawn(outputs, film, stride, lambda: painted_scene(where))
-    opened += [Events(name, overwrite) for name in events]
-    opened += [] if sending is None else [sending]
+    opened, overwrite = list[Sink](), outputs.overwrite
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))
     if outputs.heatmap is not None:
