@@ -99,7 +99,6 @@ def check(
 
 def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.correct_run import CountedFilm
     from motes.cli.progress import FrameProgress
     from motes.core.track import Status
     from motes.correction.passes import run_pass
@@ -111,9 +110,11 @@ def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) ->
     if part[-1].frame - part[0].frame + 1 != len(part):
         raise InputError("Frames between these rows are missing; make rows of every frame.")
     with FrameProgress(len(part)) as progress:
-        counted = CountedFilm(film, lambda: progress.count("backward"))
-        frames = counted.backward(part[-1].frame, part[0].frame)
-        back = run_pass(config, seed, frames, part[-1].ellipse, backward=True)
+        frames = film.backward(part[-1].frame, part[0].frame)
+        back = run_pass(
+            config, seed, frames, part[-1].ellipse, backward=True,
+            observe=lambda _: progress.count("backward"),
+        )  # fmt: skip
     judged = compare(part, back)
     return [*table.tracks[:first], *judged, *table.tracks[last + 1 :]]
 
