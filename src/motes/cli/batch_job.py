@@ -72,14 +72,14 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         for path in folder.glob(f"*{ENDING}"):  # no command that reads a history reads Parquet
             path.unlink()
     if not frames.opened:
-        return Made(_rows(rows))
+        return _rows(rows), None
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
     report = frames.opened[-1].report
     if report.assumption is not None:
         notes.append(report.assumption.capitalize())
     if report.problems:
         notes.append(f"The film has problems: {report.problems}.")
-    return Made(len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None)
+    return len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None
 
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
