@@ -16,11 +16,12 @@ from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, DrawnTarget, changed
-from motes.studio.jobs import Desk, Jobs
+from motes.studio.jobs import Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
 from motes.studio.processes import Worker
 from motes.studio.renumber import renumbered
+from motes.studio.results import Results
 from motes.studio.safety import Limits
 from motes.studio.store import Store
 from motes.studio.tables import ELLIPSE, Table
@@ -92,8 +93,9 @@ class LiveSession:
             self.document = self._store.document(self.name, self._place)
         self._pool.warm()
         self.board = Board(self.facts.frames)
-        desk = Desk(self.name, self._store, self.facts, self._pool, self.board)
-        self.jobs, self.watching = Jobs(desk), Watching(desk)
+        results = Results(self.name, self._store)
+        self.jobs = Jobs(results, self.facts, self._pool, self.board)
+        self.watching = Watching(self.name, self._store, self.facts.frames, self._pool, self.board)
         self.jobs.update(self.document)
         self._go_on()
         self.watching.go_on()
