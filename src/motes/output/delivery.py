@@ -97,7 +97,7 @@ class Delivery:
             wait = 0.0 if closing else IDLE
             messages = self._queue.oldest(self.receiver.name, self.receiver.batch, wait)
             try:
-                self.receiver.send([message.body for message in messages])
+                self.receiver.send([body for _, body in messages])
             except DeliveryError as error:
                 self.receiver.close()
                 self._report(error)
