@@ -69,3 +69,9 @@ app.command("motes.cli.serve:app", name="serve", help="Track for annotation tool
 app.command("motes.cli.demo:demo", name="demo", help="Show on rendered films what motes does.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
 app.register_install_completion_command(help="Install completion for this shell and exit.")
+
+
+def show_all(command: str) -> None:
+    """Print the help of a command with all of its options."""
+    with app.app_stack([app], overrides={"help_formatter": Help()}):
+        app.help_print([command])

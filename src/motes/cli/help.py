@@ -56,11 +56,3 @@ def _running(entry: HelpEntry) -> HelpEntry:
     if isinstance(text, Text):
         entry.description.primary_renderable = Text(" ".join(text.plain.split()), end=text.end)
     return entry
-
-
-def show_all(command: str) -> None:
-    """Print the help of a command with all of its options."""
-    from motes.cli.app import app
-
-    with app.app_stack([app], overrides={"help_formatter": Help()}):
-        app.help_print([command])

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import Help, HelpAll, show_all
+from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import open_network, tracker_config
@@ -73,6 +73,8 @@ def track(
         backbone.onnx,head.onnx. docs/network.md says where to get one.
     """
     if help_all:
+        from motes.cli.app import show_all
+
         show_all("track")
         return DONE
     known = target.known()

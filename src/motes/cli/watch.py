@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import Help, HelpAll, show_all
+from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
@@ -76,6 +76,8 @@ def watch(
         only -o, --overwrite, --seed, --histogram, --cluster and --own-code may be given.
     """
     if help_all:
+        from motes.cli.app import show_all
+
         show_all("watch")
         return DONE
     if source is not None and source.endswith(".toml"):
@@ -181,7 +183,8 @@ def _drawn_events(outputs: WatchOutputs, where: Regions) -> list[Sink]:
     """Return the pictures that are made at the end: slit scans, a heatmap and paths."""
     from motes.cli.pictures import Heatmap, Paths, Slits
 
-    opened, overwrite = list[Sink](), outputs.overwrite
+    opened: list[Sink] = []
+    overwrite = outputs.overwrite
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))
     if outputs.heatmap is not None:
