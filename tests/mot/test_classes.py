@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment
+from motes.cli.frame_loop import Moment
 from motes.cli.options import OutputOptions
 from motes.cli.watch_loop import table
 from motes.cli.watch_outputs import rows_output

@@ -9,8 +9,8 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
-from motes.cli.moment import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
-from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions
 from motes.cli.load_config import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
-from motes.cli.track_options import TargetOptions, TrackOutputs
+from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.watch import PRESET, watch
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from motes.cli.frame_loop import Sink
 from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
 from motes.cli.known_run import beside
-from motes.cli.moment import Sink
 from motes.cli.options import OUTPUT, Fps, OutputFile, Overwrite, options, say_rate
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
@@ -42,8 +42,7 @@ class DrawOutputs:
     def of_target(self, film: Source, name: str, *, metres: bool) -> list[Sink]:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_target
-        from motes.cli.masks import masks_output
-        from motes.cli.pictures import MotionFigures
+        from motes.cli.pictures import MotionFigures, masks_output
 
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.moment import Hindsight, Moment, Moments
+from motes.cli.frame_loop import Hindsight, Moment, Moments
 from motes.cli.watch_loop import counted_moments
 from motes.core.errors import InputError
 from motes.core.frame import Frame

@@ -8,11 +8,11 @@ from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
 from motes.cli.options import OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
+from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 

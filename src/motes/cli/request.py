@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from motes.cli.annotated_video import AnnotatedVideo, Show
-from motes.cli.moment import Moment, Sink
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.options import FrameOptions, OutputOptions
 from motes.cli.watch_outputs import STREAMED, format_of, rows_output
 from motes.core.config import Config

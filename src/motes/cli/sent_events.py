@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 
 import msgspec
 
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
-from motes.cli.moment import Moment, Sink
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
 from motes.mot.analytics.events import Event

@@ -9,7 +9,6 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
-from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
     CONFIGURATION,
@@ -18,7 +17,7 @@ from motes.cli.options import (
     FrameOptions,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
-from motes.cli.track_options import TargetOptions, TrackOutputs
+from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 

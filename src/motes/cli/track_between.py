@@ -16,9 +16,8 @@ import numpy as np
 from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Tally, summarize
+from motes.cli.frame_loop import Hindsight, Moment, Sink, Tally, summarize
 from motes.cli.messages import counted
-from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.options import say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.request import Request

@@ -9,8 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
-from motes.cli.frame_loop import Tally, run
-from motes.cli.moment import Moment, Moments
+from motes.cli.frame_loop import Moment, Moments, Tally, run
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
@@ -53,7 +52,7 @@ def track_one(
         metres = None if units is None else "m"
         opened = asked.pictures(film, lambda: painted_target(metres))
         if figures is not None:
-            from motes.cli.track_figures import Figures
+            from motes.cli.pictures import Figures
 
             opened.append(Figures(figures, tracker.config, overwrite=asked.overwrite))
         moments: Moments = partial(follow, tracker, begin)

@@ -1,24 +1,28 @@
-"""The target and the outputs of `motes track`, as options.
+"""The target, its keyframes and the outputs of `motes track`, as options.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
 
 from motes.cli.input_checks import error_context, read_text, region_of
 from motes.cli.load_config import load_target
 from motes.cli.options import (
     FLAG,
     HYPHEN,
+    KEYFRAMES,
     OUTPUT,
     REPEATED,
     TARGET,
     OutputOptions,
     options,
 )
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, InputError, MotesError
 
 if TYPE_CHECKING:
     from motes.core.frame import Frame
@@ -27,6 +31,7 @@ if TYPE_CHECKING:
     from motes.sot.places import Place
     from motes.sot.tracker import Tracker
 
+Marks = list[tuple[int, Sequence[float] | None]]
 Begin = Callable[["Tracker", "Frame"], "Track | None"]
 """Tries to start a tracker on a frame; returns its track, or None if it has not started."""
 
@@ -127,6 +132,70 @@ class TargetOptions:
                 places = load_places(self.places)
         background = None if self.background is None else read_image(self.background)
         return lambda tracker, frame: tracker.search(frame, known, places, background)
+
+
+@options(KEYFRAMES)
+class KeyframeOptions:
+    """Where a target is known."""
+
+    keyframes: Path | None = None
+    """File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or
+    FIRST:LAST,absent. A row may begin with the name of its film: others are left out."""
+    at: Annotated[list[str] | None, REPEATED, HYPHEN, Parameter(group=TARGET)] = None
+    """The target in any frame: FRAME=x,y,width,height or FRAME=x,y,a,b,theta. It is tracked both
+    ways from there, and between two such frames. Repeat it."""
+    absent: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """Frames without the target: N or FIRST:LAST, the last one included. Repeat it."""
+
+    @property
+    def given(self) -> bool:
+        """Whether any of these options is used."""
+        return self.keyframes is not None or bool(self.at or self.absent)
+
+    def marks(self, source: str) -> Marks:
+        """Return the keyframes of these options for a source.
+
+        Raises
+        ------
+        ConfigError
+            If an option has another form.
+        FormatError
+            If the file cannot be read, or has keyframes of other films only.
+        """
+        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
+
+        found: Marks = []
+        if self.keyframes is not None:
+            with other_format_named(self.keyframes):
+                found += keyframes_of(self.keyframes, source).items()
+        for text in self.at or []:
+            frame, equals, region = text.partition("=")
+            if not equals:
+                raise ConfigError(f"--at takes FRAME=x,y,width,height; got {text!r}.")
+            found += marks_of(frame, region)
+        for text in self.absent or []:
+            found += marks_of(text, ABSENT)
+        return found
+
+
+@contextmanager
+def other_format_named(file: Path) -> Iterator[None]:
+    """Turn the error of a file that holds no keyframes into advice, if it has a known format."""
+    from motes.formats.registry import recognized
+
+    try:
+        yield
+    except InputError:
+        try:
+            form = recognized(file)
+        except MotesError:
+            form = "keyframes"
+        if form != "keyframes":
+            raise InputError(
+                f"{file} holds no keyframes, but has the format {form}; make them with motes "
+                f"convert {file} {file.stem}.keyframes.csv."
+            ) from None
+        raise
 
 
 @options(OUTPUT)

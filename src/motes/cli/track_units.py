@@ -16,7 +16,7 @@ from motes.cli.options import options
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Moment, Moments
+    from motes.cli.frame_loop import Moment, Moments
     from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
     from motes.video.film import Film

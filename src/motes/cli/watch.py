@@ -26,7 +26,7 @@ from motes.cli.watch_options import QUEUE, CountingOptions, ObjectOptions, Watch
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Sink
+    from motes.cli.frame_loop import Sink
     from motes.core.detection import Detector, DetectorConfig
     from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment, Sink
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import result_line
