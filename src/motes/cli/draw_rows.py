@@ -34,24 +34,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Given:
-    """Rows that are drawn.
-
-    Attributes
-    ----------
-    path
-        Their file.
-    rows
-        Those of each frame.
-    single
-        Whether they are of one target, whose ellipse is drawn.
-    timed
-        Whether the file has the times of frames.
-    """
+    """Rows that are drawn."""
 
     path: Path
+    """Their file."""
     rows: Mapping[int, FrameRow]
+    """Those of each frame."""
     single: bool
+    """Whether they are of one target, whose ellipse is drawn."""
     timed: bool
+    """Whether the file has the times of frames."""
 
     @property
     def last(self) -> int:

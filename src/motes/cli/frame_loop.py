@@ -36,31 +36,21 @@ class Hindsight(StepInfo, frozen=True, eq=False):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The result of a frame.
-
-    Attributes
-    ----------
-    frame
-        The frame.
-    info
-        The report of the tracker of one target; None before it has one.
-    seconds
-        Time of the tracker.
-    place
-        The target's place on the ground; None if it is not measured, or not seen.
-    tracks, events
-        Several objects, and what they do.
-    single
-        Whether it is of one target, which `tracks` does not have.
-    """
+    """The result of a frame."""
 
     frame: Frame
+    """The frame."""
     info: StepInfo | None = None
+    """The report of the tracker of one target; None before it has one."""
     seconds: float = 0.0
+    """Time of the tracker."""
     place: GroundPlace | None = None
+    """The target's place on the ground; None if it is not measured, or not seen."""
     tracks: Sequence[SceneTrack] = ()
     events: Sequence[Event] = ()
+    """Several objects, and what they do."""
     single: bool = True
+    """Whether it is of one target, which `tracks` does not have."""
 
     @property
     def picture(self) -> FrameRow:

@@ -28,33 +28,24 @@ Configuration = TypeVar("Configuration", bound=Config)
 
 @dataclass(frozen=True, kw_only=True)
 class Request(Generic[Configuration]):
-    """A film, its outputs, and how its results are made.
-
-    Attributes
-    ----------
-    source, frames
-        The film and its frames, as they are given.
-    output, outputs
-        The file of the rows, - for standard output, or None without rows; and all options of
-        outputs.
-    config, seed, preset
-        The tracker or the scene, and the name of its preset.
-    units, places
-        How pixels become metres, and lines and zones, as in `History`.
-    resume
-        Whether existing rows are the beginning of these, and pictures are made again.
-    """
+    """A film, its outputs, and how its results are made."""
 
     source: str
     frames: FrameOptions
+    """The film and its frames, as they are given."""
     output: str | None
     outputs: OutputOptions
+    """The file of the rows, - for standard output, or None without rows; and all options of
+    outputs."""
     config: Configuration
     seed: int
     preset: str
+    """The tracker or the scene, and the name of its preset."""
     units: RealUnits | None = None
     places: Regions | None = None
+    """How pixels become metres, and lines and zones, as in `History`."""
     resume: bool = False
+    """Whether existing rows are the beginning of these, and pictures are made again."""
 
     @property
     def overwrite(self) -> bool:

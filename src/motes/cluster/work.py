@@ -25,34 +25,23 @@ Made = tuple[int, str | None]
 
 @dataclass(frozen=True)
 class Plan:
-    """How the jobs of a batch are done.
-
-    Attributes
-    ----------
-    out
-        The address of the store.
-    make
-        Writes the results of a job, whose files are on this machine, into a folder: `rows.*`,
-        `events.*` and `overlay.*`. It is a function at the top level of a module.
-    form
-        The ending of the rows: csv or parquet.
-    overlay
-        Whether an annotated video is made.
-    attempts
-        How often a job whose worker dies is tried.
-    time_limit
-        Seconds for an attempt.
-    again
-        Whether jobs that have failed are tried again.
-    """
+    """How the jobs of a batch are done."""
 
     out: str
+    """The address of the store."""
     make: Callable[[Job, Path, str, bool], Made]
+    """Writes the results of a job, whose files are on this machine, into a folder: `rows.*`,
+    `events.*` and `overlay.*`. It is a function at the top level of a module."""
     form: str = "csv"
+    """The ending of the rows: csv or parquet."""
     overlay: bool = False
+    """Whether an annotated video is made."""
     attempts: int = ATTEMPTS
+    """How often a job whose worker dies is tried."""
     time_limit: float = TIME_LIMIT
+    """Seconds for an attempt."""
     again: bool = False
+    """Whether jobs that have failed are tried again."""
 
     def new_record(self, job: Job) -> Record:
         """Return the record of a job that has no results yet."""

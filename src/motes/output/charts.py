@@ -26,59 +26,40 @@ SURFACE_STEPS = 61
 
 
 class Series(NamedTuple):
-    """The numbers kept of every frame, each of shape (frames,) unless a shape is given.
-
-    Attributes
-    ----------
-    frame
-        Index.
-    x, y, a, b
-        Center and half-axes of the estimate, in pixels.
-    n_supporting
-        Number of particles that fulfill the appearance rule.
-    tracking
-        1 where the status was `tracking`, else 0.
-    seconds, mean_shift_seconds
-        Running times of the tracker and of mean shift; NaN if mean shift was not run.
-    cue_weights
-        (frames, J), the weight of each cue.
-    """
+    """The numbers kept of every frame, each of shape (frames,) unless a shape is given."""
 
     frame: Floats
+    """Index."""
     x: Floats
     y: Floats
     a: Floats
     b: Floats
+    """Center and half-axes of the estimate, in pixels."""
     n_supporting: Floats
+    """Number of particles that fulfill the appearance rule."""
     tracking: Floats
+    """1 where the status was `tracking`, else 0."""
     seconds: Floats
     mean_shift_seconds: Floats
+    """Running times of the tracker and of mean shift; NaN if mean shift was not run."""
     cue_weights: Floats
+    """(frames, J), the weight of each cue."""
 
 
 class RhoSurface(NamedTuple):
-    """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings.
-
-    Attributes
-    ----------
-    frame
-        Index of the frame.
-    x, y
-        (n,) and (m,), centers of the ellipse, in pixels.
-    rho
-        (m, n), the coefficients.
-    samples
-        (N, 2), centers of the particles.
-    mean
-        (2,), center of the estimate.
-    """
+    """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings."""
 
     frame: int
+    """Index of the frame."""
     x: Floats
     y: Floats
+    """(n,) and (m,), centers of the ellipse, in pixels."""
     rho: Floats
+    """(m, n), the coefficients."""
     samples: Floats
+    """(N, 2), centers of the particles."""
     mean: Floats
+    """(2,), center of the estimate."""
 
     def height(self, points: Floats) -> Floats:
         """Return rho at the position nearest to each of the points (N, 2), shape (N,)."""

@@ -23,18 +23,12 @@ class DeliveryError(MotesError):
 
 
 class Receiver(Protocol):
-    """Where messages go.
-
-    Attributes
-    ----------
-    name
-        Its address without a password; messages in the queue are marked with it.
-    batch
-        Largest number of messages that are sent before their confirmations are waited for.
-    """
+    """Where messages go."""
 
     name: str
+    """Its address without a password; messages in the queue are marked with it."""
     batch: int
+    """Largest number of messages that are sent before their confirmations are waited for."""
 
     def send(self, bodies: Sequence[str]) -> None:
         """Send messages, perhaps none, and wait until all of them are confirmed.

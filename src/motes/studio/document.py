@@ -23,15 +23,10 @@ MAX_OBJECTS = 50
 
 
 class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
-    """An object.
-
-    Attributes
-    ----------
-    keys
-        The drawn regions, by frame.
-    """
+    """An object."""
 
     keys: dict[int, Region]
+    """The drawn regions, by frame."""
 
     @property
     def tracker(self) -> TrackerConfig:
@@ -56,21 +51,14 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
 
 
 class Document(msgspec.Struct, frozen=True):
-    """What a person has drawn in a film.
-
-    Attributes
-    ----------
-    targets
-        The objects.
-    places
-        Lines, zones and the ground.
-    following
-        The number of the next object.
-    """
+    """What a person has drawn in a film."""
 
     targets: tuple[DrawnTarget, ...] = ()
+    """The objects."""
     places: Places = Places()
+    """Lines, zones and the ground."""
     following: int = 1
+    """The number of the next object."""
 
     def target(self, number: int) -> DrawnTarget:
         """Return an object; raise a ConfigError if there is none of this number."""
