@@ -84,9 +84,8 @@ class LiveSession:
             If it cannot be read.
         """
         async with self._pictures.worker() as worker:
-            opened = msgspec.msgpack.decode(await worker.ready(), type=Opened)
-        self.facts = msgspec.structs.replace(opened.facts, name=self._film)
-        self.times = opened.times
+            facts, self.times = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+        self.facts = msgspec.structs.replace(facts, name=self._film)
         if before := self._store.parts(self.name, WHOLE):
             times = np.frombuffer(before).tolist()
             self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)

@@ -22,12 +22,8 @@ from motes.studio.safety import Limits
 from motes.video.film import DamagedError, Film
 from motes.video.seeker import Seeker
 
-
-class Opened(msgspec.Struct, frozen=True):
-    """A film that is open, and the times of its frames; the data of `open_film`."""
-
-    facts: OpenFilm
-    times: list[float]
+Opened = tuple[OpenFilm, list[float]]
+"""A film that is open, and the times of its frames; the data of `open_film`."""
 
 
 class Part(msgspec.Struct, frozen=True, tag=True):
@@ -143,4 +139,4 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> by
     fps = film.fps or 1 / FRAME_INTERVAL
     problems = None if film.quick else film.report.problems
     facts = OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)
-    return msgspec.msgpack.encode(Opened(facts, film.times))
+    return msgspec.msgpack.encode((facts, film.times))
