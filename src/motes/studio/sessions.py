@@ -15,12 +15,11 @@ from motes.studio import commands, messages, pictures
 from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
-from motes.studio.document import Document, DrawnTarget, changed
+from motes.studio.document import Document, DrawnTarget, changed, renumbered
 from motes.studio.jobs import Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
 from motes.studio.processes import Worker
-from motes.studio.renumber import renumbered
 from motes.studio.results import Results
 from motes.studio.safety import Limits
 from motes.studio.store import Store
