@@ -9,15 +9,16 @@ from functools import partial
 from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
-from motes.cli.frame_loop import Moment, Moments, Tally, run
+from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
-from motes.cli.track_units import check_size, measured
+from motes.cli.track_units import check_size
 from motes.cli.watch_outputs import check_several, format_of
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.track import Status
+from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import FORMS, GROUND
@@ -55,9 +56,8 @@ def track_one(
             from motes.cli.pictures import Figures
 
             opened.append(Figures(figures, tracker.config, overwrite=asked.overwrite))
-        moments: Moments = partial(follow, tracker, begin)
-        if units is not None:
-            moments = measured(units, moments)
+        motion = None if units is None else GroundMotion(units)
+        moments = partial(follow, tracker, begin, motion=motion)
         opened += asked.remembered_rows(film, () if units is None else GROUND)
         chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
         quiet = output == "-" and sys.stdout.isatty()
@@ -65,9 +65,9 @@ def track_one(
 
 
 def follow(
-    tracker: Tracker, begin: Begin, frames: Iterable[Frame]
+    tracker: Tracker, begin: Begin, frames: Iterable[Frame], motion: GroundMotion | None = None
 ) -> Generator[Moment, None, None]:
-    """Yield a moment for each frame."""
+    """Yield a moment for each frame, with the place on the ground where motion is measured."""
     begun = False
     for frame in frames:
         clock = time.perf_counter()
@@ -75,7 +75,9 @@ def follow(
             tracker.update(frame)
         else:
             begun = begin(tracker, frame) is not None
-        yield Moment(frame, tracker.info if begun else None, time.perf_counter() - clock)
+        info, seconds = tracker.info if begun else None, time.perf_counter() - clock
+        place = None if motion is None else motion.update(info.track if info else None)
+        yield Moment(frame, info, seconds, place)
 
 
 def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:

@@ -1,10 +1,7 @@
-"""Real units of one target: their options, and places on the ground."""
+"""Real units of one target: their options, and a check of the lens."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,8 +13,6 @@ from motes.cli.options import options
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.frame_loop import Moment, Moments
-    from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
     from motes.video.film import Film
     from motes.video.sources import Source
@@ -108,16 +103,3 @@ def check_size(units: RealUnits | None, film: Source | Film) -> None:
     if lost := sum(lens.undistorted(corner) is None for corner in corners):
         log(f"The lens has no places for {counted(lost, 'corner')} of {film.name}; rows have no "
             f"metres there.")  # fmt: skip
-
-
-def measured(units: RealUnits, moments: Moments) -> Moments:
-    """Return the same moments, each with its place on the ground."""
-    from motes.mot.analytics.real_units import GroundMotion
-
-    def located(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        motion = GroundMotion(units)
-        with closing(moments(frames)) as made:
-            for moment in made:
-                yield replace(moment, place=motion.update(moment.track))
-
-    return located
