@@ -98,16 +98,11 @@ class Sink(AbstractContextManager[object], Protocol):
 
 
 class Tally:
-    """Counts the frames of a run; as text, its statistics in one line.
-
-    Attributes
-    ----------
-    frames
-        The number of frames so far.
-    """
+    """Counts the frames of a run; as text, its statistics in one line."""
 
     def __init__(self) -> None:
         self.frames = 0
+        """The number of frames so far."""
 
     def add(self, moment: Moment) -> str:
         """Count a frame that is written; return the state of the run, for the progress bar."""

@@ -87,16 +87,12 @@ class KeyframeRun(Tally):
         Measures places on the ground; None if they are not asked for.
     keys
         The number of keyframes.
-
-    Attributes
-    ----------
-    interrupted
-        The interrupt that ended the run, or None.
     """
 
     def __init__(self, film: Film, motion: GroundMotion | None, keys: int) -> None:
         super().__init__()
         self.interrupted: KeyboardInterrupt | None = None
+        """The interrupt that ended the run, or None."""
         self._film, self._motion, self._keys = film, motion, keys
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}

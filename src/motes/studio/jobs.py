@@ -23,20 +23,14 @@ from motes.video.shared import fits
 
 
 class _Run:
-    """A stretch that is being tracked, for the objects that need it.
-
-    Attributes
-    ----------
-    users
-        The objects, each with its first frame in this stretch that is not of the one before.
-    parts
-        The rows so far of its passes, by their keys.
-    """
+    """A stretch that is being tracked, for the objects that need it."""
 
     def __init__(self, need: StretchNeed) -> None:
         self.need = need
         self.users: list[tuple[DrawnTarget, int]] = []
+        """The objects, each with its first frame in this stretch that is not of the one before."""
         self.parts: dict[str, list[Table]] = {each.key: [] for each in need.passes}
+        """The rows so far of its passes, by their keys."""
         self.task: asyncio.Task[None]
 
     def stop(self) -> None:

@@ -45,11 +45,6 @@ class LiveSession:
         Where it is kept, and what it may use.
     reopen
         Called if the session has to be opened anew: its film is damaged.
-
-    Attributes
-    ----------
-    whole
-        Whether the film is known to be damaged, and is read as a whole.
     """
 
     def __init__(
@@ -64,7 +59,9 @@ class LiveSession:
         self._revision = self._place
         self.clients: set[Client] = set()
         self._closed = False
-        self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
+        self._reopen = reopen
+        self.whole = store.count(name, WHOLE) > 0
+        """Whether the film is known to be damaged, and is read as a whole."""
         workers = partial(Worker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
         self._pictures = WorkerPool(partial(workers, background=False), most=1)

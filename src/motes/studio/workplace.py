@@ -81,17 +81,13 @@ class Workplace:
         Of tasks and answers.
     stop
         Whether the server wants the task to end, in shared memory.
-
-    Attributes
-    ----------
-    film
-        The film, once `open_film` has been done.
     """
 
     def __init__(self, pipe: Connection, stop: Any) -> None:
         self._pipe, self._stop = pipe, stop
         self._sent = 0.0
         self.film: Film
+        """The film, once `open_film` has been done."""
 
     @functools.cached_property
     def seeker(self) -> Seeker:
