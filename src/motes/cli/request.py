@@ -11,11 +11,20 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.options import FrameOptions, OutputOptions
-from motes.cli.watch_outputs import STREAMED, format_of, rows_output
+from motes.cli.watch_outputs import (
+    LABEL,
+    STREAMED,
+    DocumentOutput,
+    MotOutput,
+    RowsOutput,
+    format_of,
+)
 from motes.core.config import Config
 from motes.core.files import is_special, remove_leftovers
 from motes.correction.history import History, Remembered, history_path
 from motes.output.overlay import Draw
+from motes.rows.schema import Form
+from motes.rows.writer import TrackWriter
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
@@ -73,10 +82,27 @@ class Request(Generic[Configuration]):
         return opened
 
     def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
-        """Return what writes the rows, with further columns; none if they are not asked for."""
-        if self.output is None:
+        """Return what writes the rows, with further columns; none if they are not asked for.
+
+        Raises
+        ------
+        FormatError
+            If a file exists and must not be overwritten, or cannot be made.
+        """
+        name, options = self.output, self.outputs
+        if name is None:
             return []
-        return [rows_output(self.output, film, self.outputs, further=further, resume=self.resume)]
+        form = format_of(name, options.format)
+        if form == "mot":
+            return [MotOutput(name, options.overwrite)]
+        if form not in STREAMED:
+            label, error = options.label or LABEL, options.keyframe_error
+            return [DocumentOutput(name, form, film, label, options.overwrite, error)]
+        kind: Form = "csv" if form == "csv" else "jsonl"
+        writer = TrackWriter(
+            name, kind, overwrite=options.overwrite, resume=self.resume, further=further
+        )
+        return [RowsOutput(writer, resume=self.resume)]
 
     def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""
