@@ -1,4 +1,4 @@
-"""Griffe gives several names that share one text ("frame, time") the first one's type; mend that.
+"""What Griffe does not know of motes' docstrings: fields that share a text, and what has no type.
 
 mkdocstrings loads this as an extension of Griffe (mkdocs.yml).
 """
@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import griffe
-from griffe import DocstringSectionAttributes, DocstringSectionParameters
+from griffe import DocstringAttribute, DocstringSectionAttributes, DocstringSectionParameters
 
 
 class JointNames(griffe.Extension):
-    """Gives each parameter and attribute of a docstring the type and default that it has."""
+    """Lists the fields of a class with their texts, and gives joint parameters their own types."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Mend the docstring of one class or function."""
@@ -24,7 +24,21 @@ class JointNames(griffe.Extension):
                     if one.name in obj.parameters:
                         one.annotation = obj.parameters[one.name].annotation
                         one.value = obj.parameters[one.name].default
-            elif isinstance(section, DocstringSectionAttributes):
-                for each in section.value:
-                    if isinstance(known := obj.members.get(each.name), griffe.Attribute):
-                        each.annotation = known.annotation
+        if isinstance(obj, griffe.Class) and (fields := _fields(obj)):
+            obj.docstring.parsed.append(DocstringSectionAttributes(fields))
+
+
+def _fields(kind: griffe.Class) -> list[DocstringAttribute]:
+    """Take the texts off the fields of a class, and return these with their types."""
+    found, waiting = [], []
+    for member in kind.attributes.values():
+        if member.has_labels("property") or member.name.startswith("_"):
+            continue
+        waiting.append(member)
+        if (text := member.docstring) is not None:
+            found += [
+                DocstringAttribute(each.name, annotation=each.annotation, description=text.value)
+                for each in waiting
+            ]
+            member.docstring, waiting = None, []
+    return found

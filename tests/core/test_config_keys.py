@@ -21,35 +21,21 @@ from motes.sot.presets import PRESETS
 
 
 class Small(Config, frozen=True, tag="small"):
-    """A small one.
-
-    Attributes
-    ----------
-    size
-        The size,
-        in pixels.
-    left, right
-        The sides.
-
-    Notes
-    -----
-    none
-        No field.
-    """
+    """A small one."""
 
     size: Count = 3
+    """The size,
+    in pixels."""
     left: float = 0.0
     right: float | None = None
+    """The sides."""
 
 
 class Large(Small, frozen=True, tag="large"):
-    """A large one.
+    """A large one."""
 
-    Attributes
-    ----------
-    left
-        The left side of a large one.
-    """
+    left: float = 0.0
+    """The left side of a large one."""
 
 
 class Holder(Config, frozen=True):
@@ -133,7 +119,7 @@ def test_every_field_of_every_configuration_has_a_meaning() -> None:
     assert len(found) > 40
     for kind in found:
         missing = {field.name for field in msgspec.structs.fields(kind)} - set(meanings(kind))
-        assert not missing, f"{kind.__qualname__}: write {missing} into its section Attributes"
+        assert not missing, f"{kind.__qualname__}: write a text below {missing}"
 
 
 def test_every_meaning_is_a_sentence_that_stands_alone() -> None:

@@ -32,27 +32,18 @@ WIDE = 200
 
 
 class Result(NamedTuple):
-    """The results of an experiment so far; each step adds to them.
-
-    Attributes
-    ----------
-    tables
-        By the name of the table in the experiment; "" if there is only one.
-    draw
-        Draws the plot; None for an experiment without a plot.
-    problems
-        Failures that did not stop the experiment.
-    progress
-        The progress of the experiment, as text.
-    share
-        Share of the work that is done; 0 if it is not known.
-    """
+    """The results of an experiment so far; each step adds to them."""
 
     tables: dict[str, Table]
+    """By the name of the table in the experiment; "" if there is only one."""
     draw: Callable[[], Figure] | None = None
+    """Draws the plot; None for an experiment without a plot."""
     problems: tuple[Problem, ...] = ()
+    """Failures that did not stop the experiment."""
     progress: str = ""
+    """The progress of the experiment, as text."""
     share: float = 0.0
+    """Share of the work that is done; 0 if it is not known."""
 
 
 Experiment = Generator[Result, None, None]

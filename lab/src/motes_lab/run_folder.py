@@ -20,29 +20,20 @@ from motes_lab.runner import Job
 
 
 class Record(Config, frozen=True):
-    """The settings of an evaluation, saved as `run.json` so that it can be resumed.
-
-    Attributes
-    ----------
-    motes
-        The version of motes.
-    dataset
-        The path of the dataset.
-    sequences
-        Names, and digests of their truth and detections.
-    trackers
-        Names and configurations.
-    protocols, seeds, time_limit
-        Those of the last run.
-    """
+    """The settings of an evaluation, saved as `run.json` so that it can be resumed."""
 
     motes: str
+    """The version of motes."""
     dataset: str
+    """The path of the dataset."""
     sequences: dict[str, str]
+    """Names, and digests of their truth and detections."""
     trackers: dict[str, str]
+    """Names and configurations."""
     protocols: tuple[str, ...]
     seeds: int
     time_limit: float
+    """Those of the last run."""
 
 
 def record(

@@ -116,19 +116,13 @@ def unfinished(jobs: Iterable[Job], out: Path) -> list[Job]:
 
 
 class JobEvent(NamedTuple):
-    """The start or the end of a job.
-
-    Attributes
-    ----------
-    job
-        The job.
-    errors
-        The passes that failed, each with the reason in one line; all others have written their
-        tracks. None at the start of the job.
-    """
+    """The start or the end of a job."""
 
     job: Job
+    """The job."""
     errors: dict[Pass, str] | None
+    """The passes that failed, each with the reason in one line; all others have written their
+    tracks. None at the start of the job."""
 
 
 def run(

@@ -21,22 +21,15 @@ PASS = ["tracker", "sequence", "protocol", "start", "seed"]
 
 @dataclass(frozen=True, eq=False)
 class SavedScores:
-    """A number for each tracker on each sequence, the mean over starts, then over seeds.
-
-    Attributes
-    ----------
-    name
-        The folder.
-    protocol, column
-        The protocol, and the column of results.csv.
-    values
-        (sequences, trackers); NaN where a pass failed, or none has a number.
-    """
+    """A number for each tracker on each sequence, the mean over starts, then over seeds."""
 
     name: str
+    """The folder."""
     protocol: str
     column: str
+    """The protocol, and the column of results.csv."""
     values: pd.DataFrame
+    """(sequences, trackers); NaN where a pass failed, or none has a number."""
 
     @classmethod
     def load(cls, folder: Path, protocol: str | None = None, column: str | None = None) -> Self:

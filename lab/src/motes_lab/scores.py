@@ -60,23 +60,16 @@ tracker says so, in `both` rightly; `known` have a covariance, `covered` are in 
 
 
 class Fit(NamedTuple):
-    """A trace compared with the truth.
-
-    Attributes
-    ----------
-    overlaps
-        (n,), IoU of the boxes; NaN without a target.
-    distances
-        (n,), distances between the centers of the boxes, in pixels; NaN without a target, infinite
-        if the tracker gave no region.
-    covered
-        (n,), 1 if the truth's center lies in the 95 % ellipse of the tracker's position, else 0;
-        NaN without a target, at the start, and if the tracker is lost or gives no covariance.
-    """
+    """A trace compared with the truth."""
 
     overlaps: Floats
+    """(n,), IoU of the boxes; NaN without a target."""
     distances: Floats
+    """(n,), distances between the centers of the boxes, in pixels; NaN without a target, infinite
+    if the tracker gave no region."""
     covered: Floats
+    """(n,), 1 if the truth's center lies in the 95 % ellipse of the tracker's position, else 0; NaN
+    without a target, at the start, and if the tracker is lost or gives no covariance."""
 
     @property
     def present(self) -> Flags:
@@ -176,22 +169,15 @@ def speed(seconds: Floats) -> Scores:
 
 @dataclass(frozen=True, eq=False)
 class PassResult(ABC, Generic[S, T]):
-    """The result of a pass.
-
-    Attributes
-    ----------
-    sequence, item
-        The sequence, and the pass over it.
-    trace
-        The tracker's output; None if the pass failed.
-    error
-        The reason of a failure, in one line.
-    """
+    """The result of a pass."""
 
     sequence: S
     item: Pass
+    """The sequence, and the pass over it."""
     trace: T | None
+    """The tracker's output; None if the pass failed."""
     error: str = ""
+    """The reason of a failure, in one line."""
 
     @property
     @abstractmethod

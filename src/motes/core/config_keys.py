@@ -1,13 +1,14 @@
 """The keys of a configuration: their names, types, values, meanings and choices.
 
-The meaning of a field stands once, in the section Attributes of its class's docstring.
+The meaning of a field stands once, below it; fields without a text share the next one.
 """
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
-import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -21,58 +22,38 @@ from motes.core.type_words import words
 
 NAME = "NAME"
 """The placeholder in a path for a key that users choose, such as the name of a cue."""
-_ATTRIBUTES = re.compile(r"^Attributes\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
-_ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?:(?: +.*)?(?:\n|\Z))+)", re.M)
 
 
 @dataclass(frozen=True, slots=True)
 class KeyChoice:
-    """A configuration class that may stand at a key.
-
-    Attributes
-    ----------
-    tag
-        Value of the key `type`; None if there is only one class.
-    meaning
-        First sentence of the class's docstring.
-    keys
-        Its keys.
-    chosen
-        Whether the described value is of this class.
-    """
+    """A configuration class that may stand at a key."""
 
     tag: str | None
+    """Value of the key `type`; None if there is only one class."""
     meaning: str
+    """First sentence of the class's docstring."""
     keys: tuple[Key, ...]
+    """Its keys."""
     chosen: bool
+    """Whether the described value is of this class."""
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key of a configuration.
-
-    Attributes
-    ----------
-    path
-        Its name, after the names of the keys around it: `motion.noise.position`.
-    type
-        The values that it takes, in words; empty if it takes keys.
-    value
-        The value, or the default, as TOML; None if no value is set.
-    required
-        Whether there is no default.
-    meaning
-        The meaning of the value.
-    choices
-        The classes that it takes; empty if it takes a plain value.
-    """
+    """A key of a configuration."""
 
     path: str
+    """Its name, after the names of the keys around it: `motion.noise.position`."""
     type: str
+    """The values that it takes, in words; empty if it takes keys."""
     value: str | None
+    """The value, or the default, as TOML; None if no value is set."""
     required: bool
+    """Whether there is no default."""
     meaning: str
+    """The meaning of the value."""
     choices: tuple[KeyChoice, ...] = ()
+    """The classes that it takes; empty if it takes a plain value."""
 
 
 def alternatives(kind: Any) -> list[type[Struct]]:
@@ -161,13 +142,37 @@ def type_key(key: Key) -> Key:
 
 
 @cache
-def meanings(kind: type) -> Mapping[str, str]:
-    """Return the meaning of each field of a class, its bases' included, from the docstrings."""
+def meanings(kind: type[Struct]) -> Mapping[str, str]:
+    """Return the meaning of each field of a class, its bases' included, from their source."""
     found: dict[str, str] = {}
     for part in reversed(kind.__mro__):
-        section = _ATTRIBUTES.search(inspect.cleandoc(part.__dict__.get("__doc__") or ""))
-        for names, text in _ENTRY.findall(section[1] if section else ""):
-            found |= dict.fromkeys(names.split(", "), " ".join(text.split()))
+        found |= _texts(part.__module__).get(part.__name__, {})
+    return {name: text for name, text in found.items() if name in kind.__struct_fields__}
+
+
+@cache
+def _texts(module: str) -> Mapping[str, Mapping[str, str]]:
+    """Return the texts below the fields of a module's classes; none where its source is missing."""
+    try:
+        tree = ast.parse(inspect.getsource(sys.modules[module]))
+    except (OSError, TypeError):  # it is built in, or was typed in
+        return {}
+    return {
+        node.name: _below(node.body) for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    }
+
+
+def _below(body: Iterable[ast.stmt]) -> dict[str, str]:
+    """Return the text of each field of a class."""
+    found: dict[str, str] = {}
+    fields: list[str] = []
+    for line in body:
+        match line:
+            case ast.AnnAssign(target=ast.Name(id=name)):
+                fields.append(name)
+            case ast.Expr(value=ast.Constant(value=str(text))):
+                found |= dict.fromkeys(fields, " ".join(text.split()))
+                fields = []
     return found
 
 

@@ -13,21 +13,14 @@ from motes.core.geometry import Box
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """An object found in a frame.
-
-    Attributes
-    ----------
-    box
-        Where it is.
-    score
-        A larger score is more certain.
-    label
-        The name of its class, such as "car"; None if the detector knows no classes.
-    """
+    """An object found in a frame."""
 
     box: Box
+    """Where it is."""
     score: float = 1.0
+    """A larger score is more certain."""
     label: str | None = None
+    """The name of its class, such as "car"; None if the detector knows no classes."""
 
 
 class Detector(Protocol):

@@ -23,20 +23,6 @@ WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
 class Frame(msgspec.Struct, frozen=True, eq=False):
     """A picture of a video, with its number and its time.
 
-    Attributes
-    ----------
-    index
-        Number of the frame, from 0.
-    time
-        In seconds.
-    pixels
-        RGB uint8 of shape (H, W, 3). They may be given in any form that `as_rgb` takes. They are
-        read where they lie in memory: do not change them while a tracker works on the frame.
-    cache
-        Features that cues have computed from the pixels, each under its own key.
-    arrived
-        The reading of `time.monotonic` when a live source sent the picture, else None.
-
     Raises
     ------
     SourceError
@@ -44,10 +30,16 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     """
 
     index: int
+    """Number of the frame, from 0."""
     time: float
+    """In seconds."""
     pixels: Bytes
+    """RGB uint8 of shape (H, W, 3). They may be given in any form that `as_rgb` takes. They are
+    read where they lie in memory: do not change them while a tracker works on the frame."""
     cache: dict[Hashable, Any] = msgspec.field(default_factory=dict)
+    """Features that cues have computed from the pixels, each under its own key."""
     arrived: float | None = None
+    """The reading of `time.monotonic` when a live source sent the picture, else None."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.index, WHOLE):

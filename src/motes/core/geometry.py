@@ -22,40 +22,28 @@ FARTHEST = 1e15
 
 
 class Box(NamedTuple):
-    """A box whose sides are parallel to those of the picture.
-
-    Attributes
-    ----------
-    x, y
-        The first column and the first row of pixels; they count from 0, to the right and downwards.
-    width, height
-        Numbers of columns and of rows.
-    """
+    """A box whose sides are parallel to those of the picture."""
 
     x: float
     y: float
+    """The first column and the first row of pixels; they count from 0, to the right and
+    downwards."""
     width: float
     height: float
+    """Numbers of columns and of rows."""
 
 
 class Ellipse(NamedTuple):
-    """An ellipse in a picture, upright or turned.
-
-    Attributes
-    ----------
-    x, y
-        The center in pixels. Centers of pixels have whole numbers, from 0.
-    a, b
-        The half-axes in pixels.
-    theta
-        Angle of a in radians, from the x axis to the y axis: clockwise on the screen.
-    """
+    """An ellipse in a picture, upright or turned."""
 
     x: float
     y: float
+    """The center in pixels. Centers of pixels have whole numbers, from 0."""
     a: float
     b: float
+    """The half-axes in pixels."""
     theta: float = 0.0
+    """Angle of a in radians, from the x axis to the y axis: clockwise on the screen."""
 
     @classmethod
     def from_box(cls, box: Sequence[float]) -> Self:

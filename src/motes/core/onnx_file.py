@@ -23,21 +23,14 @@ TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 10: "float
 
 
 class Tensor(NamedTuple):
-    """An input or an output of a model.
-
-    Attributes
-    ----------
-    name
-        Its name.
-    type
-        The type of its numbers, such as float32.
-    shape
-        Its sides; None for each one that the file leaves open.
-    """
+    """An input or an output of a model."""
 
     name: str
+    """Its name."""
     type: str
+    """The type of its numbers, such as float32."""
     shape: tuple[int | None, ...]
+    """Its sides; None for each one that the file leaves open."""
 
     def __str__(self) -> str:
         sides = "x".join("?" if side is None else str(side) for side in self.shape)
@@ -53,25 +46,17 @@ class Tensor(NamedTuple):
 
 
 class OnnxFile(msgspec.Struct, frozen=True):
-    """A model in an ONNX file.
-
-    Attributes
-    ----------
-    path
-        The file.
-    inputs, outputs
-        What it takes and gives; values with weights are no inputs.
-    metadata
-        Texts by name.
-    dimensions
-        The places in the file of all sides that it fixes: of inputs, outputs and values between.
-    """
+    """A model in an ONNX file."""
 
     path: str
+    """The file."""
     inputs: tuple[Tensor, ...]
     outputs: tuple[Tensor, ...]
+    """What it takes and gives; values with weights are no inputs."""
     metadata: Mapping[str, str]
+    """Texts by name."""
     dimensions: tuple[int, ...]
+    """The places in the file of all sides that it fixes: of inputs, outputs and values between."""
 
     def __str__(self) -> str:
         takes, gives = (", ".join(map(str, each)) for each in (self.inputs, self.outputs))

@@ -44,18 +44,12 @@ ROUNDING = 1e-6
 
 
 class Array(NamedTuple):
-    """The limits of an array's numbers.
-
-    Attributes
-    ----------
-    least
-        Least number: of the whole array, or of each column.
-    total
-        The sum of all numbers; None for any sum.
-    """
+    """The limits of an array's numbers."""
 
     least: float | tuple[float, ...] = -LARGEST
+    """Least number: of the whole array, or of each column."""
     total: float | None = None
+    """The sum of all numbers; None for any sum."""
 
 
 SAME: Final = "same"

@@ -30,39 +30,27 @@ class Status(StrEnum):
 
 
 class Track(msgspec.Struct, frozen=True, eq=False):
-    """Where the target is in one frame, and how sure the tracker is.
-
-    Attributes
-    ----------
-    frame, time
-        Index of the frame and its time in seconds.
-    ellipse
-        The estimate; `box` is the box around it.
-    covariance
-        (5, 5), of x, y, a, b, theta over the weighted particles; pixels and radians.
-    confidence
-        0 to 1: the estimated probability that `box` overlaps the target by more than half, times
-        the weight of the particles that fulfill the appearance rule.
-    status
-        See `Status`.
-    distance
-        Distance between the target model and the estimate's region, 0 (same) to 1.
-    effective_sample_size
-        1 to the number of particles.
-    outlier
-        Whether a tracker reported a place in this frame that other frames contradict. It is known
-        in hindsight only: see `motes.smooth` and `motes.correct`.
-    """
+    """Where the target is in one frame, and how sure the tracker is."""
 
     frame: int
     time: float
+    """Index of the frame and its time in seconds."""
     ellipse: Ellipse
+    """The estimate; `box` is the box around it."""
     covariance: Floats
+    """(5, 5), of x, y, a, b, theta over the weighted particles; pixels and radians."""
     confidence: float
+    """0 to 1: the estimated probability that `box` overlaps the target by more than half, times the
+    weight of the particles that fulfill the appearance rule."""
     status: Status
+    """See `Status`."""
     distance: float
+    """Distance between the target model and the estimate's region, 0 (same) to 1."""
     effective_sample_size: float
+    """1 to the number of particles."""
     outlier: bool = False
+    """Whether a tracker reported a place in this frame that other frames contradict. It is known in
+    hindsight only: see `motes.smooth` and `motes.correct`."""
 
     @property
     def box(self) -> Box:

@@ -45,22 +45,16 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
 
 
 class Color(PixelHistogramCue, frozen=True):
-    """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7.
-
-    Attributes
-    ----------
-    space
-        Color space of the histogram. With `rgb` and `hsv` it has three dimensions. With `hsv+v`, a
-        pixel with color falls into a bin of hue and saturation, any other into a bin of value alone
-        (Zhao and Pei, section 2.1). A pixel has color if its saturation is above 0.1 and its value
-        above 0.2 (Perez et al., ECCV 2002).
-    bins
-        Number of bins of each channel: 8x8x8 for `rgb`, 8x8x4 for `hsv`, 8x8 + 8 for `hsv+v`. More
-        bins separate more colors, but the histogram changes more with the light.
-    """
+    """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7."""
 
     space: Literal["rgb", "hsv", "hsv+v"] = "rgb"
+    """Color space of the histogram. With `rgb` and `hsv` it has three dimensions. With `hsv+v`, a
+    pixel with color falls into a bin of hue and saturation, any other into a bin of value alone
+    (Zhao and Pei, section 2.1). A pixel has color if its saturation is above 0.1 and its value
+    above 0.2 (Perez et al., ECCV 2002)."""
     bins: tuple[Bins, Bins, Bins] = (8, 8, 8)
+    """Number of bins of each channel: 8x8x8 for `rgb`, 8x8x4 for `hsv`, 8x8 + 8 for `hsv+v`. More
+    bins separate more colors, but the histogram changes more with the light."""
     kernel: Profile = "radial"
 
     model_type = ColorModel

@@ -28,32 +28,23 @@ SURROUNDINGS = 1.4
 
 
 class PosteriorModel(WindowModel, frozen=True, eq=False, tag="posterior"):
-    """The learned colors of a target and of its surroundings.
-
-    Attributes
-    ----------
-    inside, outside
-        (32768,), shares of the colors in the target and around it; each sums to 1.
-    """
+    """The learned colors of a target and of its surroundings."""
 
     inside: NotNegativeSingles
     outside: NotNegativeSingles
+    """(32768,), shares of the colors in the target and around it; each sums to 1."""
 
 
 class Posterior(Cue, Config, frozen=True):
     """Posterior of the target's colors against its surroundings, updated while it is present.
 
     The distance is 1 - mean of p(target | color) over an ellipse's box.
-
-    Attributes
-    ----------
-    learning_rate
-        Share of the current frame in the updated color histograms. With a larger value they follow
-        changes faster; 0 keeps them fixed. The default is higher than that of other cues, since
-        colors change with the light.
     """
 
     learning_rate: Share = 0.04
+    """Share of the current frame in the updated color histograms. With a larger value they follow
+    changes faster; 0 keeps them fixed. The default is higher than that of other cues, since colors
+    change with the light."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""

@@ -53,51 +53,34 @@ PEAK_RADIUS = 1.5
 
 
 class ConfinedModel(msgspec.Struct, frozen=True, eq=False, tag="confined"):
-    """A learned filter.
-
-    Attributes
-    ----------
-    a, b
-        Half-axes of the target's first region in pixels, from which the window follows.
-    filter
-        (30, n, n // 2 + 1): the filter's transform.
-    reference
-        The mean response to the target in the first frames.
-    seen
-        Number of these frames.
-    """
+    """A learned filter."""
 
     a: Annotated[float, SAME]
     b: Annotated[float, SAME]
+    """Half-axes of the target's first region in pixels, from which the window follows."""
     filter: Spectra
+    """(30, n, n // 2 + 1): the filter's transform."""
     reference: Annotated[float, Meta(ge=1e-6)]
+    """The mean response to the target in the first frames."""
     seen: int
+    """Number of these frames."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConfinedGrid:
-    """The window around a target: square, `cells` to a side.
-
-    Attributes
-    ----------
-    cells
-        Number of cells to a side.
-    pixels
-        Pixels from one sample to the next at the target's first size.
-    target
-        The target's mean side in pixels at its first size.
-    wide, high
-        The target's width and height in cells.
-    sigma
-        Standard deviation of the label, in cells.
-    """
+    """The window around a target: square, `cells` to a side."""
 
     cells: int
+    """Number of cells to a side."""
     pixels: float
+    """Pixels from one sample to the next at the target's first size."""
     target: float
+    """The target's mean side in pixels at its first size."""
     wide: float
     high: float
+    """The target's width and height in cells."""
     sigma: float
+    """Standard deviation of the label, in cells."""
 
     @property
     def mask(self) -> Singles:
@@ -121,28 +104,19 @@ class ConfinedGrid:
 
 @dataclass(frozen=True, eq=False)
 class ConfinedView:
-    """What the filter sees in a frame, in a window around one place.
-
-    Attributes
-    ----------
-    place
-        The ellipse at the window's center.
-    pixels
-        Pixels from one sample to the next.
-    spectra
-        (30, n, n // 2 + 1): the transform of the window's features.
-    plane
-        (CELL_SIZE n, CELL_SIZE n): the response at each sample, relative to that in the first
-        frames.
-    radius
-        Within this many pixels of a place, the largest response is that of the place.
-    """
+    """What the filter sees in a frame, in a window around one place."""
 
     place: Ellipse
+    """The ellipse at the window's center."""
     pixels: float
+    """Pixels from one sample to the next."""
     spectra: Spectra
+    """(30, n, n // 2 + 1): the transform of the window's features."""
     plane: Singles
+    """(CELL_SIZE n, CELL_SIZE n): the response at each sample, relative to that in the first
+    frames."""
     radius: float
+    """Within this many pixels of a place, the largest response is that of the place."""
 
     def covers(self, place: Ellipse) -> bool:
         """Return whether the window also serves for a target elsewhere."""

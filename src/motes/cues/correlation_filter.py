@@ -56,23 +56,17 @@ class Correlation(Cue, Config, frozen=True):
     """Correlation filter over gradients and colors, updated while the target is present.
 
     The distance is 1 - response of the filter.
-
-    Attributes
-    ----------
-    sharpness
-        Width of the response's peak: standard deviation of the Gaussian that the filter learns, as
-        a share of the target's mean side. A larger value gives a wider peak.
-    anchor
-        Share of the first frame's filter in the response; the rest is that of the learned filter.
-        With a larger value the target's first appearance counts more.
-    learning_rate
-        Share of the current frame in the updated filter. With a larger value the filter follows
-        changes faster; 0 keeps it fixed.
     """
 
     sharpness: Positive = 1 / 6
+    """Width of the response's peak: standard deviation of the Gaussian that the filter learns, as a
+    share of the target's mean side. A larger value gives a wider peak."""
     anchor: Share = 0.3
+    """Share of the first frame's filter in the response; the rest is that of the learned filter.
+    With a larger value the target's first appearance counts more."""
     learning_rate: Share = 0.02
+    """Share of the current frame in the updated filter. With a larger value the filter follows
+    changes faster; 0 keeps it fixed."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
         """Return the filter of the window around `ellipse`."""

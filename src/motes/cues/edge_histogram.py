@@ -30,21 +30,16 @@ class Edges(PixelHistogramCue, frozen=True):
 
     Two regions without any strong edge have distance 0. Such a region has distance 1 from any
     region with a strong edge.
-
-    Attributes
-    ----------
-    threshold
-        Strength above which an edge counts (Ng and Delp, equation 12). A straight edge between two
-        gray values, 0 to 255, has four times their difference. A larger value counts fewer edges.
-    bins
-        Number k of bins over half a turn (equation 13): opposite directions count as one. More bins
-        separate smaller angles. The paper gives no number. The first bin is centered on horizontal
-        edges, and one of an even number on vertical edges: noise then rarely moves these two, the
-        most frequent ones, to another bin.
     """
 
     threshold: Annotated[float, Meta(ge=0, le=1e4)] = 100.0
+    """Strength above which an edge counts (Ng and Delp, equation 12). A straight edge between two
+    gray values, 0 to 255, has four times their difference. A larger value counts fewer edges."""
     bins: Annotated[int, Meta(ge=2, le=180)] = 8
+    """Number k of bins over half a turn (equation 13): opposite directions count as one. More bins
+    separate smaller angles. The paper gives no number. The first bin is centered on horizontal
+    edges, and one of an even number on vertical edges: noise then rarely moves these two, the most
+    frequent ones, to another bin."""
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, k + 1).

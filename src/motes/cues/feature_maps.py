@@ -13,22 +13,15 @@ from motes.core.types import Bytes, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plane:
-    """The orientation of edges over a part of a frame, one for each block of pixels.
-
-    Attributes
-    ----------
-    column, row
-        Column and row of the first block.
-    step
-        Side of a block in pixels.
-    bins
-        (H, W), number of each block's bin of orientation.
-    """
+    """The orientation of edges over a part of a frame, one for each block of pixels."""
 
     column: int
     row: int
+    """Column and row of the first block."""
     step: int
+    """Side of a block in pixels."""
     bins: Bytes
+    """(H, W), number of each block's bin of orientation."""
 
     def in_blocks(self, ellipses: Floats) -> Floats:
         """Return ellipses (N, 5) in units of blocks."""

@@ -20,18 +20,12 @@ from motes.cues.sampling import EllipsePixels
 
 
 class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
-    """A target's histogram.
-
-    Attributes
-    ----------
-    histogram
-        (m,), sums to 1; zeros if no pixel was read.
-    anchor
-        (m,), the histogram of the first frame. The model update keeps the model near it.
-    """
+    """A target's histogram."""
 
     histogram: NotNegative
+    """(m,), sums to 1; zeros if no pixel was read."""
     anchor: NotNegative
+    """(m,), the histogram of the first frame. The model update keeps the model near it."""
 
 
 class HistogramCue(AdaptableCue, Config, frozen=True):

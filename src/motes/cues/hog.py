@@ -44,26 +44,20 @@ class Hog(PixelHistogramCue, frozen=True):
     gradient. The printed equation 2 has the weights of equation 1 alone, but calls its result a
     magnitude; with these weights the noise of a smooth surface would count as much as an edge.
     Directions cover a whole turn, so that dark on bright differs from bright on dark.
-
-    Attributes
-    ----------
-    cells
-        Number of rows, and of columns, of cells. Each cell has its own histogram; all are rotated
-        by the same angle. More cells separate targets better, but are more sensitive to
-        deformation. The paper's experiments have 1 cell with 8 bins; its 72 bins are 3x3 cells.
-        Cells divide the box around the ellipse and turn with it, not with the strongest direction,
-        which may change between frames.
-    bins
-        Number of bins over a whole turn, in each cell. More bins separate smaller angles.
-    rotation_normalized
-        If true, a histogram is rotated so that its strongest direction comes first: a target that
-        turns keeps its histogram, up to half a bin. If false, a target that stays upright is
-        separated better from others.
     """
 
     cells: Annotated[int, Meta(ge=1, le=4)] = 1
+    """Number of rows, and of columns, of cells. Each cell has its own histogram; all are rotated by
+    the same angle. More cells separate targets better, but are more sensitive to deformation. The
+    paper's experiments have 1 cell with 8 bins; its 72 bins are 3x3 cells. Cells divide the box
+    around the ellipse and turn with it, not with the strongest direction, which may change between
+    frames."""
     bins: Annotated[int, Meta(ge=2, le=16)] = 8
+    """Number of bins over a whole turn, in each cell. More bins separate smaller angles."""
     rotation_normalized: bool = True
+    """If true, a histogram is rotated so that its strongest direction comes first: a target that
+    turns keeps its histogram, up to half a bin. If false, a target that stays upright is separated
+    better from others."""
     kernel: Profile = "gaussian"
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:

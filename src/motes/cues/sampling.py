@@ -63,15 +63,11 @@ class Checkerboard(_OfTheImage, frozen=True, tag="checkerboard"):
 
     They are fixed in the image, not in the ellipse: where two ellipses overlap, they read the same
     pixels.
-
-    Attributes
-    ----------
-    share
-        `half` reads the pixels whose row and column have an even sum; `quarter` reads those whose
-        row and column are both even.
     """
 
     share: Literal["half", "quarter"] = "half"
+    """`half` reads the pixels whose row and column have an even sum; `quarter` reads those whose
+    row and column are both even."""
 
     @property
     def grid(self) -> PixelGrid:
@@ -85,15 +81,11 @@ class Lattice(Config, frozen=True, tag="lattice"):
     An ellipse costs the same whatever its size, and its histogram is an unbiased estimate of the
     one over every pixel. The target model, with which all ellipses are compared, is read once, by a
     denser lattice.
-
-    Attributes
-    ----------
-    points
-        Number of pixels of an ellipse that are read, whatever its size. More pixels are more exact
-        and slower.
     """
 
     points: Annotated[int, Meta(ge=8, le=65536)] = 256
+    """Number of pixels of an ellipse that are read, whatever its size. More pixels are more exact
+    and slower."""
 
     @property
     def dense(self) -> Lattice:
@@ -115,20 +107,15 @@ Sampling = EveryPixel | Checkerboard | Lattice
 
 
 class EllipsePixels(Config, frozen=True, dict=True):
-    """The base of cues that weigh the pixels of an ellipse.
-
-    Attributes
-    ----------
-    kernel
-        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
-        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
-        Nummiaro et al., `gaussian` equation 1 of Zhao and Pei.
-    sampling
-        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
-    """
+    """The base of cues that weigh the pixels of an ellipse."""
 
     kernel: Profile = "epanechnikov"
+    """Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+    `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
+    Nummiaro et al., `gaussian` equation 1 of Zhao and Pei."""
     sampling: Sampling = Lattice()
+    """Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed
+    size."""
 
     @cached_property
     def reading(self) -> Reading:

@@ -37,37 +37,24 @@ RIDGE = 0.01
 
 
 class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
-    """A learned filter over sizes.
-
-    Attributes
-    ----------
-    numerator
-        (features, n // 2 + 1): conjugate label times features.
-    power
-        (n // 2 + 1,): energy of the features.
-    rows, columns
-        Number of rows and of columns of the target's cells.
-    """
+    """A learned filter over sizes."""
 
     numerator: Spectra
+    """(features, n // 2 + 1): conjugate label times features."""
     power: NotNegativeSingles
+    """(n // 2 + 1,): energy of the features."""
     rows: Annotated[int, SAME]
     columns: Annotated[int, SAME]
+    """Number of rows and of columns of the target's cells."""
 
 
 class ScaleFilter(Config, frozen=True):
-    """Correlation filter over several sizes around the last one.
-
-    Attributes
-    ----------
-    count
-        Number of sizes that are compared. More sizes follow faster growth and take more time.
-    step
-        Factor from one size to the next. A larger value follows faster growth, in coarser steps.
-    """
+    """Correlation filter over several sizes around the last one."""
 
     count: Annotated[int, Meta(ge=1, le=33)] = 13
+    """Number of sizes that are compared. More sizes follow faster growth and take more time."""
     step: Annotated[float, Meta(gt=1, le=2)] = 1.06
+    """Factor from one size to the next. A larger value follows faster growth, in coarser steps."""
 
     @property
     def factors(self) -> Floats:

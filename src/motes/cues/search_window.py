@@ -48,19 +48,14 @@ class SampleGrid:
     """The samples around a target; their number follows from the size of its first region.
 
     The window is the target with a margin of half of its mean side, and of `LEAST_MARGIN` at least.
-
-    Attributes
-    ----------
-    rows, columns
-        Number of rows and of columns of cells.
-    width, height
-        The target's width and height, in samples.
     """
 
     rows: int
     columns: int
+    """Number of rows and of columns of cells."""
     width: float
     height: float
+    """The target's width and height, in samples."""
 
     @cached_property
     def taper(self) -> Singles:
@@ -134,20 +129,14 @@ class SampleGrid:
 
 
 class WindowModel(msgspec.Struct, frozen=True, eq=False):
-    """The base of target models that are learned in a window around the target.
-
-    Attributes
-    ----------
-    a, b
-        Half-axes of the target's first region in pixels, from which the grid follows.
-    place
-        The target's last place, where the model was updated. `distances` reads the window there
-        first.
-    """
+    """The base of target models that are learned in a window around the target."""
 
     a: Annotated[float, SAME]
     b: Annotated[float, SAME]
+    """Half-axes of the target's first region in pixels, from which the grid follows."""
     place: Ellipse
+    """The target's last place, where the model was updated. `distances` reads the window there
+    first."""
 
     @property
     def grid(self) -> SampleGrid:

@@ -36,37 +36,24 @@ HYSTERESIS = 0.1
 
 
 class OrientationModel(HistogramModel, frozen=True, eq=False, tag="orientation"):
-    """A target's orientation histogram, and the filters that read the next frame.
-
-    Attributes
-    ----------
-    scale
-        Standard deviation of the derivative filter, in pixels.
-    threshold
-        T; pixels with a certainty up to this value are left out.
-    """
+    """A target's orientation histogram, and the filters that read the next frame."""
 
     scale: Annotated[float, Meta(ge=FINEST, le=WIDEST)]
+    """Standard deviation of the derivative filter, in pixels."""
     threshold: float
+    """T; pixels with a certainty up to this value are left out."""
 
 
 class Filters(NamedTuple):
-    """The filters of one scale, on a grid of blocks of pixels; taps at 0 … r.
-
-    Attributes
-    ----------
-    step
-        Side of a block in pixels. Coarse filters need no fine grid.
-    smooth, derivative
-        A Gaussian and its first derivative.
-    window
-        The Gaussian that averages the tensor, omega in equation 3.
-    """
+    """The filters of one scale, on a grid of blocks of pixels; taps at 0 … r."""
 
     step: int
+    """Side of a block in pixels. Coarse filters need no fine grid."""
     smooth: Singles
     derivative: Singles
+    """A Gaussian and its first derivative."""
     window: Singles
+    """The Gaussian that averages the tensor, omega in equation 3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,38 +64,27 @@ class CertainPlane(Plane):
 
 
 class Orientation(AdaptableCue, EllipsePixels, frozen=True):
-    """Histogram of the orientation of edges in an ellipse, weighted by their certainty.
-
-    Attributes
-    ----------
-    bins
-        Number of bins over half a turn, [-pi/2, pi/2): opposite directions count as one. More bins
-        separate smaller angles.
-    form
-        How the histogram is made independent of the target's rotation. `rotated` (ROH) shifts it by
-        the ellipse's angle, also by fractions of a bin. `fourier` (FOH) takes the magnitudes of its
-        Fourier transform.
-    scale
-        Standard deviation of the derivative filter, as a share of the target's mean half-axis
-        sqrt(a b). A larger value reads coarser edges.
-    window
-        Standard deviation of the Gaussian that averages the structure tensor, as a multiple of the
-        derivative filter's. A larger value averages over more pixels.
-    scale_selection
-        If true, the filter's scale follows the target's size (SS); if false, that of the first
-        frame stays. In the paper the scale parameter, a variance, is proportional to the target's
-        area.
-    kept_fraction
-        Share of the target's pixels that count: those with the highest certainty of their
-        orientation. It sets the threshold T. A larger value counts weaker edges too.
-    """
+    """Histogram of the orientation of edges in an ellipse, weighted by their certainty."""
 
     bins: Annotated[int, Meta(ge=4, le=180)] = 36
+    """Number of bins over half a turn, [-pi/2, pi/2): opposite directions count as one. More bins
+    separate smaller angles."""
     form: Literal["rotated", "fourier"] = "rotated"
+    """How the histogram is made independent of the target's rotation. `rotated` (ROH) shifts it by
+    the ellipse's angle, also by fractions of a bin. `fourier` (FOH) takes the magnitudes of its
+    Fourier transform."""
     scale: Annotated[float, Meta(gt=0, le=1)] = 0.05
+    """Standard deviation of the derivative filter, as a share of the target's mean half-axis sqrt(a
+    b). A larger value reads coarser edges."""
     window: Annotated[float, Meta(ge=0.01, le=8)] = 1.0
+    """Standard deviation of the Gaussian that averages the structure tensor, as a multiple of the
+    derivative filter's. A larger value averages over more pixels."""
     scale_selection: bool = True
+    """If true, the filter's scale follows the target's size (SS); if false, that of the first frame
+    stays. In the paper the scale parameter, a variance, is proportional to the target's area."""
     kept_fraction: Share = 0.5
+    """Share of the target's pixels that count: those with the highest certainty of their
+    orientation. It sets the threshold T. A larger value counts weaker edges too."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""

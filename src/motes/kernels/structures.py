@@ -25,58 +25,38 @@ Place = tuple[float, float, float, float, float]
 
 
 class PixelGrid(NamedTuple):
-    """Which pixels are read where there is no lattice; 1, 1 is every pixel.
-
-    Attributes
-    ----------
-    across
-        Row and column add up to a multiple of it.
-    down
-        The row is a multiple of it.
-    """
+    """Which pixels are read where there is no lattice; 1, 1 is every pixel."""
 
     across: int = 1
+    """Row and column add up to a multiple of it."""
     down: int = 1
+    """The row is a multiple of it."""
 
 
 class Reading(NamedTuple):
-    """How ellipses are read.
-
-    Attributes
-    ----------
-    lattice
-        Points (2, n) in the unit disk; (2, 0) for the pixels of `grid`.
-    grid
-        Without a lattice, which pixels are read.
-    profile
-        A number of `kernels.sampling`: how a pixel's weight falls with its distance.
-    """
+    """How ellipses are read."""
 
     lattice: Singles
+    """Points (2, n) in the unit disk; (2, 0) for the pixels of `grid`."""
     grid: PixelGrid
+    """Without a lattice, which pixels are read."""
     profile: int
+    """A number of `kernels.sampling`: how a pixel's weight falls with its distance."""
 
 
 class NoiseScales(NamedTuple):
-    """Random motion in one reference interval; see `Noise` and `Walking` of `sot.filtering.motion`.
-
-    Attributes
-    ----------
-    position, size, size_return, aspect, angle
-        As there.
-    changes
-        (k,), standard deviations of each order of changes, as shares of what they change.
-    persistence
-        Share of a change that is left.
-    """
+    """Random motion in one reference interval: `Noise` and `Walking` of `sot.filtering.motion`."""
 
     position: float
     size: float
     size_return: float
     aspect: float
     angle: float
+    """As there."""
     changes: Floats
+    """(k,), standard deviations of each order of changes, as shares of what they change."""
     persistence: float
+    """Share of a change that is left."""
 
 
 class ColorBins(NamedTuple):
@@ -89,24 +69,16 @@ class ColorBins(NamedTuple):
 
 
 class ColorTarget(NamedTuple):
-    """A target's colors, and how ellipses are read that are compared with them.
-
-    Attributes
-    ----------
-    reading
-        How ellipses are read.
-    slots
-        For each bin, its index among the occupied ones; their number if it is empty.
-    roots
-        Square roots of the occupied bins.
-    bins
-        The bins.
-    """
+    """A target's colors, and how ellipses are read that are compared with them."""
 
     reading: Reading
+    """How ellipses are read."""
     slots: Counts
+    """For each bin, its index among the occupied ones; their number if it is empty."""
     roots: Floats
+    """Square roots of the occupied bins."""
     bins: ColorBins
+    """The bins."""
 
 
 class LightLimits(NamedTuple):
@@ -126,23 +98,15 @@ class HoldLimits(NamedTuple):
 
 
 class MixtureLearning(NamedTuple):
-    """How a mixture of Gaussians learns a picture.
-
-    Attributes
-    ----------
-    rate
-        Share of the picture in the model from then on.
-    prune
-        A mode whose weight is smaller than this share of `rate` is removed.
-    near
-        Squared distance up to which a color is one of a mode, in its variances.
-    first, least, most
-        Variance of a new mode, and limits of all.
-    """
+    """How a mixture of Gaussians learns a picture."""
 
     rate: float
+    """Share of the picture in the model from then on."""
     prune: float
+    """A mode whose weight is smaller than this share of `rate` is removed."""
     near: float
+    """Squared distance up to which a color is one of a mode, in its variances."""
     first: float
     least: float
     most: float
+    """Variance of a new mode, and limits of all."""

@@ -20,23 +20,16 @@ PART = 0.5
 
 
 class Association(Config, frozen=True):
-    """Which detection belongs to which object.
-
-    Attributes
-    ----------
-    overlap
-        Least intersection over union of a visible object and its detection, as in SORT (Bewley et
-        al., ICIP 2016). A larger value demands more overlap.
-    distance
-        Largest distance in appearance between an occluded object's model and its detection, at the
-        edge of the gate. With a larger value more detections are accepted.
-    appearance
-        Weight of the distance in appearance in the cost of a pair; the overlap has weight 1.
-    """
+    """Which detection belongs to which object."""
 
     overlap: Share = 0.3
+    """Least intersection over union of a visible object and its detection, as in SORT (Bewley et
+    al., ICIP 2016). A larger value demands more overlap."""
     distance: Share = 0.45
+    """Largest distance in appearance between an occluded object's model and its detection, at the
+    edge of the gate. With a larger value more detections are accepted."""
     appearance: NonNegative = 0.5
+    """Weight of the distance in appearance in the cost of a pair; the overlap has weight 1."""
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of pairs of a visible object and a detection; infinite for no pair.

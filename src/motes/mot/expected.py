@@ -19,28 +19,19 @@ CUE = Color()
 
 
 class Expected(NamedTuple):
-    """An object that may appear in the next frame.
-
-    Attributes
-    ----------
-    key
-        Its number where it comes from.
-    samples
-        (N, 5), ellipses where it may be: the initial distribution of its filter.
-    velocity
-        (2,), in pixels a second.
-    model
-        Its histogram, as `CUE` learns it.
-    certain
-        Whether it must be there, as when another camera sees it now. Then it may begin without a
-        detection, and it is the object with this key.
-    """
+    """An object that may appear in the next frame."""
 
     key: int
+    """Its number where it comes from."""
     samples: Floats
+    """(N, 5), ellipses where it may be: the initial distribution of its filter."""
     velocity: Floats
+    """(2,), in pixels a second."""
     model: ColorModel
+    """Its histogram, as `CUE` learns it."""
     certain: bool
+    """Whether it must be there, as when another camera sees it now. Then it may begin without a
+    detection, and it is the object with this key."""
 
 
 def normal_samples(

@@ -50,23 +50,16 @@ def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
 
 
 class _Parts(NamedTuple):
-    """Parts of boxes in strips, sorted by strip and left edge.
-
-    Attributes
-    ----------
-    box, top
-        (p,), index of the box, and the first strip that it is in.
-    strip
-        (p,), the part's strip.
-    begin, end
-        (p,), of the left and right edges: keys that sort by strip, then from left to right.
-    """
+    """Parts of boxes in strips, sorted by strip and left edge."""
 
     box: Integers
     top: Integers
+    """(p,), index of the box, and the first strip that it is in."""
     strip: Integers
+    """(p,), the part's strip."""
     begin: Integers
     end: Integers
+    """(p,), of the left and right edges: keys that sort by strip, then from left to right."""
 
 
 def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:

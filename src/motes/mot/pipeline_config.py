@@ -41,19 +41,13 @@ LOOKALIKE_OVERLAP = 0.2
 
 
 class WatchConfig(SceneConfig, frozen=True):
-    """A scene, and the detector of its objects.
-
-    Attributes
-    ----------
-    detector
-        The detector of objects, and its settings.
-    camera
-        Whether the camera is still or moves. If it moves, its motion is taken from corners of the
-        picture, the places of all objects are predicted with it, and a background moves along.
-    """
+    """A scene, and the detector of its objects."""
 
     detector: DetectorConfig = BackgroundConfig()
+    """The detector of objects, and its settings."""
     camera: Literal["still", "moving"] = "still"
+    """Whether the camera is still or moves. If it moves, its motion is taken from corners of the
+    picture, the places of all objects are predicted with it, and a background moves along."""
 
     def for_camera(self, detector: Detector) -> Detector:
         """Return a detector for the camera, still or moving.

@@ -44,40 +44,26 @@ LAG = 3
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
-    """What the next frame needs of those before.
-
-    Attributes
-    ----------
-    objects
-        The objects that have not ended, oldest first.
-    initiation
-        What may become an object.
-    created, terminated
-        How many objects there have been, and how many of them have ended.
-    """
+    """What the next frame needs of those before."""
 
     objects: Sequence[TrackedObject] = ()
+    """The objects that have not ended, oldest first."""
     initiation: TrackInitiation = TrackInitiation()
+    """What may become an object."""
     created: int = 0
     terminated: int = 0
+    """How many objects there have been, and how many of them have ended."""
 
 
 class SceneInfo(NamedTuple):
-    """What happened in a frame.
-
-    Attributes
-    ----------
-    tracks
-        All tracks, oldest first.
-    surplus
-        How many detections were beyond the limit, and were not used.
-    admitted
-        The keys of the expected objects that began, by their identities.
-    """
+    """What happened in a frame."""
 
     tracks: list[SceneTrack]
+    """All tracks, oldest first."""
     surplus: int
+    """How many detections were beyond the limit, and were not used."""
     admitted: Mapping[int, int]
+    """The keys of the expected objects that began, by their identities."""
 
 
 def step(
@@ -149,16 +135,14 @@ class Scene:
     ----------
     detector
         The detector.
-    admitted
-        The keys of the expected objects that began in the last frame, by their identities; see
-        `expect`.
-    warnings
-        The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
-        there were too many detections.
     """
 
     admitted: Mapping[int, int]
+    """The keys of the expected objects that began in the last frame, by their identities; see
+    `expect`."""
     warnings: Mapping[str, str]
+    """The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
+    there were too many detections."""
 
     def __init__(
         self,

@@ -18,115 +18,75 @@ MAX_POSITIONS = 2000
 
 
 class DetectionSelection(Config, frozen=True):
-    """Which detections of a frame are used.
-
-    Attributes
-    ----------
-    limit
-        Largest number of detections of a frame that are used: those with the highest scores. With a
-        smaller value more are ignored.
-    classes
-        Names of the classes that are used; all if empty.
-    least
-        Least score of a detection that is used; by default any. With a larger value fewer are used.
-    every
-        The detector looks at every frame with this distance. Between these frames objects are
-        followed by their appearance alone. A larger value is faster and less exact.
-    """
+    """Which detections of a frame are used."""
 
     limit: Count = 10_000
+    """Largest number of detections of a frame that are used: those with the highest scores. With a
+    smaller value more are ignored."""
     classes: tuple[str, ...] = ()
+    """Names of the classes that are used; all if empty."""
     least: float | None = None
+    """Least score of a detection that is used; by default any. With a larger value fewer are
+    used."""
     every: Count = 1
+    """The detector looks at every frame with this distance. Between these frames objects are
+    followed by their appearance alone. A larger value is faster and less exact."""
 
 
 class Smoothing(Config, frozen=True):
-    """How fast an object's velocity and size follow its detections.
-
-    Attributes
-    ----------
-    velocity
-        Share of the old velocity that an object keeps at a detection. With a larger value the
-        velocity changes more slowly.
-    size
-        Share of the old size that an object keeps at a detection. With a larger value the size
-        changes more slowly.
-    """
+    """How fast an object's velocity and size follow its detections."""
 
     velocity: Share = 0.8
+    """Share of the old velocity that an object keeps at a detection. With a larger value the
+    velocity changes more slowly."""
     size: Share = 0.5
+    """Share of the old size that an object keeps at a detection. With a larger value the size
+    changes more slowly."""
 
 
 class Occlusion(Config, frozen=True):
-    """When an object without a detection is occluded.
-
-    Attributes
-    ----------
-    overlap
-        An object without a detection is occluded by another object that covers more than this share
-        of it. With a larger value fewer are.
-    max_time_without_detection
-        Longest time without a detection, in seconds, in which an object is followed by its
-        appearance alone. After it the object counts as occluded.
-    """
+    """When an object without a detection is occluded."""
 
     overlap: Annotated[float, Meta(gt=0, le=1)] = 0.3
+    """An object without a detection is occluded by another object that covers more than this share
+    of it. With a larger value fewer are."""
     max_time_without_detection: NonNegative = 0.12
+    """Longest time without a detection, in seconds, in which an object is followed by its
+    appearance alone. After it the object counts as occluded."""
 
 
 class Initiation(Config, frozen=True):
-    """When detections start a new object.
-
-    Attributes
-    ----------
-    min_hits
-        Number of detections of a new object. A larger value gives fewer false objects, later.
-    """
+    """When detections start a new object."""
 
     min_hits: Count = 3
+    """Number of detections of a new object. A larger value gives fewer false objects, later."""
 
 
 class Termination(Config, frozen=True):
-    """When an object without a detection ends.
-
-    Attributes
-    ----------
-    max_age
-        Longest time in seconds for which an occluded object is kept. It is doubled where another
-        object is visible in its place.
-    """
+    """When an object without a detection ends."""
 
     max_age: Positive = 3.0
+    """Longest time in seconds for which an occluded object is kept. It is doubled where another
+    object is visible in its place."""
 
 
 class SceneConfig(Config, frozen=True):
-    """How objects come, stay and go.
-
-    Attributes
-    ----------
-    tracker
-        The particle filter that follows each object.
-    detections
-        Which detections of a frame are used.
-    association
-        Which detection belongs to which object.
-    smoothing
-        How fast an object's velocity and size follow its detections.
-    occlusion
-        When an object without a detection is occluded.
-    initiation
-        When detections start a new object.
-    termination
-        When an object without a detection ends.
-    """
+    """How objects come, stay and go."""
 
     tracker: ParticleFilter
+    """The particle filter that follows each object."""
     detections: DetectionSelection = DetectionSelection()
+    """Which detections of a frame are used."""
     association: Association = Association()
+    """Which detection belongs to which object."""
     smoothing: Smoothing = Smoothing()
+    """How fast an object's velocity and size follow its detections."""
     occlusion: Occlusion = Occlusion()
+    """When an object without a detection is occluded."""
     initiation: Initiation = Initiation()
+    """When detections start a new object."""
     termination: Termination = Termination()
+    """When an object without a detection ends."""
 
 
 def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:

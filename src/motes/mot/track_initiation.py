@@ -33,19 +33,13 @@ SCORES = 1000
 
 
 class TrackInitiation(msgspec.Struct, frozen=True):
-    """The tentative tracks of a scene.
-
-    Attributes
-    ----------
-    candidates
-        The tentative tracks: those that the last frame confirmed, and those that it did not, but
-        that may still be confirmed.
-    scores
-        The latest scores of detections, oldest first.
-    """
+    """The tentative tracks of a scene."""
 
     candidates: tuple[Tentative, ...] = ()
+    """The tentative tracks: those that the last frame confirmed, and those that it did not, but
+    that may still be confirmed."""
     scores: tuple[float, ...] = ()
+    """The latest scores of detections, oldest first."""
 
     def with_scores(self, detections: Sequence[Detection]) -> TrackInitiation:
         """Return these with the scores of all detections of a frame added."""

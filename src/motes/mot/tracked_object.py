@@ -31,32 +31,22 @@ FIRST_SURPRISE = 0.25**2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneTrack:
-    """An object in a frame.
-
-    Attributes
-    ----------
-    identity
-        From 1 up; the same from entry to exit, and never used twice.
-    track
-        Where it is. While it is `occluded`, its place is only predicted, with confidence 0; in its
-        last frame it is `lost`.
-    occluded_by
-        The identity of the object that occludes it, if any.
-    detected
-        Whether a detection confirms it in this frame.
-    velocity
-        In x and y, in pixels a second.
-    label
-        The name of its class, such as "car": that of most of its detections so far. None if the
-        detector knows no classes.
-    """
+    """An object in a frame."""
 
     identity: int
+    """From 1 up; the same from entry to exit, and never used twice."""
     track: Track
+    """Where it is. While it is `occluded`, its place is only predicted, with confidence 0; in its
+    last frame it is `lost`."""
     occluded_by: int | None = None
+    """The identity of the object that occludes it, if any."""
     detected: bool = False
+    """Whether a detection confirms it in this frame."""
     velocity: tuple[float, float] = (0.0, 0.0)
+    """In x and y, in pixels a second."""
     label: str | None = None
+    """The name of its class, such as "car": that of most of its detections so far. None if the
+    detector knows no classes."""
 
     @property
     def box(self) -> Box:
@@ -83,65 +73,45 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     """The state of an object. Each method returns the object as it is after a step.
 
     Only `rng` is not frozen: `observe` draws from it, and each object has its own.
-
-    Attributes
-    ----------
-    identity
-        From 1 up.
-    tracker, rng, state
-        The filter that follows it, its random numbers, and the filter's state.
-    track
-        Where the object is.
-    velocity
-        In pixels a second, (2,).
-    last_time
-        Time of its last detection.
-    predicted
-        The ellipse where it should be in this frame, by its velocity.
-    before_observation
-        The filter's state before the observation of this frame.
-    detected, occluded_by
-        As in `SceneTrack`.
-    near_other
-        Whether another object is so near that one may occlude the other.
-    shape_model
-        Its edges when another object last came so near.
-    occluder_candidate
-        The identity of the object that last occluded it, until both have been compared.
-    votes
-        How many of its detections had each class, in the order of their first appearance.
-    origin
-        The center of its first detection.
-    moved
-        Whether a detection was ever farther from there than its mean half-axis.
-    axes
-        Its half-axes when it was last detected as a whole.
-    cut_for
-        Seconds for which it has been seen in part only, as one that goes behind a wall.
-    surprise
-        How far detections were off its predictions: mean squares in x and y, in mean half-axes.
     """
 
     identity: int
+    """From 1 up."""
     tracker: ParticleFilter
     rng: np.random.Generator
     state: FilterState
+    """The filter that follows it, its random numbers, and the filter's state."""
     track: Track
+    """Where the object is."""
     velocity: Floats
+    """In pixels a second, (2,)."""
     last_time: float
+    """Time of its last detection."""
     predicted: Ellipse
+    """The ellipse where it should be in this frame, by its velocity."""
     before_observation: FilterState
+    """The filter's state before the observation of this frame."""
     axes: tuple[float, float]
+    """Its half-axes when it was last detected as a whole."""
     detected: bool = True
     occluded_by: int | None = None
+    """As in `SceneTrack`."""
     near_other: bool = False
+    """Whether another object is so near that one may occlude the other."""
     shape_model: HistogramModel | None = None
+    """Its edges when another object last came so near."""
     occluder_candidate: int | None = None
+    """The identity of the object that last occluded it, until both have been compared."""
     votes: dict[str, int] = {}
+    """How many of its detections had each class, in the order of their first appearance."""
     origin: tuple[float, float] = (0.0, 0.0)
+    """The center of its first detection."""
     moved: bool = False
+    """Whether a detection was ever farther from there than its mean half-axis."""
     cut_for: float = 0.0
+    """Seconds for which it has been seen in part only, as one that goes behind a wall."""
     surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
+    """How far detections were off its predictions: mean squares in x and y, in mean half-axes."""
 
     @classmethod
     def begin(

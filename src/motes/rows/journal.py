@@ -30,14 +30,6 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     ----------
     mask
         Its pixels, in the compressed runs of COCO (`motes.formats.runs`); None without a mask.
-    more
-        Further columns of its row, by name, such as `speed`.
-    keyframe
-        Whether a user has drawn it, or would have to: a tool that interpolates needs this one.
-    distance, effective_sample_size
-        As in `Track`; None where they are not known.
-    bounds
-        The box around the ellipse, where a file says it more exactly than the ellipse does.
     """
 
     identity: int
@@ -48,10 +40,14 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     label: str | None = None
     mask: str | None = None
     more: dict[str, float | str | None] = {}
+    """Further columns of its row, by name, such as `speed`."""
     keyframe: bool = True
+    """Whether a user has drawn it, or would have to: a tool that interpolates needs this one."""
     distance: float | None = None
     effective_sample_size: float | None = None
+    """As in `Track`; None where they are not known."""
     bounds: Box | None = None
+    """The box around the ellipse, where a file says it more exactly than the ellipse does."""
 
     @classmethod
     def of(cls, each: SceneTrack, further: Mapping[str, float | None] = {}) -> Self:

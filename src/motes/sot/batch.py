@@ -26,14 +26,10 @@ class Trackers:
     threads
         Number of threads that share the objects. They read pixels at the same time, so a second
         thread is faster with tens of objects, or with cues that read many pixels.
-
-    Attributes
-    ----------
-    each
-        The trackers, in the order of the regions.
     """
 
     each: list[Tracker]
+    """The trackers, in the order of the regions."""
 
     def __init__(
         self, config: str | TrackerConfig = "default", seed: int = 0, threads: int = 1

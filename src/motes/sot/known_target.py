@@ -32,21 +32,15 @@ class _File(Config, frozen=True, tag="motes_histogram"):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownTarget:
-    """A target whose colors are known before it is seen (Nummiaro et al., section V).
-
-    Attributes
-    ----------
-    color
-        The cue that made the histogram; a tracker that searches for the target needs the same one.
-    model
-        The target's histogram.
-    size
-        An ellipse of the target's size, at the origin.
-    """
+    """A target whose colors are known before it is seen (Nummiaro et al., section V)."""
 
     color: Color
+    """The cue that made the histogram; a tracker that searches for the target needs the same
+    one."""
     model: ColorModel
+    """The target's histogram."""
     size: Ellipse
+    """An ellipse of the target's size, at the origin."""
 
     @classmethod
     def learn(cls, color: Color, frame: Frame, region: Ellipse) -> Self:

@@ -35,23 +35,16 @@ TOLERANCE = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShiftState:
-    """The state after a frame.
-
-    Attributes
-    ----------
-    ellipse
-        The only hypothesis.
-    model, background
-        The target model, and the background statistics of the appearance rule.
-    status, frames_missed
-        The status, and the number of frames in a row that failed the appearance rule.
-    """
+    """The state after a frame."""
 
     ellipse: Ellipse
+    """The only hypothesis."""
     model: ColorModel
     background: BackgroundStatistics
+    """The target model, and the background statistics of the appearance rule."""
     status: Status
     frames_missed: int
+    """The status, and the number of frames in a row that failed the appearance rule."""
 
 
 class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
@@ -59,23 +52,17 @@ class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
 
     Its color cue reads every pixel, so the appearance rule measures the background at fewer
     positions by default, and reads a lattice of each large region there.
-
-    Attributes
-    ----------
-    color
-        The target's histogram of colors. The shift reads the same pixels.
-    presence
-        The appearance rule: whether the target is present, and when it is lost or found. The only
-        hypothesis must fulfill it.
-    calibration
-        The map from the distance between estimate and target model to the confidence.
     """
 
     state_type: ClassVar[type[ShiftState]] = ShiftState
 
     color: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
+    """The target's histogram of colors. The shift reads the same pixels."""
     presence: AppearanceRule = AppearanceRule(max_positions=5000)
+    """The appearance rule: whether the target is present, and when it is lost or found. The only
+    hypothesis must fulfill it."""
     calibration: Calibration = Calibration(middle=0.245, width=0.066)
+    """The map from the distance between estimate and target model to the confidence."""
 
     @property
     def cues(self) -> dict[str, Cue]:

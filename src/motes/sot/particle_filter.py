@@ -55,66 +55,47 @@ class ParticleFilter(
     dict=True,
     tag="particle_filter",
 ):
-    """A tracker with many hypotheses, the particles. It needs at least one cue.
-
-    Attributes
-    ----------
-    particles
-        Number of particles. More are more exact and slower. With `budget` it is the number in the
-        first frame only.
-    budget
-        The rule for the number of particles of the next frame. Without it, the number is always
-        `particles`.
-    motion
-        The motion model: how particles move from frame to frame.
-    color
-        Cue: the target's histogram of colors.
-    orientation
-        Cue: the target's histogram of edge orientations, from the structure tensor.
-    edges
-        Cue: the target's histogram of strong Sobel edges.
-    hog
-        Cue: the target's histograms of oriented gradients.
-    correlation
-        Cue: a learned correlation filter over gradients and colors.
-    posterior
-        Cue: the posterior of the target's colors against its surroundings.
-    extra_cues
-        Cues of other packages, by name. In files and options they stand among the other keys.
-    fusion
-        The rule by which the likelihoods of several cues become one weight for each particle.
-    likelihood
-        The map from a particle's distance to the target model to its likelihood, for each cue.
-    resampling
-        When particles are resampled, and by which method.
-    presence
-        The appearance rule: whether the target is present, and when it is lost or found.
-    calibration
-        The map from the distance to the target model, and the particles' spread, to the confidence.
-    adaptation
-        The update of the target models' histograms, in frames in which the target is present. The
-        cues `correlation` and `posterior` have learning rates of their own.
-    """
+    """A tracker with many hypotheses, the particles. It needs at least one cue."""
 
     state_type: ClassVar[type[FilterState]] = FilterState
     open_field: ClassVar[str | None] = "extra_cues"
 
     particles: Particles = 100
+    """Number of particles. More are more exact and slower. With `budget` it is the number in the
+    first frame only."""
     motion: Motion = ConstantVelocity()
+    """The motion model: how particles move from frame to frame."""
     color: Color | None = None
+    """Cue: the target's histogram of colors."""
     orientation: Orientation | None = None
+    """Cue: the target's histogram of edge orientations, from the structure tensor."""
     edges: Edges | None = None
+    """Cue: the target's histogram of strong Sobel edges."""
     hog: Hog | None = None
+    """Cue: the target's histograms of oriented gradients."""
     correlation: Correlation | None = None
+    """Cue: a learned correlation filter over gradients and colors."""
     posterior: Posterior | None = None
+    """Cue: the posterior of the target's colors against its surroundings."""
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
+    """Cues of other packages, by name. In files and options they stand among the other keys."""
     fusion: Fusion = Fixed()
+    """The rule by which the likelihoods of several cues become one weight for each particle."""
     likelihood: Likelihood = Gaussian()
+    """The map from a particle's distance to the target model to its likelihood, for each cue."""
     resampling: Resampling = Multinomial()
+    """When particles are resampled, and by which method."""
     presence: AppearanceRule = AppearanceRule()
+    """The appearance rule: whether the target is present, and when it is lost or found."""
     calibration: Calibration = Calibration()
+    """The map from the distance to the target model, and the particles' spread, to the
+    confidence."""
     adaptation: Adaptation = ExponentialForgetting()
+    """The update of the target models' histograms, in frames in which the target is present. The
+    cues `correlation` and `posterior` have learning rates of their own."""
     budget: KldSampling | None = None
+    """The rule for the number of particles of the next frame. Without it, the number is always
+    `particles`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -35,43 +35,29 @@ Model: TypeAlias = Any
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
-    """The state after a frame.
-
-    Attributes
-    ----------
-    time
-        Time of the last frame, in seconds.
-    states
-        (N, d) the particles, in the columns of the motion model.
-    weights
-        Weights of the particles after the last frame.
-    models
-        The target model of each cue.
-    memories
-        What the model update remembers, for each cue whose update remembers something.
-    backgrounds
-        Background statistics of the appearance rule, for each cue.
-    reference_size
-        The target's first region; all noise is proportional to its size.
-    search_regions
-        (R, 4) boxes over which particles are spread in a search.
-    status, frames_missed
-        The status, and the number of frames in a row that were against it by the appearance rule.
-    known
-        Whether the target was known before it was seen.
-    """
+    """The state after a frame."""
 
     time: Annotated[float, SAME]
+    """Time of the last frame, in seconds."""
     states: Floats
+    """(N, d) the particles, in the columns of the motion model."""
     weights: Weights
+    """Weights of the particles after the last frame."""
     models: dict[str, Model]
+    """The target model of each cue."""
     memories: dict[str, UpdaterState]
+    """What the model update remembers, for each cue whose update remembers something."""
     backgrounds: dict[str, BackgroundStatistics]
+    """Background statistics of the appearance rule, for each cue."""
     reference_size: Ellipse
+    """The target's first region; all noise is proportional to its size."""
     search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    """(R, 4) boxes over which particles are spread in a search."""
     status: Status
     frames_missed: int
+    """The status, and the number of frames in a row that were against it by the appearance rule."""
     known: bool = False
+    """Whether the target was known before it was seen."""
 
 
 def check_state(

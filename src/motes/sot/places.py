@@ -17,21 +17,14 @@ Side = Annotated[float, Meta(ge=1)]
 
 
 class Place(Config, frozen=True):
-    """Where a target may appear: a box, or a border along the frame's edge.
-
-    Attributes
-    ----------
-    name
-        A name for error messages.
-    box
-        x, y, width, height, in pixels; width and height are 1 or more.
-    border
-        Width in pixels of the strip along all four edges.
-    """
+    """Where a target may appear: a box, or a border along the frame's edge."""
 
     name: str = ""
+    """A name for error messages."""
     box: tuple[float, float, Side, Side] | None = None
+    """x, y, width, height, in pixels; width and height are 1 or more."""
     border: Count | None = None
+    """Width in pixels of the strip along all four edges."""
 
     def boxes(self, frame: Frame) -> list[tuple[float, float, float, float]]:
         """Return the boxes (x, y, width, height) of this place in a frame.

@@ -42,22 +42,15 @@ class Colors(NamedTuple):
 
 
 class Window(NamedTuple):
-    """The part of a picture around a target.
-
-    Attributes
-    ----------
-    rows, columns
-        Where it is in the picture.
-    bins
-        (H, W), the bin of each pixel's color.
-    radius
-        (H, W), the distance of each pixel from the center: 1 on the ellipse.
-    """
+    """The part of a picture around a target."""
 
     rows: slice
     columns: slice
+    """Where it is in the picture."""
     bins: NDArray[np.intp]
+    """(H, W), the bin of each pixel's color."""
     radius: Floats
+    """(H, W), the distance of each pixel from the center: 1 on the ellipse."""
 
 
 def window_of(pixels: Bytes, ellipse: Ellipse) -> Window | None:

@@ -13,27 +13,17 @@ from motes.core.types import Floats
 
 
 class StepInfo(msgspec.Struct, frozen=True, eq=False):
-    """What any observer of a step can read.
-
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the hypotheses, such as particles: x, y, a, b, theta. There may be none.
-    weights
-        (N,) their probabilities after this frame.
-    n_supporting
-        Number of hypotheses that fulfill the appearance rule; None without such a rule.
-    models
-        The target model of each cue.
-    cue_weights
-        The weight of each cue; they sum to 1.
-    """
+    """What any observer of a step can read."""
 
     track: Track
+    """The estimate."""
     ellipses: Floats = np.empty((0, 5))
+    """(N, 5) the hypotheses, such as particles: x, y, a, b, theta. There may be none."""
     weights: Floats = np.empty(0)
+    """(N,) their probabilities after this frame."""
     n_supporting: int | None = None
+    """Number of hypotheses that fulfill the appearance rule; None without such a rule."""
     models: Mapping[str, Any] = {}
+    """The target model of each cue."""
     cue_weights: Mapping[str, float] = {}
+    """The weight of each cue; they sum to 1."""

@@ -54,14 +54,10 @@ class Tracker:
     network
         Files of a trained network that joins the default tracker (docs/network.md), in a sequence,
         or in a text with commas between them.
-
-    Attributes
-    ----------
-    info
-        What happened in the last step.
     """
 
     info: StepInfo
+    """What happened in the last step."""
 
     def __init__(
         self,

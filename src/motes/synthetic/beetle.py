@@ -22,27 +22,18 @@ REACH = 1.25
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A striped beetle: its ellipse in every frame and its colors.
-
-    Attributes
-    ----------
-    states
-        (frames, 5), x, y, a, b, theta; the head points along a.
-    colors
-        RGB of the shell, its stripes and the head.
-    belly
-        The same for the other side, which is visible after the target has rolled over.
-    roll
-        (frames,), angle of rotation about its long axis, in radians; None for no rotation.
-    crosswise
-        Whether its skin is rotated by 90 degrees: the same amount of each color, but other edges.
-    """
+    """A striped beetle: its ellipse in every frame and its colors."""
 
     states: NDArray[np.float64]
+    """(frames, 5), x, y, a, b, theta; the head points along a."""
     colors: Colors = ((238, 196, 92), (44, 30, 26), (196, 78, 40))
+    """RGB of the shell, its stripes and the head."""
     belly: Colors = ((66, 104, 186), (232, 230, 218), (36, 56, 108))
+    """The same for the other side, which is visible after the target has rolled over."""
     roll: NDArray[np.float64] | None = None
+    """(frames,), angle of rotation about its long axis, in radians; None for no rotation."""
     crosswise: bool = False
+    """Whether its skin is rotated by 90 degrees: the same amount of each color, but other edges."""
 
 
 def paint(

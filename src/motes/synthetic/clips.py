@@ -61,13 +61,12 @@ class Clip:
 
     Attributes
     ----------
-    size
-        Width and height in pixels.
     seed
         Determines the ground, the textures and the grain, but not the paths.
     """
 
     size: tuple[int, int]
+    """Width and height in pixels."""
     targets: tuple[Target, ...]
     stems: tuple[Stem, ...] = ()
     seed: int = 0

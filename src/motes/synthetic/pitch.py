@@ -21,30 +21,21 @@ SKINS = (226, 180, 150), (150, 104, 78), (96, 66, 50)
 
 
 class Player(NamedTuple):
-    """A player, who runs on a curve.
-
-    Attributes
-    ----------
-    x, y
-        The middle of the curve; y is where feet are.
-    reach
-        How far the curve goes to each side, and up and down.
-    pace
-        How fast the curve is run through, in radians a frame.
-    phase
-        Where it begins, in radians.
-    jersey, shorts, skin
-        Colors.
-    """
+    """A player, who runs on a curve."""
 
     x: float
     y: float
+    """The middle of the curve; y is where feet are."""
     reach: tuple[float, float]
+    """How far the curve goes to each side, and up and down."""
     pace: float
+    """How fast the curve is run through, in radians a frame."""
     phase: float
+    """Where it begins, in radians."""
     jersey: Color
     shorts: Color
     skin: Color
+    """Colors."""
 
     def feet(self, time: float) -> tuple[float, float]:
         """Return where the feet are on the pitch."""

@@ -31,27 +31,18 @@ FAR, NEAR = Lane(158, 66, -1), Lane(206, 88, 1)
 
 
 class Car(NamedTuple):
-    """A car.
-
-    Attributes
-    ----------
-    lane
-        Where it drives.
-    enters
-        The frame in which its front comes into the picture; before the first frame if negative.
-    speed
-        In pixels a frame.
-    color
-        Of its body.
-    high
-        Height as a share of its length: a saloon, or a van.
-    """
+    """A car."""
 
     lane: Lane
+    """Where it drives."""
     enters: float
+    """The frame in which its front comes into the picture; before the first frame if negative."""
     speed: float
+    """In pixels a frame."""
     color: Color
+    """Of its body."""
     high: float = 0.36
+    """Height as a share of its length: a saloon, or a van."""
 
     def box(self, time: float, width: float) -> Box:
         """Return its box at a time, in a picture of a width."""

@@ -10,44 +10,30 @@ MAX_ASPECT = 1.25
 
 @dataclass(slots=True)
 class Report:
-    """What was read so far, and the errors.
-
-    Attributes
-    ----------
-    decoded
-        Decoded pictures, including those that `start` and `stride` pass over.
-    skipped
-        Packets that could not be decoded.
-    damaged
-        Pictures decoded with missing parts, which the decoder filled in.
-    retimed
-        Pictures whose time stamp was missing or did not increase. They get the time of the picture
-        before plus the nominal interval.
-    ended, expected
-        For a source that was cut off: its real end and the end given in its header, in seconds.
-    left_out
-        Pictures after the first one in animated files of a folder of images.
-    late
-        Frames of a live source that were left out, as a newer one had come before they were used.
-    drops
-        Number of times that a live source ended or failed and had to be opened again.
-    assumed
-        Whether the source is images without a frame rate, so that one was assumed.
-    aspect
-        Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled.
-    """
+    """What was read so far, and the errors."""
 
     decoded: int = 0
+    """Decoded pictures, including those that `start` and `stride` pass over."""
     skipped: int = 0
+    """Packets that could not be decoded."""
     damaged: int = 0
+    """Pictures decoded with missing parts, which the decoder filled in."""
     retimed: int = 0
+    """Pictures whose time stamp was missing or did not increase. They get the time of the picture
+    before plus the nominal interval."""
     ended: float | None = None
     expected: float | None = None
+    """For a source that was cut off: its real end and the end given in its header, in seconds."""
     left_out: int = 0
+    """Pictures after the first one in animated files of a folder of images."""
     late: int = 0
+    """Frames of a live source that were left out, as a newer one had come before they were used."""
     drops: int = 0
+    """Number of times that a live source ended or failed and had to be opened again."""
     assumed: bool = False
+    """Whether the source is images without a frame rate, so that one was assumed."""
     aspect: float = 1.0
+    """Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled."""
 
     @property
     def truncated(self) -> bool:

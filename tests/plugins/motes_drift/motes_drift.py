@@ -16,19 +16,13 @@ from motes.filtering import Motion
 
 
 class Drift(Motion, Config, frozen=True, tag="drift"):
-    """The target keeps its size, and drifts as in a stream. State: x, y, a, b, theta.
-
-    Attributes
-    ----------
-    flow
-        Motion to the right in 1/25 s, in pixels. With a larger value the target drifts faster.
-    noise
-        Standard deviation of x and y after 1/25 s, as a share of the first region's mean half-axis.
-        With a larger value the target drifts less straight.
-    """
+    """The target keeps its size, and drifts as in a stream. State: x, y, a, b, theta."""
 
     flow: float = 0.0
+    """Motion to the right in 1/25 s, in pixels. With a larger value the target drifts faster."""
     noise: NonNegative = 0.3
+    """Standard deviation of x and y after 1/25 s, as a share of the first region's mean half-axis.
+    With a larger value the target drifts less straight."""
 
     def initial(self, ellipses: Floats) -> Floats:
         """Return the ellipses themselves, (N, 5)."""
@@ -52,15 +46,10 @@ class Drift(Motion, Config, frozen=True, tag="drift"):
 
 
 class BrightConfig(DetectorConfig, Config, frozen=True, tag="bright"):
-    """Settings of a `BrightDetector`.
-
-    Attributes
-    ----------
-    level
-        Pixels of at least this brightness, 0 to 255, belong to the object.
-    """
+    """Settings of a `BrightDetector`."""
 
     level: Annotated[float, Meta(ge=0, le=255)] = 150.0
+    """Pixels of at least this brightness, 0 to 255, belong to the object."""
 
     def detector(self) -> BrightDetector:
         """Return a detector with these settings."""

@@ -13,18 +13,12 @@ from motes.cues import HistogramCue, sunflower, visible
 
 
 class Hue(HistogramCue, frozen=True):
-    """Histogram of hue, weighted by saturation.
-
-    Attributes
-    ----------
-    bins
-        Number of bins around the circle of hues.
-    points
-        How many pixels of an ellipse are read.
-    """
+    """Histogram of hue, weighted by saturation."""
 
     bins: Annotated[int, Meta(ge=2, le=360)] = 24
+    """Number of bins around the circle of hues."""
     points: Annotated[int, Meta(ge=8, le=4096)] = 256
+    """How many pixels of an ellipse are read."""
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, bins)."""

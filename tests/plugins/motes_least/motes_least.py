@@ -17,15 +17,10 @@ from motes.rows.journal import ObjectRow
 
 
 class Least(Fusion, Config, frozen=True, tag="least"):
-    """A particle is as good as the cue says that likes it least.
-
-    Attributes
-    ----------
-    power
-        Power of that cue's likelihood. With a larger value, fewer particles share the weight.
-    """
+    """A particle is as good as the cue says that likes it least."""
 
     power: NonNegative = 1.0
+    """Power of that cue's likelihood. With a larger value, fewer particles share the weight."""
 
     def fuse(
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats

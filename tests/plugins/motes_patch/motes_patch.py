@@ -27,15 +27,10 @@ class Sight(NamedTuple):
 
 
 class Patch(Expert, Config, frozen=True):
-    """Correlation of a place's gray values with those of the first region.
-
-    Attributes
-    ----------
-    weight
-        Log odds for a place that looks the same.
-    """
+    """Correlation of a place's gray values with those of the first region."""
 
     weight: NonNegative = 2.0
+    """Log odds for a place that looks the same."""
 
     def learn(self, frame: Frame, box: Ellipse) -> Values:
         """Return the values in the region."""

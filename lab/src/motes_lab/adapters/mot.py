@@ -48,26 +48,18 @@ BACKGROUND = "background"
 
 
 class SequenceInfo(NamedTuple):
-    """The facts that a tracker gets before the first frame.
-
-    Attributes
-    ----------
-    name
-        Name of the sequence.
-    frames, rate
-        Number of frames, and frames per second.
-    width, height
-        Size of a frame, in pixels.
-    source
-        The frames, for a detector that sees the film's begin before (`PreparedDetector`).
-    """
+    """The facts that a tracker gets before the first frame."""
 
     name: str
+    """Name of the sequence."""
     frames: int
     rate: float
+    """Number of frames, and frames per second."""
     width: int
     height: int
+    """Size of a frame, in pixels."""
     source: str | Path | None = None
+    """The frames, for a detector that sees the film's begin before (`PreparedDetector`)."""
 
 
 class FoundObject(NamedTuple):

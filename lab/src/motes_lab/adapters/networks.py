@@ -14,21 +14,14 @@ from motes.core.errors import ConfigError
 
 
 class Network(NamedTuple):
-    """A kind of tracker.
-
-    Attributes
-    ----------
-    title
-        The name that its authors gave it.
-    factory
-        Its name in cv2, to which `_Params` and `_create` are added.
-    files
-        The words for its files, by OpenCV's names of the parameters.
-    """
+    """A kind of tracker."""
 
     title: str
+    """The name that its authors gave it."""
     factory: str
+    """Its name in cv2, to which `_Params` and `_create` are added."""
     files: dict[str, str]
+    """The words for its files, by OpenCV's names of the parameters."""
 
     @property
     def usage(self) -> str:

@@ -74,24 +74,16 @@ KNOWN_MOT = [mot.SCENE, *mot.PEERS]
 
 @dataclass(frozen=True, slots=True)
 class TrackerSpec:
-    """A tracker that takes part in an evaluation; it can be sent to another process.
-
-    Attributes
-    ----------
-    name
-        The name that the user gave.
-    configuration
-        A text; as long as it stays the same, so do the tracks.
-    stochastic
-        Whether different seeds may give different tracks.
-    make
-        Makes an adapter, with a seed if the tracker is stochastic.
-    """
+    """A tracker that takes part in an evaluation; it can be sent to another process."""
 
     name: str
+    """The name that the user gave."""
     configuration: str
+    """A text; as long as it stays the same, so do the tracks."""
     stochastic: bool
+    """Whether different seeds may give different tracks."""
     make: partial[Any]
+    """Makes an adapter, with a seed if the tracker is stochastic."""
 
     def begin(self, seed: int) -> Any:
         """Return a new adapter."""

@@ -33,27 +33,18 @@ UNKNOWN: Position = (math.nan, math.nan, math.nan)
 
 
 class Answer(NamedTuple):
-    """A tracker's output for a frame.
-
-    Attributes
-    ----------
-    ellipse
-        The estimate of the target; None if the tracker gives none.
-    confidence
-        From 0 to 1; NaN if the tracker gives none.
-    lost
-        Whether the tracker reports that it has lost the target.
-    seconds
-        Time inside the tracker, without the preparation of its input.
-    covariance
-        Covariance of the ellipse's center; NaN if the tracker gives none.
-    """
+    """A tracker's output for a frame."""
 
     ellipse: Ellipse | None
+    """The estimate of the target; None if the tracker gives none."""
     confidence: float
+    """From 0 to 1; NaN if the tracker gives none."""
     lost: bool
+    """Whether the tracker reports that it has lost the target."""
     seconds: float
+    """Time inside the tracker, without the preparation of its input."""
     covariance: Position = UNKNOWN
+    """Covariance of the ellipse's center; NaN if the tracker gives none."""
 
 
 class TrackerAdapter:

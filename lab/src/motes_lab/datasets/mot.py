@@ -37,30 +37,20 @@ NON_MOT_VEHICLE = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotSequence:
-    """Many objects in one video.
-
-    Attributes
-    ----------
-    name
-        Unique in its dataset.
-    source
-        The source for `open_source`.
-    frames
-        Number of frames.
-    rate
-        Frames per second.
-    truth
-        All rows of the truth.
-    detections
-        The detections of the dataset; None if it has none.
-    """
+    """Many objects in one video."""
 
     name: str
+    """Unique in its dataset."""
     source: str | Path
+    """The source for `open_source`."""
     frames: int
+    """Number of frames."""
     rate: float
+    """Frames per second."""
     truth: MotRows
+    """All rows of the truth."""
     detections: MotRows | None
+    """The detections of the dataset; None if it has none."""
 
     @property
     def distractors(self) -> tuple[int, ...]:

@@ -21,28 +21,19 @@ CLASS = 7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotRows:
-    """Boxes in the order of their frames.
-
-    Attributes
-    ----------
-    frames, ids
-        (n,), frames count from 1.
-    boxes
-        (n, 4): x, y, width, height; the first pixel is 1.
-    scores
-        (n,), confidences or, in the truth, flags.
-    classes
-        (n,), `UNKNOWN` where there is none.
-    visibilities
-        (n,), the visible part of each object, 0 to 1; 1 where it is not known.
-    """
+    """Boxes in the order of their frames."""
 
     frames: Integers
     ids: Integers
+    """(n,), frames count from 1."""
     boxes: Floats
+    """(n, 4): x, y, width, height; the first pixel is 1."""
     scores: Floats
+    """(n,), confidences or, in the truth, flags."""
     classes: Integers
+    """(n,), `UNKNOWN` where there is none."""
     visibilities: Floats
+    """(n,), the visible part of each object, 0 to 1; 1 where it is not known."""
 
     def at(self, frame: int) -> slice:
         """Return the slice of the rows of a frame, which counts from 1."""

@@ -16,16 +16,11 @@ from motes_lab.datasets.sot import Sequence
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShortSequence(Sequence):
-    """A part of a sequence.
-
-    Attributes
-    ----------
-    start, every
-        The first frame of the source, and the distance from one frame to the next.
-    """
+    """A part of a sequence."""
 
     start: int
     every: int
+    """The first frame of the source, and the distance from one frame to the next."""
 
 
 def shortened(film: Sequence, frames: int, every: int) -> ShortSequence | None:

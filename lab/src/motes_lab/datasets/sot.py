@@ -55,25 +55,18 @@ class Sequence:
 
     All frames are kept, including those before the first one with the target, where a tracker
     starts.
-
-    Attributes
-    ----------
-    name
-        Unique in its dataset.
-    source
-        The source for `open_source`.
-    boxes
-        (frames, 4): x, y, width, height, 0-based; NaN where the target is absent. If the source is
-        images, their number equals that of the boxes; the number of frames of a video is known only
-        after decoding.
-    ellipses
-        (frames, 5): x, y, a, b, theta, see `TruthRegion`; NaN where the target is absent.
     """
 
     name: str
+    """Unique in its dataset."""
     source: str | Path
+    """The source for `open_source`."""
     boxes: NDArray[np.float64]
+    """(frames, 4): x, y, width, height, 0-based; NaN where the target is absent. If the source is
+    images, their number equals that of the boxes; the number of frames of a video is known only
+    after decoding."""
     ellipses: NDArray[np.float64]
+    """(frames, 5): x, y, a, b, theta, see `TruthRegion`; NaN where the target is absent."""
 
     @property
     def frames(self) -> int:
@@ -88,18 +81,12 @@ class Sequence:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A failure that did not stop the rest of the work.
-
-    Attributes
-    ----------
-    where
-        What failed, such as "sequence David".
-    what
-        The reason, in one line.
-    """
+    """A failure that did not stop the rest of the work."""
 
     where: str
+    """What failed, such as "sequence David"."""
     what: str
+    """The reason, in one line."""
 
 
 class _Entry(NamedTuple):

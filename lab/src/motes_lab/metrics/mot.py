@@ -30,46 +30,34 @@ MAX_LOST = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tally:
-    """Counts of a comparison of tracks with truth; the properties are shares unless noted.
-
-    Attributes
-    ----------
-    frames
-        Number of frames.
-    truths, results
-        Numbers of boxes.
-    objects
-        Number of identities in the truth.
-    matches, overlap
-        Number of boxes matched one to one, and the sum of their overlaps.
-    switches, fragmentations
-        How often an object is matched by another track than before; how often it is matched again
-        after a gap.
-    mostly_tracked, mostly_lost
-        Numbers of objects.
-    identified
-        Number of matches if each object has one track, and each track one object, for the whole
-        sequence.
-    hits, associations, overlaps
-        (19,), for each of `ALPHAS`: the number of matches; the sum of A(c) over the matches; the
-        sum of their overlaps. A(c) is the share of the boxes of the match's object and track that
-        are matches of these two.
-    """
+    """Counts of a comparison of tracks with truth; the properties are shares unless noted."""
 
     frames: int
+    """Number of frames."""
     truths: int
     results: int
+    """Numbers of boxes."""
     objects: int
+    """Number of identities in the truth."""
     matches: int
     overlap: float
+    """Number of boxes matched one to one, and the sum of their overlaps."""
     switches: int
     fragmentations: int
+    """How often an object is matched by another track than before; how often it is matched again
+    after a gap."""
     mostly_tracked: int
     mostly_lost: int
+    """Numbers of objects."""
     identified: int
+    """Number of matches if each object has one track, and each track one object, for the whole
+    sequence."""
     hits: Floats
     associations: Floats
     overlaps: Floats
+    """(19,), for each of `ALPHAS`: the number of matches; the sum of A(c) over the matches; the sum
+    of their overlaps. A(c) is the share of the boxes of the match's object and track that are
+    matches of these two."""
 
     def __add__(self, other: Tally) -> Tally:
         sums = (getattr(self, f.name) + getattr(other, f.name) for f in fields(self))

@@ -81,23 +81,16 @@ def rigs(views: Sequence[range]) -> dict[str, tuple[Rig, bool]]:
 
 
 class Score(NamedTuple):
-    """What became of an entry.
-
-    Attributes
-    ----------
-    any, same
-        Frames until the second camera has the person, and until with the first one's identity;
-        `WINDOW` if not within that time.
-    overlap
-        Mean overlap with the truth over `WINDOW` frames; 0 in frames without the person.
-    later
-        Whether the identity is the first camera's in the last of `LATER` frames.
-    """
+    """What became of an entry."""
 
     any: int
     same: int
+    """Frames until the second camera has the person, and until with the first one's identity;
+    `WINDOW` if not within that time."""
     overlap: float
+    """Mean overlap with the truth over `WINDOW` frames; 0 in frames without the person."""
     later: bool
+    """Whether the identity is the first camera's in the last of `LATER` frames."""
 
 
 def score(answers: Sequence[Mapping[tuple[int, int], Found]], entry: Entry) -> Score | None:

@@ -72,19 +72,13 @@ def moving_camera(dataset: Path, /, *drones: Path, results: ResultOptions = Resu
 
 
 class View(NamedTuple):
-    """What a virtual camera sees of a film: its picture's size, and for each frame a motion.
-
-    Attributes
-    ----------
-    width, height
-        In pixels.
-    places
-        (frames, 3, 3), from the film's pixels to those of the view.
-    """
+    """What a virtual camera sees of a film: its picture's size, and for each frame a motion."""
 
     width: int
     height: int
+    """In pixels."""
     places: Floats
+    """(frames, 3, 3), from the film's pixels to those of the view."""
 
 
 def view_of(width: int, height: int, frames: int, rate: float, *, moves: bool) -> View:

@@ -66,21 +66,14 @@ def ng_delp_table1(
 
 
 class View(NamedTuple):
-    """A picture and a region in it.
-
-    Attributes
-    ----------
-    frame
-        The picture.
-    region
-        The target; None if its tracker has lost it.
-    still
-        Whether this is a single picture, not a frame of a video.
-    """
+    """A picture and a region in it."""
 
     frame: Frame
+    """The picture."""
     region: Ellipse | None
+    """The target; None if its tracker has lost it."""
     still: bool
+    """Whether this is a single picture, not a frame of a video."""
 
 
 def followed(source: str, box: Sequence[float]) -> Iterator[View]:
@@ -114,18 +107,12 @@ PAPER = {
 
 
 class Sample(NamedTuple):
-    """The results of one region, with a number for each of the `SAMPLINGS`.
-
-    Attributes
-    ----------
-    distances
-        (S,), distances from the histogram of all pixels.
-    seconds
-        (rounds, S), processor time of a histogram.
-    """
+    """The results of one region, with a number for each of the `SAMPLINGS`."""
 
     distances: Floats
+    """(S,), distances from the histogram of all pixels."""
     seconds: Floats
+    """(rounds, S), processor time of a histogram."""
 
 
 def sample(

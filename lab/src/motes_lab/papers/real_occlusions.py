@@ -61,20 +61,14 @@ def real_occlusions(dataset: Path, /, *, results: ResultOptions = ResultOptions(
 
 
 class Occlusion(NamedTuple):
-    """A person whose box another one covers.
-
-    Attributes
-    ----------
-    hidden, front
-        Identities in the truth of the farther and of the nearer person.
-    before, after
-        Frames in which the boxes are apart, next to the occlusion; they count from 1.
-    """
+    """A person whose box another one covers."""
 
     hidden: int
     front: int
+    """Identities in the truth of the farther and of the nearer person."""
     before: range
     after: range
+    """Frames in which the boxes are apart, next to the occlusion; they count from 1."""
 
 
 class Counts(NamedTuple):

@@ -28,46 +28,29 @@ Frame = Annotated[int, Meta(ge=0)]
 
 
 class CrossedLine(Config, frozen=True):
-    """A line, and the frames in which it is crossed.
-
-    Attributes
-    ----------
-    points
-        Its two ends: x1, y1, x2, y2, in pixels.
-    left, right
-        The frames of the crossings to each side, as seen from the first point towards the second.
-    """
+    """A line, and the frames in which it is crossed."""
 
     points: tuple[float, float, float, float]
+    """Its two ends: x1, y1, x2, y2, in pixels."""
     left: tuple[Frame, ...] = ()
     right: tuple[Frame, ...] = ()
+    """The frames of the crossings to each side, as seen from the first point towards the second."""
 
 
 class CountedClip(Config, frozen=True):
-    """A film with lines whose crossings are known.
-
-    Attributes
-    ----------
-    file
-        Its name in the folder of films.
-    line
-        The lines.
-    """
+    """A film with lines whose crossings are known."""
 
     file: str
+    """Its name in the folder of films."""
     line: Annotated[tuple[CrossedLine, ...], Meta(min_length=1)]
+    """The lines."""
 
 
 class CountedClips(Config, frozen=True):
-    """Films with known crossings. In TOML: [[clip]] with [[clip.line]].
-
-    Attributes
-    ----------
-    clip
-        The films.
-    """
+    """Films with known crossings. In TOML: [[clip]] with [[clip.line]]."""
 
     clip: Annotated[tuple[CountedClip, ...], Meta(min_length=1)]
+    """The films."""
 
 
 def parse_crossings(text: str, name: str) -> CountedClips:

@@ -28,39 +28,25 @@ Corners = tuple[float, float, float, float]
 
 
 class MarkedFrame(Config, frozen=True):
-    """The boxes in a frame.
-
-    Attributes
-    ----------
-    index
-        The frame's index, from 0.
-    boxes
-        The boxes: x, y, width, height.
-    """
+    """The boxes in a frame."""
 
     index: Annotated[int, Meta(ge=0)]
+    """The frame's index, from 0."""
     boxes: tuple[Corners, ...]
+    """The boxes: x, y, width, height."""
 
 
 class Team(Config, frozen=True):
-    """All objects that look like one, in some frames.
-
-    Attributes
-    ----------
-    sequence
-        The name of the sequence.
-    start
-        The frame in which the one is chosen.
-    like
-        Its box there.
-    frame
-        The frames with boxes.
-    """
+    """All objects that look like one, in some frames."""
 
     sequence: str
+    """The name of the sequence."""
     start: Annotated[int, Meta(ge=0)]
+    """The frame in which the one is chosen."""
     like: Corners
+    """Its box there."""
     frame: Annotated[tuple[MarkedFrame, ...], Meta(min_length=1)]
+    """The frames with boxes."""
 
 
 def parse_team(text: str, name: str) -> Team:

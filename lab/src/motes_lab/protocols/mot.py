@@ -29,18 +29,12 @@ COLUMNS = ("frame", "objects", "seconds")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """The output of a tracker in one pass.
-
-    Attributes
-    ----------
-    rows
-        The boxes with identities.
-    seconds
-        (frames,), time inside the tracker; NaN where unknown.
-    """
+    """The output of a tracker in one pass."""
 
     rows: MotRows
+    """The boxes with identities."""
     seconds: NDArray[np.float64]
+    """(frames,), time inside the tracker; NaN where unknown."""
 
 
 class MotPass:

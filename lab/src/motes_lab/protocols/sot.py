@@ -27,22 +27,16 @@ PIXEL_SHIFTS = (0, -1, 1)
 
 
 class Start(NamedTuple):
-    """Where a tracker is started.
-
-    Attributes
-    ----------
-    protocol
-        `ope`, `pixel` or `mot`.
-    label
-        The name of the start in its protocol, such as `+1`; empty if there is only one.
-    frame, box
-        The first frame, and the box given to the tracker there; None in `mot`, which gives no box.
-    """
+    """Where a tracker is started."""
 
     protocol: str
+    """`ope`, `pixel` or `mot`."""
     label: str
+    """The name of the start in its protocol, such as `+1`; empty if there is only one."""
     frame: int
     box: Box | None
+    """The first frame, and the box given to the tracker there; None in `mot`, which gives no
+    box."""
 
 
 def starts(protocol: str, sequence: Sequence | MotSequence, width: int, height: int) -> list[Start]:

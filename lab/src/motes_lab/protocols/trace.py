@@ -22,31 +22,21 @@ from motes_lab.adapters.sot import LARGEST, Position
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerOutput:
-    """The output of a tracker in one pass, from its start to the end of the sequence.
-
-    Attributes
-    ----------
-    frames
-        (n,), index of each frame.
-    ellipses
-        (n, 5); upright ones if the tracker gives boxes. A frame without output repeats the last
-        output, and has NaN before the first.
-    confidence
-        (n,), NaN if the tracker gives none.
-    lost
-        (n,), whether the tracker reports that it has lost the target.
-    seconds
-        (n,), time inside the tracker; the first row's is that of its start.
-    covariances
-        (n, 3), of the ellipses' centers: xx, xy, yy; NaN if the tracker gives none.
-    """
+    """The output of a tracker in one pass, from its start to the end of the sequence."""
 
     frames: NDArray[np.int64]
+    """(n,), index of each frame."""
     ellipses: Floats
+    """(n, 5); upright ones if the tracker gives boxes. A frame without output repeats the last
+    output, and has NaN before the first."""
     confidence: Floats
+    """(n,), NaN if the tracker gives none."""
     lost: NDArray[np.bool_]
+    """(n,), whether the tracker reports that it has lost the target."""
     seconds: Floats
+    """(n,), time inside the tracker; the first row's is that of its start."""
     covariances: Floats
+    """(n, 3), of the ellipses' centers: xx, xy, yy; NaN if the tracker gives none."""
 
 
 class Row(NamedTuple):

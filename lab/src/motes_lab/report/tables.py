@@ -14,24 +14,16 @@ NO_VALUE = "–"
 
 
 class Cell(NamedTuple):
-    """A cell of a table.
-
-    Attributes
-    ----------
-    text
-        The text shown.
-    value
-        The number that is shown; None for a text.
-    deviation
-        Standard deviation of the value, or None.
-    best
-        Whether it is the best of its column.
-    """
+    """A cell of a table."""
 
     text: str
+    """The text shown."""
     value: float | None = None
+    """The number that is shown; None for a text."""
     deviation: float | None = None
+    """Standard deviation of the value, or None."""
     best: bool = False
+    """Whether it is the best of its column."""
 
 
 Row = tuple[Cell, ...]
@@ -39,25 +31,17 @@ Row = tuple[Cell, ...]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table with a title.
-
-    Attributes
-    ----------
-    title
-        One line.
-    head
-        Titles of the columns; the first column names the rows.
-    rows, foot
-        Rows, and rows below them.
-    note
-        An explanation of the numbers.
-    """
+    """A table with a title."""
 
     title: str
+    """One line."""
     head: tuple[str, ...]
+    """Titles of the columns; the first column names the rows."""
     rows: list[Row]
     foot: tuple[Row, ...] = ()
+    """Rows, and rows below them."""
     note: str = ""
+    """An explanation of the numbers."""
 
 
 def number(value: Mean | float | None, digits: int = 3) -> Cell:

@@ -42,42 +42,29 @@ PAST = 0.5
 
 
 class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
-    """Something that an object does.
-
-    Attributes
-    ----------
-    frame, time
-        Index of the frame, and its time in seconds.
-    event
-        The kind of event.
-    identity
-        The object's; in JSON the key is `id`, as in rows.
-    x, y
-        The place of its foot: the middle of its box's lower edge.
-    speed
-        In pixels a second, over the last half second.
-    place, direction
-        The name of the line or zone, and the line's label for the side to which it is crossed.
-    seconds
-        How long it has been in the zone where it stays or that it leaves, or in the picture.
-    metres_per_second
-        The speed on the ground, if that is known.
-    label
-        The object's class so far, if the detector knows classes.
-    """
+    """Something that an object does."""
 
     frame: int
     time: float
+    """Index of the frame, and its time in seconds."""
     event: Kind
+    """The kind of event."""
     identity: int
+    """The object's; in JSON the key is `id`, as in rows."""
     x: float
     y: float
+    """The place of its foot: the middle of its box's lower edge."""
     speed: float
+    """In pixels a second, over the last half second."""
     place: str | None = None
     direction: str | None = None
+    """The name of the line or zone, and the line's label for the side to which it is crossed."""
     seconds: float | None = None
+    """How long it has been in the zone where it stays or that it leaves, or in the picture."""
     metres_per_second: float | None = None
+    """The speed on the ground, if that is known."""
     label: str | None = None
+    """The object's class so far, if the detector knows classes."""
 
     def fields(self) -> dict[str, Any]:
         """Return its fields by their names in JSON, with numbers rounded, without empty ones."""
@@ -95,52 +82,35 @@ class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
 
 @dataclass(slots=True)
 class _Trajectory:
-    """The recent places of an object, its zones, and where it stays.
-
-    Attributes
-    ----------
-    since
-        Time of its first place.
-    feet
-        Times and places of its foot in the last half second.
-    zones
-        For each zone that it is in, the time when it entered.
-    clear
-        For each line, the last place of its foot that was clearly on one side. So an object that
-        trembles on a line does not cross it.
-    stays
-        Names of the zones in which it stays.
-    first
-        Its first place.
-    over
-        For each line, the event of crossing it, until the object is clearly on the other side.
-    pending
-        For each line or zone, an event that does not count yet, as the object may come back.
-    inside
-        Names of the zones in which it has clearly been since it entered.
-    sure
-        Events that count as soon as the object does.
-    walked
-        Whether it has walked as far as it is high, without a jump.
-    jumped
-        Whether it has ever jumped.
-    continued
-        Whether another object has gone on with its path.
-    """
+    """The recent places of an object, its zones, and where it stays."""
 
     since: float
+    """Time of its first place."""
     feet: deque[tuple[float, Point]]
+    """Times and places of its foot in the last half second."""
     zones: dict[str, float]
+    """For each zone that it is in, the time when it entered."""
     clear: dict[str, Point]
+    """For each line, the last place of its foot that was clearly on one side. So an object that
+    trembles on a line does not cross it."""
     stays: set[str]
+    """Names of the zones in which it stays."""
     first: Point
+    """Its first place."""
     over: dict[str, Event]
+    """For each line, the event of crossing it, until the object is clearly on the other side."""
     pending: dict[str, Event]
+    """For each line or zone, an event that does not count yet, as the object may come back."""
     inside: set[str] = field(default_factory=set)
+    """Names of the zones in which it has clearly been since it entered."""
     sure: list[Event] = field(default_factory=list)
+    """Events that count as soon as the object does."""
     walked: bool = False
+    """Whether it has walked as far as it is high, without a jump."""
     jumped: bool = False
+    """Whether it has ever jumped."""
     continued: bool = False
+    """Whether another object has gone on with its path."""
 
     def off(self, foot: Point, now: float, longest: float) -> float:
         """Return how far a foot is from where the last half second leads; NaN if that is old."""
@@ -192,8 +162,6 @@ class EventCounter:
 
     Attributes
     ----------
-    counts
-        Number of events for each (minute, event, place, direction, class).
     left_out
         Number of events that do not count, for each (place, reason).
 
@@ -204,6 +172,7 @@ class EventCounter:
     """
 
     counts: Counter[tuple[int, str, str, str, str]]
+    """Number of events for each (minute, event, place, direction, class)."""
 
     def __init__(self, places: Regions | None = None) -> None:
         places = places or Regions()

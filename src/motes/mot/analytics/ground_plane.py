@@ -26,16 +26,6 @@ DEGENERATE = 1e-9
 class Ground(Config, frozen=True):
     """A plane ground, described in one of three ways.
 
-    Attributes
-    ----------
-    scale
-        Pixels in a metre: for a camera that looks straight down, or as an approximation.
-    homography
-        Nine numbers, row by row: maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything.
-    points
-        Four or more points on the ground, no three of four on a line, as x, y in the picture and
-        X, Y in metres; the homography that fits them best is used.
-
     Raises
     ------
     ConfigError
@@ -43,8 +33,12 @@ class Ground(Config, frozen=True):
     """
 
     scale: Scale | None = None
+    """Pixels in a metre: for a camera that looks straight down, or as an approximation."""
     homography: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)] | None = None
+    """Nine numbers, row by row: maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything."""
     points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
+    """Four or more points on the ground, no three of four on a line, as x, y in the picture and X,
+    Y in metres; the homography that fits them best is used."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -28,20 +28,14 @@ class Lens(Config, frozen=True):
         x (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
 
     and y likewise. Brown, Close-range camera calibration, 1971.
-
-    Attributes
-    ----------
-    matrix
-        Nine numbers, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1.
-    distortion
-        k1, k2, p1, p2, and then k3, or k3 to k6.
-    size
-        Width and height of the pictures that it was calibrated with; None if unknown.
     """
 
     matrix: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)]
+    """Nine numbers, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1."""
     distortion: Annotated[tuple[Number, ...], Meta(min_length=4, max_length=8)]
+    """k1, k2, p1, p2, and then k3, or k3 to k6."""
     size: tuple[int, int] | None = None
+    """Width and height of the pictures that it was calibrated with; None if unknown."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -52,21 +52,14 @@ class GroundPlace(NamedTuple):
 
 
 class RealUnits(Config, frozen=True):
-    """How pixels become metres.
-
-    Attributes
-    ----------
-    ground
-        The plane on which the target moves. With a scale the target's center is measured; otherwise
-        its foot, the middle of its box's lower edge. Points of the picture that describe it are
-        those of the distorted picture; a homography and a scale are for the picture without
-        distortion.
-    lens
-        The distortion of the lens; None if there is none.
-    """
+    """How pixels become metres."""
 
     ground: Ground
+    """The plane on which the target moves. With a scale the target's center is measured; otherwise
+    its foot, the middle of its box's lower edge. Points of the picture that describe it are those
+    of the distorted picture; a homography and a scale are for the picture without distortion."""
     lens: Lens | None = None
+    """The distortion of the lens; None if there is none."""
 
     def corrected(self) -> RealUnits:
         """Return these units with the points of the ground where the lens really sees them."""

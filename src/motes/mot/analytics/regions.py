@@ -25,20 +25,14 @@ class Line(Config, frozen=True):
 
     An object crosses it to the left or to the right, as seen from the first point towards the
     second: in or out.
-
-    Attributes
-    ----------
-    points
-        Its two ends: x1, y1, x2, y2, in pixels.
-    name
-        Its name in events; by default its number.
-    label
-        Names of its two directions in events, for crossings to the left and to the right.
     """
 
     points: tuple[float, float, float, float]
+    """Its two ends: x1, y1, x2, y2, in pixels."""
     name: str = ""
+    """Its name in events; by default its number."""
     label: tuple[str, str] = ("in", "out")
+    """Names of its two directions in events, for crossings to the left and to the right."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -56,22 +50,15 @@ class Line(Config, frozen=True):
 
 
 class Zone(Config, frozen=True):
-    """A polygon whose entries and exits are counted.
-
-    Attributes
-    ----------
-    points
-        Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels.
-    name
-        Its name in events; by default its number.
-    dwell
-        An object that is inside for this many seconds causes the event `stays`; by default none
-        does.
-    """
+    """A polygon whose entries and exits are counted."""
 
     points: Annotated[tuple[float, ...], Meta(min_length=6)]
+    """Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels."""
     name: str = ""
+    """Its name in events; by default its number."""
     dwell: Positive | None = None
+    """An object that is inside for this many seconds causes the event `stays`; by default none
+    does."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,21 +82,14 @@ class Zone(Config, frozen=True):
 
 
 class Regions(Config, frozen=True):
-    """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
-
-    Attributes
-    ----------
-    line
-        The lines.
-    zone
-        The zones.
-    ground
-        The ground plane, for speeds in metres per second.
-    """
+    """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground]."""
 
     line: tuple[Line, ...] = ()
+    """The lines."""
     zone: tuple[Zone, ...] = ()
+    """The zones."""
     ground: Ground | None = None
+    """The ground plane, for speeds in metres per second."""
 
     @classmethod
     def parse(cls, text: str, name: str = "this file") -> Regions:

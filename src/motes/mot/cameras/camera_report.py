@@ -24,45 +24,32 @@ def unpacked(histogram: bytes) -> Floats:
 
 
 class ObjectReport(msgspec.Struct, frozen=True):
-    """What a camera reports about an object in a frame.
-
-    Attributes
-    ----------
-    identity
-        The camera's own; see `motes.SceneTrack`.
-    status, box, confidence, occluded_by, detected
-        As there; unless the status is `tracking`, the box is predicted.
-    places
-        Names of the camera's places where it was last visible.
-    histogram
-        Its model: its color histogram, packed; only when it appears, while it is
-        detected, and when it is not visible any more.
-    velocity
-        In x and y, in pixels a second.
-    covariance
-        Of the ellipse in its box.
-    expected
-        The identity in the rig of the `Arrival` as which it began, if any.
-    label
-        Its class.
-    partial
-        Whether it may be a part of an object that is just entering. It is reported only because its
-        place expects an object.
-    """
+    """What a camera reports about an object in a frame."""
 
     identity: int
+    """The camera's own; see `motes.SceneTrack`."""
     status: Status
     box: Box
     confidence: float
     occluded_by: int | None
     detected: bool
+    """As there; unless the status is `tracking`, the box is predicted."""
     places: tuple[str, ...] = ()
+    """Names of the camera's places where it was last visible."""
     histogram: bytes | None = None
+    """Its model: its color histogram, packed; only when it appears, while it is detected, and when
+    it is not visible any more."""
     velocity: tuple[float, float] = (0.0, 0.0)
+    """In x and y, in pixels a second."""
     covariance: Covariance = ()
+    """Of the ellipse in its box."""
     expected: int | None = None
+    """The identity in the rig of the `Arrival` as which it began, if any."""
     label: str | None = None
+    """Its class."""
     partial: bool = False
+    """Whether it may be a part of an object that is just entering. It is reported only because its
+    place expects an object."""
 
     @property
     def seen(self) -> bool:
@@ -71,23 +58,16 @@ class ObjectReport(msgspec.Struct, frozen=True):
 
 
 class CameraReport(msgspec.Struct, frozen=True, tag=True):
-    """What a camera reports about a frame.
-
-    Attributes
-    ----------
-    camera, frame, time
-        The camera's name, the frame's index, and its time in the rig, in seconds.
-    sightings
-        The objects.
-    size
-        Width and height of the frame, in pixels.
-    """
+    """What a camera reports about a frame."""
 
     camera: str
     frame: int
     time: float
+    """The camera's name, the frame's index, and its time in the rig, in seconds."""
     sightings: tuple[ObjectReport, ...]
+    """The objects."""
     size: tuple[int, int] = (0, 0)
+    """Width and height of the frame, in pixels."""
 
 
 class Arrival(msgspec.Struct, frozen=True):
@@ -95,30 +75,23 @@ class Arrival(msgspec.Struct, frozen=True):
 
     Nummiaro et al., section VII: "the exact position, velocity and region size could be given to
     the tracker in room A".
-
-    Attributes
-    ----------
-    identity
-        Its identity in the rig.
-    histogram
-        Its model, as in `ObjectReport`.
-    ellipse, velocity, covariance
-        Where it is expected in this camera's picture, at `time`. Of one that is expected at a place
-        only the size counts.
-    time, until
-        The time of the sample, and the last time at which it is expected.
-    place
-        The name of the place where it is expected; None if it is seen now by an overlapping camera.
     """
 
     identity: int
+    """Its identity in the rig."""
     histogram: bytes
+    """Its model, as in `ObjectReport`."""
     ellipse: Ellipse
     velocity: tuple[float, float]
     covariance: Covariance
+    """Where it is expected in this camera's picture, at `time`. Of one that is expected at a place
+    only the size counts."""
     time: float
     until: float
+    """The time of the sample, and the last time at which it is expected."""
     place: str | None = None
+    """The name of the place where it is expected; None if it is seen now by an overlapping
+    camera."""
 
 
 class CameraMessage(msgspec.Struct, frozen=True, tag=True):

@@ -32,27 +32,18 @@ MARGIN = 2.0
 
 @dataclass(slots=True)
 class _View:
-    """What is known of an object.
-
-    Attributes
-    ----------
-    since
-        Time of its first frame.
-    places
-        Names of the places where it was last visible; until it is reported, where it came in.
-    look
-        Its histogram, as bytes.
-    seen
-        Whether it was visible in the last frame.
-    reported
-        Whether it has been reported.
-    """
+    """What is known of an object."""
 
     since: float
+    """Time of its first frame."""
     places: tuple[str, ...]
+    """Names of the places where it was last visible; until it is reported, where it came in."""
     look: bytes
+    """Its histogram, as bytes."""
     seen: bool = True
+    """Whether it was visible in the last frame."""
     reported: bool = False
+    """Whether it has been reported."""
 
 
 class Doors:

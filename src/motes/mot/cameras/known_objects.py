@@ -16,41 +16,28 @@ from motes.mot.cameras.camera_report import ObjectReport
 
 @dataclass(slots=True, eq=False)
 class KnownObject:
-    """An object of a camera, and what is known of it.
-
-    Attributes
-    ----------
-    camera, identity
-        The camera's name, and the identity in the rig.
-    seen
-        Time of its last certain report.
-    histogram
-        Its last color histogram, packed.
-    last, tracked
-        Its last report, and its last certain report.
-    gone
-        Whether it is lost.
-    interrupted
-        Whether its camera was interrupted since that certain report.
-    passed
-        Whether its identity now belongs to another object.
-    announced
-        Since when it is expected at other cameras, by their names.
-    birth
-        Its number among all objects of the rig, in the order of their births.
-    """
+    """An object of a camera, and what is known of it."""
 
     camera: str
     identity: int
+    """The camera's name, and the identity in the rig."""
     seen: float
+    """Time of its last certain report."""
     histogram: bytes
+    """Its last color histogram, packed."""
     last: ObjectReport
     tracked: ObjectReport
+    """Its last report, and its last certain report."""
     gone: bool = False
+    """Whether it is lost."""
     interrupted: bool = False
+    """Whether its camera was interrupted since that certain report."""
     passed: bool = False
+    """Whether its identity now belongs to another object."""
     announced: dict[str, float] = field(default_factory=dict)
+    """Since when it is expected at other cameras, by their names."""
     birth: int = 0
+    """Its number among all objects of the rig, in the order of their births."""
 
     @classmethod
     def of(cls, camera: str, identity: int, now: float, report: ObjectReport) -> KnownObject:

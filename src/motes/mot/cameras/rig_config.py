@@ -21,60 +21,40 @@ DISTANCE = 0.6
 
 
 class Camera(Config, frozen=True):
-    """A camera of a rig.
-
-    Attributes
-    ----------
-    name
-        Its name in rows and messages, and before the names of its places: "name/place".
-    source
-        Its video, as for `motes.open_source`.
-    detector
-        The detector, as for `motes watch`.
-    preset
-        The particle filter that follows each object, as for `motes watch`; by default
-        `nummiaro:adaptive`, and `nummiaro` where all cameras wait for a known target.
-    offset
-        Seconds from the start of the rig to the start of a recording.
-    fps
-        Frames per second of images, as for `motes.open_source`.
-    node
-        On a cluster, the resource of the nodes that reach it; by default, all nodes do.
-    place
-        Doors and borders through which objects come and go.
-    """
+    """A camera of a rig."""
 
     name: str
+    """Its name in rows and messages, and before the names of its places: "name/place"."""
     source: str
+    """Its video, as for `motes.open_source`."""
     detector: str | None = None
+    """The detector, as for `motes watch`."""
     preset: str | None = None
+    """The particle filter that follows each object, as for `motes watch`; by default
+    `nummiaro:adaptive`, and `nummiaro` where all cameras wait for a known target."""
     offset: float = 0.0
+    """Seconds from the start of the rig to the start of a recording."""
     fps: Positive | None = None
+    """Frames per second of images, as for `motes.open_source`."""
     node: str | None = None
+    """On a cluster, the resource of the nodes that reach it; by default, all nodes do."""
     place: tuple[Place, ...] = ()
+    """Doors and borders through which objects come and go."""
 
 
 class CameraLink(Config, frozen=True):
-    """A way from a place of one camera to a place of another, and back.
-
-    Attributes
-    ----------
-    between
-        The two places, each as "camera/place".
-    seconds
-        Shortest and longest time from the last detection at one place to the first report at the
-        other.
-    distance
-        Largest distance between the color histograms of the same object.
-    scale
-        Height of an object in the second camera, divided by that in the first. By default, heights
-        are not compared.
-    """
+    """A way from a place of one camera to a place of another, and back."""
 
     between: tuple[str, str]
+    """The two places, each as "camera/place"."""
     seconds: tuple[NonNegative, Positive]
+    """Shortest and longest time from the last detection at one place to the first report at the
+    other."""
     distance: Share = DISTANCE
+    """Largest distance between the color histograms of the same object."""
     scale: Positive | None = None
+    """Height of an object in the second camera, divided by that in the first. By default, heights
+    are not compared."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,24 +72,17 @@ class CameraLink(Config, frozen=True):
 
 
 class Overlap(Config, frozen=True):
-    """Two cameras that see the same ground.
-
-    Attributes
-    ----------
-    cameras
-        Their names.
-    homography
-        3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
-        in the second camera's, up to scale. Without it, the map is learned from objects that both
-        cameras see at the same time.
-    reach
-        Largest distance between the feet of the same object in the second camera's picture, in
-        widths of the object.
-    """
+    """Two cameras that see the same ground."""
 
     cameras: tuple[str, str]
+    """Their names."""
     homography: tuple[Triple, Triple, Triple] | None = None
+    """3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
+    in the second camera's, up to scale. Without it, the map is learned from objects that both
+    cameras see at the same time."""
     reach: Positive = 1.0
+    """Largest distance between the feet of the same object in the second camera's picture, in
+    widths of the object."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -123,21 +96,14 @@ class Overlap(Config, frozen=True):
 
 
 class Rig(Config, frozen=True):
-    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]].
-
-    Attributes
-    ----------
-    camera
-        The cameras; at least one.
-    passage
-        The ways between places of two cameras.
-    overlap
-        The pairs of cameras that see the same ground.
-    """
+    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]]."""
 
     camera: tuple[Camera, ...]
+    """The cameras; at least one."""
     passage: tuple[CameraLink, ...] = ()
+    """The ways between places of two cameras."""
     overlap: tuple[Overlap, ...] = ()
+    """The pairs of cameras that see the same ground."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -77,46 +77,34 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     """How a `BackgroundDetector` separates foreground from background, and finds objects in it.
 
     The background is a mixture of Gaussians for each pixel (Zivkovic, ICPR 2004).
-
-    Attributes
-    ----------
-    history
-        Number of frames over which the background is learned. With a larger value it changes more
-        slowly.
-    deviations
-        Number of standard deviations from the background, from which on a pixel is foreground.
-        With a larger value fewer pixels are.
-    noise
-        Noise of the camera and of compression, in gray levels: so far a color may be off those of
-        the background around. With a larger value fewer pixels are foreground.
-    shadow
-        Least share of its brightness that a pixel has in a shadow, which is not foreground. A
-        smaller value removes darker shadows; with 1 no light is removed.
-    preview
-        Seconds at the begin of a film whose usual colors are the first background, so that an
-        object of the first frame leaves no ghost. With 0, and before a live camera, the first frame
-        is the first background.
-    trial
-        Seconds for which foreground is not learned as background where no object is that has moved.
-        With a larger value a mistake stays longer.
-    patience
-        Seconds for which an object that has moved is not learned as background, though it stands
-        still. With a larger value it is found for longer.
-    least
-        Smallest area of an object, as a share of the frame.
-    most
-        Largest area of an object, as a share of the frame.
     """
 
     history: Count = 500
+    """Number of frames over which the background is learned. With a larger value it changes more
+    slowly."""
     deviations: Positive = 4.0
+    """Number of standard deviations from the background, from which on a pixel is foreground. With
+    a larger value fewer pixels are."""
     noise: Positive = 4.0
+    """Noise of the camera and of compression, in gray levels: so far a color may be off those of
+    the background around. With a larger value fewer pixels are foreground."""
     shadow: Annotated[float, Meta(gt=0, le=1)] = 0.5
+    """Least share of its brightness that a pixel has in a shadow, which is not foreground. A
+    smaller value removes darker shadows; with 1 no light is removed."""
     preview: NonNegative = 30.0
+    """Seconds at the begin of a film whose usual colors are the first background, so that an object
+    of the first frame leaves no ghost. With 0, and before a live camera, the first frame is the
+    first background."""
     trial: NonNegative = 10.0
+    """Seconds for which foreground is not learned as background where no object is that has moved.
+    With a larger value a mistake stays longer."""
     patience: NonNegative = 60.0
+    """Seconds for which an object that has moved is not learned as background, though it stands
+    still. With a larger value it is found for longer."""
     least: Share = 0.002
+    """Smallest area of an object, as a share of the frame."""
     most: Share = 0.5
+    """Largest area of an object, as a share of the frame."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -15,17 +15,12 @@ from motes.mot.detection.adapters import as_detections
 
 
 class CustomConfig(DetectorConfig, Config, frozen=True, tag="callable"):
-    """A detector of the user's own.
-
-    Attributes
-    ----------
-    name
-        `module:callable`, also of a module in the current folder. The callable takes a frame, or it
-        takes nothing and returns a detector. `motes.as_detections` has the forms that a detector
-        may return.
-    """
+    """A detector of the user's own."""
 
     name: str
+    """`module:callable`, also of a module in the current folder. The callable takes a frame, or it
+    takes nothing and returns a detector. `motes.as_detections` has the forms that a detector may
+    return."""
 
     def detector(self) -> CustomDetector:
         """Return the detector; raise a ConfigError if there is none of this name."""

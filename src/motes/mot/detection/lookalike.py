@@ -48,28 +48,19 @@ MOVING = 0.2
 
 
 class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
-    """Settings of the detector of regions similar to one region of the first frame.
-
-    Attributes
-    ----------
-    box
-        The box of the object in the first frame: x, y, width, height.
-    color
-        The histogram of colors that is compared; by default that of Zhao and Pei.
-    rule
-        The appearance rule: how similar the colors of a region must be.
-    hog
-        The oriented gradients that are compared.
-    distance
-        Largest mean of the distances of colors and gradients, T in the paper. With a larger value
-        more regions are similar.
-    """
+    """Settings of the detector of regions similar to one region of the first frame."""
 
     box: tuple[float, float, float, float]
+    """The box of the object in the first frame: x, y, width, height."""
     color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128))
+    """The histogram of colors that is compared; by default that of Zhao and Pei."""
     rule: AppearanceRule = AppearanceRule(margin=0.5)
+    """The appearance rule: how similar the colors of a region must be."""
     hog: Hog = Hog()
+    """The oriented gradients that are compared."""
     distance: Share = 0.4
+    """Largest mean of the distances of colors and gradients, T in the paper. With a larger value
+    more regions are similar."""
 
     def detector(self) -> LookalikeDetector:
         """Return the detector."""

@@ -41,53 +41,39 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     """How a trained detector in an ONNX file is used.
 
     A TOML file beside it with the same name, such as `model.toml`, may have all keys but `file`.
-
-    Attributes
-    ----------
-    file
-        Path of the ONNX file.
-    head
-        Form of the model's outputs. Usually the file shows it (`auto`): `yolox`, `yolov5` (with
-        objectness), `yolo` (version 8 and later), `nms` (boxes, scores and classes in six columns),
-        `detr` (softmax, no object last), `rfdetr` (sigmoid), `rtdetr` (as Ultralytics exports it),
-        `lists` (outputs of boxes, of labels and of scores).
-    size
-        Width and height of the model's input. By default that of the file; 640, 640 if it does not
-        have them.
-    fit
-        How a frame becomes an input of that size: with gray on two sides (`letterbox`), below and
-        on the right (`corner`), or stretched. By default as the head's models do.
-    layout
-        Whether the channels come before or after rows and columns. By default as in the file.
-    order
-        The order of the channels. By default the one of the head's models.
-    mean, deviation
-        From each channel, 0 to 255, the mean is subtracted, and the result is divided by the
-        deviation. By default those of the head's models.
-    classes
-        Names of the classes, in the order of their numbers. By default the file's, if it names
-        them.
-    score
-        Least score of a detection. With a larger value there are fewer detections.
-    overlap
-        Largest intersection over union of two detections of a class; with a larger one, that of the
-        lower score is left out. Heads that have one detection for each object ignore it.
-    threads
-        Number of threads. By default one for each core.
     """
 
     file: str
+    """Path of the ONNX file."""
     head: Head = "auto"
+    """Form of the model's outputs. Usually the file shows it (`auto`): `yolox`, `yolov5` (with
+    objectness), `yolo` (version 8 and later), `nms` (boxes, scores and classes in six columns),
+    `detr` (softmax, no object last), `rfdetr` (sigmoid), `rtdetr` (as Ultralytics exports it),
+    `lists` (outputs of boxes, of labels and of scores)."""
     size: tuple[Count, Count] | None = None
+    """Width and height of the model's input. By default that of the file; 640, 640 if it does not
+    have them."""
     fit: Fit | None = None
+    """How a frame becomes an input of that size: with gray on two sides (`letterbox`), below and on
+    the right (`corner`), or stretched. By default as the head's models do."""
     layout: Literal["nchw", "nhwc"] | None = None
+    """Whether the channels come before or after rows and columns. By default as in the file."""
     order: Literal["rgb", "bgr"] | None = None
+    """The order of the channels. By default the one of the head's models."""
     mean: tuple[float, float, float] | None = None
     deviation: tuple[Channel, Channel, Channel] | None = None
+    """From each channel, 0 to 255, the mean is subtracted, and the result is divided by the
+    deviation. By default those of the head's models."""
     classes: tuple[str, ...] = ()
+    """Names of the classes, in the order of their numbers. By default the file's, if it names
+    them."""
     score: Share = 0.3
+    """Least score of a detection. With a larger value there are fewer detections."""
     overlap: Share = 0.6
+    """Largest intersection over union of two detections of a class; with a larger one, that of the
+    lower score is left out. Heads that have one detection for each object ignore it."""
     threads: Count | None = None
+    """Number of threads. By default one for each core."""
 
     def detector(self) -> OnnxDetector:
         """Return the detector; raise as it does if the file does not fit."""

@@ -154,23 +154,16 @@ def _lists(outputs: Arrays, size: tuple[int, int]) -> Boxes:
 
 
 class Kind(NamedTuple):
-    """How models of a head take frames (see `OnnxConfig`), and what they give.
-
-    Attributes
-    ----------
-    decode
-        Returns the detections in their outputs, for an input of a width and height.
-    fit, order, scale
-        How they take frames; the scale is the mean and the deviation of the channels.
-    several
-        Whether they have several detections of an object.
-    """
+    """How models of a head take frames (see `OnnxConfig`), and what they give."""
 
     decode: Callable[[Arrays, tuple[int, int]], Boxes]
+    """Returns the detections in their outputs, for an input of a width and height."""
     fit: Fit
     order: str
     scale: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """How they take frames; the scale is the mean and the deviation of the channels."""
     several: bool = False
+    """Whether they have several detections of an object."""
 
 
 KINDS: dict[str, Kind] = {

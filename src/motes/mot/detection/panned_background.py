@@ -34,11 +34,6 @@ class PannedBackground:
     trial
         Seconds for which foreground is not learned; by default it is learned slowly.
 
-    Attributes
-    ----------
-    motion
-        The motion (3, 3) from the frame before to the latest one, or None.
-
     Raises
     ------
     MissingDependencyError
@@ -46,6 +41,7 @@ class PannedBackground:
     """
 
     motion: Floats | None = None
+    """The motion (3, 3) from the frame before to the latest one, or None."""
 
     def __init__(
         self,

@@ -99,15 +99,10 @@ class PeopleDetector:
 
 
 class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
-    """Detections that are read from a file.
-
-    Attributes
-    ----------
-    file
-        Path of a text file of detections in the format of the MOTChallenge.
-    """
+    """Detections that are read from a file."""
 
     file: str
+    """Path of a text file of detections in the format of the MOTChallenge."""
 
     def detector(self) -> RecordedDetections:
         """Return its detections; raise a SourceError if the file cannot be read."""

@@ -16,16 +16,11 @@ TRUSTED_RESPONSE = NEUTRAL / 2
 
 
 class Confined(ConfinedFilter, Expert, frozen=True):
-    """The response of a filter that is confined to the target; see `ConfinedFilter`.
-
-    Attributes
-    ----------
-    weight
-        Log odds for a place with the response of the first frames; see `Evidence`. With 0 the
-        expert is not asked.
-    """
+    """The response of a filter that is confined to the target; see `ConfinedFilter`."""
 
     weight: NonNegative = 2.5
+    """Log odds for a place with the response of the first frames; see `Evidence`. With 0 the expert
+    is not asked."""
 
     def look(
         self, model: ConfinedModel, frame: Frame, place: Ellipse, shift: Floats

@@ -24,20 +24,14 @@ class Evidence(Config, frozen=True):
     The other experts add theirs. All weights were fitted by logistic regression to places on the
     target and beside it, half of these places where a tracker had been led astray. They are the
     same for all videos. With a weight of 0, a voice has no say.
-
-    Attributes
-    ----------
-    gradients
-        Weight of the response of the first frame's correlation filter, which never learns.
-    contrast
-        Weight of the color contrast between the box and its surroundings, -1 to 1.
-    prior
-        Log odds of a place of which no expert says anything.
     """
 
     gradients: NonNegative = 5.0
+    """Weight of the response of the first frame's correlation filter, which never learns."""
     contrast: NonNegative = 5.0
+    """Weight of the color contrast between the box and its surroundings, -1 to 1."""
     prior: float = -2.0
+    """Log odds of a place of which no expert says anything."""
 
     def log_odds(self, gradients: float, contrast: float) -> float:
         """Return the log odds of a place with this response and this contrast."""

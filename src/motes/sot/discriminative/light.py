@@ -33,15 +33,10 @@ colors."""
 
 
 class Light(msgspec.Struct, frozen=True):
-    """The light after a frame.
-
-    Attributes
-    ----------
-    level
-        Logarithm of the light, relative to that in which the models learned.
-    """
+    """The light after a frame."""
 
     level: float = 0.0
+    """Logarithm of the light, relative to that in which the models learned."""
 
     def followed(self, before: Singles, now: Singles) -> Light:
         """Return the light of the next frame.

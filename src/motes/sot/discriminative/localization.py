@@ -32,63 +32,44 @@ from motes.sot.filtering.sample_size import KldSampling
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
-    """The models that a localization uses.
-
-    Attributes
-    ----------
-    correlation, posterior
-        The correlation filter, and the color posterior.
-    experts
-        The model of each expert, by name.
-    contrast
-        Running mean of the color contrast between the target and its surroundings. It sets the
-        weight of the color posterior.
-    """
+    """The models that a localization uses."""
 
     correlation: CorrelationModel
     posterior: PosteriorModel
+    """The correlation filter, and the color posterior."""
     experts: dict[str, Any]
+    """The model of each expert, by name."""
     contrast: float
+    """Running mean of the color contrast between the target and its surroundings. It sets the
+    weight of the color posterior."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowEstimate:
-    """The place of the target in one window.
-
-    Attributes
-    ----------
-    window_pose
-        The ellipse at the center of the window.
-    window, spectra, integral, sights
-        The samples of the window; the transform of its features; the integral image of the
-        posterior; what the experts see, by name.
-    centers, weights
-        (N, 2), (N,) the particles.
-    pose
-        The mean of the particles' place and of where experts see the target near it; with the size
-        and angle of `window_pose`.
-    box
-        (4,) the pose in samples of the window: x and y from its center, and half sides.
-    contrast
-        Color contrast between the box and its surroundings.
-    similarity
-        Response of the first frame's filter at the pose.
-    evidence
-        Log odds that the target is at the pose: those of `Evidence` and of all experts.
-    """
+    """The place of the target in one window."""
 
     window_pose: Ellipse
+    """The ellipse at the center of the window."""
     window: Singles
     spectra: Spectra
     integral: Floats
     sights: Mapping[str, Any]
+    """The samples of the window; the transform of its features; the integral image of the
+    posterior; what the experts see, by name."""
     centers: Floats
     weights: Weights
+    """(N, 2), (N,) the particles."""
     pose: Ellipse
+    """The mean of the particles' place and of where experts see the target near it; with the size
+    and angle of `window_pose`."""
     box: Floats
+    """(4,) the pose in samples of the window: x and y from its center, and half sides."""
     contrast: float
+    """Color contrast between the box and its surroundings."""
     similarity: float
+    """Response of the first frame's filter at the pose."""
     evidence: float
+    """Log odds that the target is at the pose: those of `Evidence` and of all experts."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,33 +24,21 @@ from motes.sot.network.view import Candidate, NetworkView
 
 
 class NetworkTarget(msgspec.Struct, frozen=True, eq=False):
-    """What the network knows of the target.
-
-    Attributes
-    ----------
-    model
-        The template of the first frame.
-    place
-        Where the network has seen the target, in its own size and proportions.
-    """
+    """What the network knows of the target."""
 
     model: NetworkModel
+    """The template of the first frame."""
     place: Ellipse
+    """Where the network has seen the target, in its own size and proportions."""
 
 
 class NetworkSight(NamedTuple):
-    """What the network sees in a frame.
-
-    Attributes
-    ----------
-    view
-        The boxes that it sees.
-    candidate
-        The box that it would choose.
-    """
+    """What the network sees in a frame."""
 
     view: NetworkView
+    """The boxes that it sees."""
     candidate: Candidate
+    """The box that it would choose."""
 
     @property
     def place(self) -> Ellipse:
@@ -59,18 +47,12 @@ class NetworkSight(NamedTuple):
 
 
 class NetworkExpert(Expert, Config, frozen=True):
-    """A trained network that joins the experts.
-
-    Attributes
-    ----------
-    network
-        The network.
-    weight
-        Log odds for a place that the network is sure of; see `Evidence`.
-    """
+    """A trained network that joins the experts."""
 
     network: Network
+    """The network."""
     weight: NonNegative = 4.0
+    """Log odds for a place that the network is sure of; see `Evidence`."""
 
     def learn(self, frame: Frame, box: Ellipse) -> NetworkTarget:
         """Return the target in a box."""

@@ -32,24 +32,16 @@ NO_PARTICLES = np.empty((0, 5))
 
 
 class Found(NamedTuple):
-    """Where the target is in a frame, before its size is known.
-
-    Attributes
-    ----------
-    look
-        The estimate of the place.
-    rival
-        Another place that may be the target's.
-    jumped
-        Whether the search has found this place.
-    searchers
-        (N, 5) the particles of the search.
-    """
+    """Where the target is in a frame, before its size is known."""
 
     look: WindowEstimate
+    """The estimate of the place."""
     rival: Rival
+    """Another place that may be the target's."""
     jumped: bool = False
+    """Whether the search has found this place."""
     searchers: Floats = NO_PARTICLES
+    """(N, 5) the particles of the search."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,27 +38,20 @@ WHITENED = 1e-3
 
 
 class MotionHistory(msgspec.Struct, frozen=True, eq=False):
-    """What the prediction knows after a frame.
-
-    Attributes
-    ----------
-    picture, spectrum
-        The last small picture (h, w), and its transform.
-    camera, velocity
-        (2,), the shift of the scene and of the target from the frame before to the last, in pixels.
-    errors
-        (4,), the running mean of each model's error, in mean sides of the target; in the order of
-        `Prediction.shifts`.
-    seen
-        In how many frames these were measured.
-    """
+    """What the prediction knows after a frame."""
 
     picture: NotNegativeSingles
     spectrum: Spectra
+    """The last small picture (h, w), and its transform."""
     camera: Floats
     velocity: Floats
+    """(2,), the shift of the scene and of the target from the frame before to the last, in
+    pixels."""
     errors: NotNegative
+    """(4,), the running mean of each model's error, in mean sides of the target; in the order of
+    `Prediction.shifts`."""
     seen: int = 0
+    """In how many frames these were measured."""
 
 
 def started(picture: Singles) -> MotionHistory:
@@ -71,18 +64,13 @@ class Transition(NamedTuple):
 
     It keeps a target that moves steadily from being given to a neighbor who looks alike. It is as
     wide as the predictions were wrong, so that erratic motion is not held back.
-
-    Attributes
-    ----------
-    x, y
-        The predicted center.
-    sigma
-        Standard deviation in each direction, in pixels.
     """
 
     x: float
     y: float
+    """The predicted center."""
     sigma: float
+    """Standard deviation in each direction, in pixels."""
 
     def log_density(self, places: Floats) -> Floats:
         """Return the logarithm of the density at places (N, 2), relative to the center's, (N,)."""
@@ -91,24 +79,17 @@ class Transition(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What is predicted for a frame.
-
-    Attributes
-    ----------
-    picture, spectrum
-        The frame's small picture, and its transform.
-    shifts
-        (4, 2), the displacement of the target that each model predicts, in pixels: it stays in the
-        picture, stays in the scene, goes on in the picture, goes on in the scene.
-    shared
-        What the small pictures of the last frame and of this one both show: after the camera's
-        shift, or without it if they are more alike so.
-    """
+    """What is predicted for a frame."""
 
     picture: Singles
     spectrum: Spectra
+    """The frame's small picture, and its transform."""
     shifts: Floats
+    """(4, 2), the displacement of the target that each model predicts, in pixels: it stays in the
+    picture, stays in the scene, goes on in the picture, goes on in the scene."""
     shared: tuple[Singles, Singles]
+    """What the small pictures of the last frame and of this one both show: after the camera's
+    shift, or without it if they are more alike so."""
 
     def likeliest(self, history: MotionHistory) -> Floats:
         """Return the displacement (2,) of the model with the least recent error."""

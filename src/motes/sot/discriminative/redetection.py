@@ -48,26 +48,18 @@ class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
 
 
 class Redetection(Config, frozen=True):
-    """The search for a missed target by particles.
-
-    Attributes
-    ----------
-    sigma
-        The weight of a particle is exp(-distance / sigma).
-    speed
-        The largest distance that the target moves in a frame, in mean sides of the target.
-    growth
-        Standard deviation of the logarithm of the size of a particle that starts anew. With a
-        larger value, more sizes are searched.
-    turn_sigma
-        The weight of an angle is exp(-distance / turn_sigma), with the distance between the
-        directions in the frame and the model turned by this angle.
-    """
+    """The search for a missed target by particles."""
 
     sigma: Positive = 0.1
+    """The weight of a particle is exp(-distance / sigma)."""
     speed: Positive = 0.5
+    """The largest distance that the target moves in a frame, in mean sides of the target."""
     growth: NonNegative = 0.4
+    """Standard deviation of the logarithm of the size of a particle that starts anew. With a larger
+    value, more sizes are searched."""
     turn_sigma: Positive = 0.03
+    """The weight of an angle is exp(-distance / turn_sigma), with the distance between the
+    directions in the frame and the model turned by this angle."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> RedetectionModel:
         """Return the histograms of the region in `ellipse`."""

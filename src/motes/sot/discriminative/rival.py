@@ -19,21 +19,14 @@ DECIDED = 2.0
 
 
 class Rival(NamedTuple):
-    """A second place, and the evidence for it.
-
-    Attributes
-    ----------
-    place
-        Where it is, if it is alive.
-    lead
-        Log odds that it is the target and not what is followed, added up over frames.
-    alive
-        Whether there is one.
-    """
+    """A second place, and the evidence for it."""
 
     place: Ellipse
+    """Where it is, if it is alive."""
     lead: float = 0.0
+    """Log odds that it is the target and not what is followed, added up over frames."""
     alive: bool = False
+    """Whether there is one."""
 
     @property
     def wins(self) -> bool:

@@ -16,24 +16,16 @@ that speak for it: single frames are blurred, or wrong by chance."""
 
 
 class Standing(NamedTuple):
-    """The status of a target, and the counts that it follows from.
-
-    Attributes
-    ----------
-    status
-        The status that the track reports.
-    missed
-        Number of frames since the target was last believed to be there.
-    confirmed
-        Number of frames in a row that speak for the target.
-    contradicted
-        Number of frames in a row that contradict the status.
-    """
+    """The status of a target, and the counts that it follows from."""
 
     status: Status = Status.TRACKING
+    """The status that the track reports."""
     missed: int = 0
+    """Number of frames since the target was last believed to be there."""
     confirmed: int = 0
+    """Number of frames in a row that speak for the target."""
     contradicted: int = 0
+    """Number of frames in a row that contradict the status."""
 
     @property
     def trusted(self) -> bool:

@@ -19,53 +19,35 @@ from motes.sot.discriminative.turn_estimate import TurnEstimate
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):
-    """The state after a frame: the models of `TargetModels`, and all else that the next step needs.
-
-    Attributes
-    ----------
-    time
-        Time of the last frame, in seconds.
-    ellipse
-        The last estimate: the ellipse in the target's box, turned as the target since the start.
-    shape
-        The first region; a track reports it moved, scaled and turned.
-    appearance
-        The histograms of the target's first region, for the search.
-    scale
-        The model of the size.
-    border
-        (2,) running means of the posterior just inside and just outside of the target's border.
-    search_particles
-        (N, 5) the particles of the search; none while the target is tracked.
-    scale_due
-        Whether the next frame estimates the size; the other frames try turned windows. Every other
-        frame is enough for each, and a size that is estimated less often jitters less.
-    factors
-        (N,) particles of the size from its last estimate, as factors of the size before.
-    size, turn
-        The size and the turn that are reported.
-    standing
-        The status of the target.
-    rival
-        Another place that may be the target's.
-    motion
-        The last motion of the target and of the camera.
-    light
-        The light of the scene.
-    """
+    """The state after a frame: the models, and all else that the next step needs."""
 
     time: Annotated[float, SAME]
+    """Time of the last frame, in seconds."""
     ellipse: Ellipse
+    """The last estimate: the ellipse in the target's box, turned as the target since the start."""
     shape: Ellipse
+    """The first region; a track reports it moved, scaled and turned."""
     appearance: RedetectionModel
+    """The histograms of the target's first region, for the search."""
     scale: ScaleModel
+    """The model of the size."""
     border: Floats
+    """(2,) running means of the posterior just inside and just outside of the target's border."""
     search_particles: Annotated[Floats, ELLIPSES]
+    """(N, 5) the particles of the search; none while the target is tracked."""
     scale_due: bool
+    """Whether the next frame estimates the size; the other frames try turned windows. Every other
+    frame is enough for each, and a size that is estimated less often jitters less."""
     factors: Annotated[Floats, Array(least=1e-6)]
+    """(N,) particles of the size from its last estimate, as factors of the size before."""
     size: Trend
     turn: TurnEstimate
+    """The size and the turn that are reported."""
     standing: Standing
+    """The status of the target."""
     rival: Rival
+    """Another place that may be the target's."""
     motion: MotionHistory
+    """The last motion of the target and of the camera."""
     light: Light
+    """The light of the scene."""

@@ -68,53 +68,37 @@ class Discriminative(
     dict=True,
     tag="discriminative",
 ):
-    """The default tracker.
-
-    Attributes
-    ----------
-    particles
-        Number of particles that are spread over a window. Where fewer places are likely, fewer are
-        left after the first of three rounds, a quarter at least. As many search for a missed
-        target.
-    correlation
-        The near window's correlation filter. The scale filter learns at its rate.
-    posterior
-        The near window's color posterior.
-    sigma
-        The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
-        value, the estimate is a mean over a larger area.
-    scale
-        Cue for the size: the scale filter.
-    redetection
-        How a missed target is searched for.
-    border_gain
-        Weight of the posterior at the border in the estimate of the size; the scale filter has
-        weight 1.
-    evidence
-        What the near window says of a place; the experts add to it.
-    confined
-        Expert: a filter that is confined to the target, in a wide window.
-    network
-        Expert: a trained network; by default there is none.
-    extra_experts
-        Experts of other packages, by name. In files and options they stand among the other keys.
-    """
+    """The default tracker."""
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
     presence: ClassVar[None] = None
     open_field: ClassVar[str | None] = "extra_experts"
 
     particles: Particles = 400
+    """Number of particles that are spread over a window. Where fewer places are likely, fewer are
+    left after the first of three rounds, a quarter at least. As many search for a missed target."""
     correlation: Correlation = Correlation(sharpness=1 / 12)
+    """The near window's correlation filter. The scale filter learns at its rate."""
     posterior: Posterior = Posterior()
+    """The near window's color posterior."""
     sigma: Positive = 0.02
+    """The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
+    value, the estimate is a mean over a larger area."""
     scale: ScaleFilter = ScaleFilter()
+    """Cue for the size: the scale filter."""
     redetection: Redetection = Redetection()
+    """How a missed target is searched for."""
     border_gain: NonNegative = 0.2
+    """Weight of the posterior at the border in the estimate of the size; the scale filter has
+    weight 1."""
     evidence: Evidence = Evidence()
+    """What the near window says of a place; the experts add to it."""
     confined: Confined = Confined()
+    """Expert: a filter that is confined to the target, in a wide window."""
     network: Network | None = None
+    """Expert: a trained network; by default there is none."""
     extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
+    """Experts of other packages, by name. In files and options they stand among the other keys."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

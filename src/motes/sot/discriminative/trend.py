@@ -19,22 +19,15 @@ BETA = ALPHA**2 / (2 - ALPHA)
 
 
 class Trend(NamedTuple):
-    """A reported value and its growth.
-
-    Attributes
-    ----------
-    value
-        Logarithm of the size relative to the first region's, or the angle since it in radians.
-    growth
-        Change of the value from one frame to the next.
-    rough
-        Whether the value is only that at which a lost target was found. The next measurement then
-        replaces it.
-    """
+    """A reported value and its growth."""
 
     value: float = 0.0
+    """Logarithm of the size relative to the first region's, or the angle since it in radians."""
     growth: float = 0.0
+    """Change of the value from one frame to the next."""
     rough: bool = False
+    """Whether the value is only that at which a lost target was found. The next measurement then
+    replaces it."""
 
     def predicted(self) -> Self:
         """Return the value in the next frame if nothing is measured there."""

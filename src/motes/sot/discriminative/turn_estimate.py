@@ -30,19 +30,13 @@ _STEP = 2 * math.pi / POINTS
 
 
 class TurnEstimate(msgspec.Struct, frozen=True, eq=False):
-    """The turn of a target since its first region.
-
-    Attributes
-    ----------
-    rings
-        (3 R, POINTS), the rings of the first region. There are none for an upright region, such as
-        a box: its angle is not asked for.
-    angle
-        The turn; a positive one is from the x axis towards y.
-    """
+    """The turn of a target since its first region."""
 
     rings: Floats
+    """(3 R, POINTS), the rings of the first region. There are none for an upright region, such as a
+    box: its angle is not asked for."""
     angle: Trend = Trend()
+    """The turn; a positive one is from the x axis towards y."""
 
     @classmethod
     def begin(cls, frame: Frame, region: Ellipse) -> TurnEstimate:

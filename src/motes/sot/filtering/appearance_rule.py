@@ -33,56 +33,43 @@ class AppearanceRule(Config, frozen=True):
 
     Equation 13: rho is the similarity to the target model, mu and sigma are the mean and the
     standard deviation of the background's rho.
-
-    Attributes
-    ----------
-    fraction
-        Share f of the particles: the target is present if more than this share fulfills the rule.
-        With a larger value it counts as lost sooner.
-    frames
-        A tracked target is lost after this many frames in a row in which it is not present. The
-        paper has "a couple of frames".
-    found_frames
-        A target that is known before it is seen, as by a histogram in a file, is found after this
-        many frames in a row in which it is present; also after it was lost. With a larger value it
-        is found later, and others that resemble it in single frames are not taken for it. In the
-        paper it is 1.
-    deviations
-        The threshold lies this many standard deviations above the mean similarity rho of the
-        background. With a larger value a particle must be more similar to the target.
-    margin
-        Least height of the threshold: share of the way from the background's mean similarity to 1.
-        With a larger value a particle must be more similar to the target; 0 is the paper's rule,
-        which is of random places, but particles gather where the background is most similar.
-    contrast
-        Share of the way from the mean rho of the regions at the corners of its box to 1 that the
-        estimate's rho must be above. With a larger value the target counts as lost sooner. With 0,
-        the paper's rule, nothing is compared; else a target that is tracked need not fulfill
-        equation 13, as light that changes lowers all rho.
-    spread
-        Largest standard deviation of the particles' places, in mean half-axes of the estimate. With
-        a smaller value a target counts as lost sooner. 0 allows any, as the paper's rule does.
-    max_threshold
-        Largest value of the threshold, a rho from 0 to 1. Where a gray or dim background resembles
-        the target, it would otherwise be above 1, which no target reaches.
-    in_frame
-        If true, a particle whose center lies outside the frame does not fulfill the rule: equations
-        11 and 12 are of regions whose centers lie in the frame.
-    max_positions
-        Largest number of positions at which the background is measured, evenly spread. A smaller
-        value is faster and less exact.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
+    """Share f of the particles: the target is present if more than this share fulfills the rule.
+    With a larger value it counts as lost sooner."""
     frames: Count = 5
+    """A tracked target is lost after this many frames in a row in which it is not present. The
+    paper has "a couple of frames"."""
     found_frames: Count = 5
+    """A target that is known before it is seen, as by a histogram in a file, is found after this
+    many frames in a row in which it is present; also after it was lost. With a larger value it is
+    found later, and others that resemble it in single frames are not taken for it. In the paper it
+    is 1."""
     deviations: NonNegative = 2.0
+    """The threshold lies this many standard deviations above the mean similarity rho of the
+    background. With a larger value a particle must be more similar to the target."""
     margin: Share = 0.0
+    """Least height of the threshold: share of the way from the background's mean similarity to 1.
+    With a larger value a particle must be more similar to the target; 0 is the paper's rule, which
+    is of random places, but particles gather where the background is most similar."""
     contrast: Share = 0.0
+    """Share of the way from the mean rho of the regions at the corners of its box to 1 that the
+    estimate's rho must be above. With a larger value the target counts as lost sooner. With 0, the
+    paper's rule, nothing is compared; else a target that is tracked need not fulfill equation 13,
+    as light that changes lowers all rho."""
     spread: NonNegative = 0.0
+    """Largest standard deviation of the particles' places, in mean half-axes of the estimate. With
+    a smaller value a target counts as lost sooner. 0 allows any, as the paper's rule does."""
     max_threshold: Share = 0.9
+    """Largest value of the threshold, a rho from 0 to 1. Where a gray or dim background resembles
+    the target, it would otherwise be above 1, which no target reaches."""
     in_frame: bool = False
+    """If true, a particle whose center lies outside the frame does not fulfill the rule: equations
+    11 and 12 are of regions whose centers lie in the frame."""
     max_positions: Count = 20_000
+    """Largest number of positions at which the background is measured, evenly spread. A smaller
+    value is faster and less exact."""
 
     def background(
         self, cue: Cue, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
@@ -183,21 +170,15 @@ class Calibration(Config, frozen=True):
     deviation s of the particles' places, in mean half-axes: a logistic fit, over frames of 24 real
     sequences and 13 films, of "the estimate's box overlaps the true one by more than half". In the
     sources of motes, benchmarks/calibration.py has its error on those left out of the fit.
-
-    Attributes
-    ----------
-    middle
-        Distance at which the confidence is one half. A larger value gives higher confidences.
-    width
-        Width of the fall around `middle`, as a distance. With a larger value it is less steep.
-    spread
-        Power of the spread. With a larger value the confidence falls more where particles spread.
-        With 0 it is multiplied by the weight of those that fulfill equation 13 instead.
     """
 
     middle: Share = 0.33
+    """Distance at which the confidence is one half. A larger value gives higher confidences."""
     width: Positive = 0.09
+    """Width of the fall around `middle`, as a distance. With a larger value it is less steep."""
     spread: NonNegative = 0.0
+    """Power of the spread. With a larger value the confidence falls more where particles spread.
+    With 0 it is multiplied by the weight of those that fulfill equation 13 instead."""
 
     def probability(self, distance: float, spread: float = 0.25) -> float:
         """Return the probability for an estimate at this distance to the target model.

@@ -16,40 +16,26 @@ from motes.sot.filtering.model_update import Strategy, UpdateResult, UpdaterStat
 
 
 class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
-    """The memory of `KalmanBins` for one cue.
-
-    Attributes
-    ----------
-    squares
-        The mean square of the residuals over all bins, in each of the last L frames.
-    noise
-        Variance of the measurement noise, delta_v²; None before there are L frames.
-    variance
-        Variance of the filtering error, q. It is one number: equations 3 to 11 give all bins
-        the same.
-    """
+    """The memory of `KalmanBins` for one cue."""
 
     squares: tuple[NonNegative, ...] = ()
+    """The mean square of the residuals over all bins, in each of the last L frames."""
     noise: NonNegative | None = None
+    """Variance of the measurement noise, delta_v²; None before there are L frames."""
     variance: NonNegative = 0.0
+    """Variance of the filtering error, q. It is one number: equations 3 to 11 give all bins the
+    same."""
 
 
 class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
-    """The memory of `GaussianBins` for one cue, from all histograms since the first frame.
-
-    Attributes
-    ----------
-    frames
-        The number of histograms.
-    mean
-        (m,), mu of each bin.
-    squares
-        (m,), the sum of squared deviations from the mean.
-    """
+    """The memory of `GaussianBins` for one cue, from all histograms since the first frame."""
 
     frames: int
+    """The number of histograms."""
     mean: NotNegative
+    """(m,), mu of each bin."""
     squares: NotNegative
+    """(m,), the sum of squared deviations from the mean."""
 
 
 class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
@@ -66,19 +52,14 @@ class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
       Signed residuals sum to 0, and the mean of their absolute values is hardly ever above the root
       of (9): with either, the test would refuse nothing.
     - s in (12) is the standard deviation of the samples.
-
-    Attributes
-    ----------
-    frames
-        Number L of frames from whose residuals the noise and the gain are estimated. In the first L
-        the model stays fixed. A larger value reacts more slowly. The paper gives no number.
-    alpha
-        Significance level of the t test: the probability that it refuses a usual frame. With a
-        larger value more frames are refused.
     """
 
     frames: Count = 10
+    """Number L of frames from whose residuals the noise and the gain are estimated. In the first L
+    the model stays fixed. A larger value reacts more slowly. The paper gives no number."""
     alpha: Annotated[float, Meta(ge=1e-6, le=0.5)] = 0.1
+    """Significance level of the t test: the probability that it refuses a usual frame. With a
+    larger value more frames are refused."""
 
     def learn(
         self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
@@ -123,19 +104,14 @@ class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
     deviation. The printed equation compares B_i with 3 delta; its distance from mu is meant. As
     printed, B_i is this frame's bin, so nine tenths of the model are this frame's. Histograms are
     scaled to sum to 1 again.
-
-    Attributes
-    ----------
-    beta
-        Share of the mean mu in the model's next bin; the rest is this frame's bin. With a larger
-        value the model follows more slowly.
-    deviations
-        A bin of this frame that is more than this many standard deviations delta away from its mean
-        mu is refused: the model's next bin is mu. With a larger value this is rarer.
     """
 
     beta: Share = 0.1
+    """Share of the mean mu in the model's next bin; the rest is this frame's bin. With a larger
+    value the model follows more slowly."""
     deviations: NonNegative = 3.0
+    """A bin of this frame that is more than this many standard deviations delta away from its mean
+    mu is refused: the model's next bin is mu. With a larger value this is rarer."""
 
     def learn(
         self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
@@ -167,27 +143,20 @@ class AnchoredKalman(Strategy, Config, frozen=True, tag="anchored_kalman"):
     - A whole histogram is refused if d is above `deviations` standard deviations of the innovation,
       sqrt(q + delta_v²). Equation 14 compares with the residuals of the last frames, wrong or not.
       After a refusal the model goes on returning to the first frame's.
-
-    Attributes
-    ----------
-    frames
-        Number L of frames from whose distances the noise is estimated. In the first L the model
-        stays fixed. With a larger value the model begins to learn later.
-    persistence
-        Share of a bin's difference from the first frame's that is left in the next frame. With a
-        larger value the model departs farther from the first frame's; 1 is the paper's equation 3.
-    change
-        Variance of the target's change in a frame, as a multiple of the measurement noise. With a
-        larger value the model follows faster.
-    deviations
-        Largest distance between a histogram and the model, in standard deviations, at which the
-        model learns from it. With a larger value fewer frames are refused.
     """
 
     frames: Count = 10
+    """Number L of frames from whose distances the noise is estimated. In the first L the model
+    stays fixed. With a larger value the model begins to learn later."""
     persistence: Share = 0.97
+    """Share of a bin's difference from the first frame's that is left in the next frame. With a
+    larger value the model departs farther from the first frame's; 1 is the paper's equation 3."""
     change: NonNegative = 0.01
+    """Variance of the target's change in a frame, as a multiple of the measurement noise. With a
+    larger value the model follows faster."""
     deviations: NonNegative = 3.0
+    """Largest distance between a histogram and the model, in standard deviations, at which the
+    model learns from it. With a larger value fewer frames are refused."""
 
     def learn(
         self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats

@@ -63,15 +63,11 @@ class Fixed(Fusion, Config, frozen=True, tag="fixed"):
     log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
     is the product, as if each cue were independent of the others; a cue with a smaller sigma has
     more influence then. The factor J keeps the powers' sum at the number of cues.
-
-    Attributes
-    ----------
-    weights
-        The weight of one cue: NAME is the cue's name, such as color. A cue with a larger weight has
-        more influence. Weights need not sum to 1; a cue that is not named has weight 1.
     """
 
     weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
+    """The weight of one cue: NAME is the cue's name, such as color. A cue with a larger weight has
+    more influence. Weights need not sum to 1; a cue that is not named has weight 1."""
 
     def reliability(self, names: Sequence[str]) -> Floats:
         """Return the share (J,) of each cue as the weights are, as `Fusion.reliability` does."""

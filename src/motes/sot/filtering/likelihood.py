@@ -40,19 +40,14 @@ class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
     d² = 1 - rho. The factor 1 / (sqrt(2 pi) sigma) is the same for all particles and cancels out.
     Maggio et al., equation 6, has exp(-(d / s)²): sigma is s / sqrt(2). Ng and Delp have it as
     equation 22, and with epsilon as equation 23.
-
-    Attributes
-    ----------
-    sigma
-        Standard deviation of the distance between a particle and the target model, 0 to 1. With a
-        larger value, good and bad particles get more similar weights. The papers give no value.
-    epsilon
-        Constant added to the likelihood, which is 1 for a perfect match. A larger value gives bad
-        particles more weight.
     """
 
     sigma: Sigma = 0.1
+    """Standard deviation of the distance between a particle and the target model, 0 to 1. With a
+    larger value, good and bad particles get more similar weights. The papers give no value."""
     epsilon: Share = 0.0
+    """Constant added to the likelihood, which is 1 for a perfect match. A larger value gives bad
+    particles more weight."""
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
@@ -67,22 +62,16 @@ class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
 
     Ng and Delp, equation 24, with log L = -1: sigma = d_min / sqrt(2), where d_min is the smallest
     of all particles' distances. The best particle then always has exp(-1) + epsilon.
-
-    Attributes
-    ----------
-    epsilon
-        Constant added to the likelihood, which is exp(-1) for the best particle. A larger value
-        gives bad particles more weight. The paper has "small but non-zero"; with the 0.1 of its
-        figure 3, where "weights equal sigma" means epsilon, many bad particles outweigh a few good
-        ones.
-    floor
-        Least value of sigma. With a larger value, good and bad particles get more similar weights.
-        Without it, a particle at distance 0 would take all the weight. The default is as large as
-        the error of a distance when half or a quarter of a region's pixels are read (table 1).
     """
 
     epsilon: Share = 0.001
+    """Constant added to the likelihood, which is exp(-1) for the best particle. A larger value
+    gives bad particles more weight. The paper has "small but non-zero"; with the 0.1 of its figure
+    3, where "weights equal sigma" means epsilon, many bad particles outweigh a few good ones."""
     floor: Sigma = 0.02
+    """Least value of sigma. With a larger value, good and bad particles get more similar weights.
+    Without it, a particle at distance 0 would take all the weight. The default is as large as the
+    error of a distance when half or a quarter of a region's pixels are read (table 1)."""
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
@@ -96,15 +85,11 @@ class Exponential(Likelihood, Config, frozen=True, tag="exponential"):
     """Exponential likelihood of the distance: Zhao and Pei, section 2.3.
 
     log pi = -lambda d + constant. The paper calls the distance rho.
-
-    Attributes
-    ----------
-    rate
-        Factor lambda of the distance. With a larger value, the best particles get more of the
-        weight. The paper gives no value.
     """
 
     rate: Annotated[float, Meta(gt=0, le=1e6)] = 20.0
+    """Factor lambda of the distance. With a larger value, the best particles get more of the
+    weight. The paper gives no value."""
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""

@@ -75,19 +75,14 @@ class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
     """Exponential forgetting: the model moves by a fixed share in each frame.
 
     Nummiaro et al. name such models in sections IV and VIII.
-
-    Attributes
-    ----------
-    learning_rate
-        Share of the current frame in the updated model. With a larger value the model follows
-        changes faster; 0 keeps it fixed.
-    anchor
-        Share of the first frame's histogram in what the model moves towards; the rest is the
-        current frame's. With a larger value the model stays nearer to the first frame's.
     """
 
     learning_rate: Share = 0.0
+    """Share of the current frame in the updated model. With a larger value the model follows
+    changes faster; 0 keeps it fixed."""
     anchor: Share = 0.0
+    """Share of the first frame's histogram in what the model moves towards; the rest is the current
+    frame's. With a larger value the model stays nearer to the first frame's."""
 
     @property
     def learns(self) -> bool:
@@ -103,16 +98,11 @@ class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
 
 
 class PerCue(Adaptation, Config, frozen=True, tag="per_cue"):
-    """A model update of its own for each cue.
-
-    Attributes
-    ----------
-    cues
-        The model update of one cue: NAME is the cue's name, such as color. The model of a cue that
-        is not named stays fixed.
-    """
+    """A model update of its own for each cue."""
 
     cues: dict[str, Strategy] = {}  # noqa: RUF012  (msgspec copies it)
+    """The model update of one cue: NAME is the cue's name, such as color. The model of a cue that
+    is not named stays fixed."""
 
     def strategy(self, cue: str) -> Strategy:
         """Return the strategy of the cue with a name; by default one that keeps the model fixed."""

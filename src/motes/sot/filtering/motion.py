@@ -65,33 +65,24 @@ class Motion:
 
 
 class Noise(Config, frozen=True):
-    """Random motion of a target in one reference interval of 1/25 s.
-
-    Attributes
-    ----------
-    position
-        Noise of the center in 1/25 s: standard deviation of x and y, as a share of the mean
-        half-axis sqrt(a b) of the target's first region. A larger value follows faster targets.
-    size
-        Noise of the size in 1/25 s: standard deviation of the natural logarithm of a factor common
-        to both half-axes. A larger value follows faster changes of the size.
-    size_return
-        Pull back to the first size: share of the difference of the half-axes' logarithms that is
-        removed in 1/25 s. A larger value keeps the size nearer to the first one; 0 is no pull.
-    aspect
-        Noise of the proportions in 1/25 s: standard deviation of each half-axis by itself, as a
-        share of the first region's half-axis. A larger value follows faster changes of the
-        proportions.
-    angle
-        Noise of the angle in 1/25 s: standard deviation of theta, in radians. A larger value
-        follows faster turns; with 0 the angle never changes.
-    """
+    """Random motion of a target in one reference interval of 1/25 s."""
 
     position: Scale = 0.6
+    """Noise of the center in 1/25 s: standard deviation of x and y, as a share of the mean
+    half-axis sqrt(a b) of the target's first region. A larger value follows faster targets."""
     size: Share = 0.05
+    """Noise of the size in 1/25 s: standard deviation of the natural logarithm of a factor common
+    to both half-axes. A larger value follows faster changes of the size."""
     size_return: Share = 0.05
+    """Pull back to the first size: share of the difference of the half-axes' logarithms that is
+    removed in 1/25 s. A larger value keeps the size nearer to the first one; 0 is no pull."""
     aspect: Scale = 0.003
+    """Noise of the proportions in 1/25 s: standard deviation of each half-axis by itself, as a
+    share of the first region's half-axis. A larger value follows faster changes of the
+    proportions."""
     angle: Scale = 0.0
+    """Noise of the angle in 1/25 s: standard deviation of theta, in radians. A larger value follows
+    faster turns; with 0 the angle never changes."""
 
 
 class Walking(Motion, Config, frozen=True, dict=True):
@@ -99,14 +90,10 @@ class Walking(Motion, Config, frozen=True, dict=True):
 
     State: x, y, a, b, theta, then k orders of changes of the first four, such as velocities, per
     reference interval.
-
-    Attributes
-    ----------
-    noise
-        Noise of the center, the size, the proportions and the angle in 1/25 s.
     """
 
     noise: Noise = Noise()
+    """Noise of the center, the size, the proportions and the angle in 1/25 s."""
 
     @property
     def changes(self) -> tuple[float, ...]:
@@ -163,19 +150,14 @@ class ConstantVelocity(Walking, frozen=True, tag="constant_velocity"):
 
     A model of first order: Nummiaro et al., equation 8. State: x, y, a, b, theta and the changes of
     the first four, per reference interval.
-
-    Attributes
-    ----------
-    velocity
-        Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
-        and of the proportions. A larger value follows faster changes of velocity.
-    persistence
-        Share of a velocity that is left after 1/25 s. With a larger value a target keeps its motion
-        for longer: 1 is the paper's constant velocity, 0 is a random walk.
     """
 
     velocity: Scale = 0.5
+    """Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
+    and of the proportions. A larger value follows faster changes of velocity."""
     persistence: Share = 1.0
+    """Share of a velocity that is left after 1/25 s. With a larger value a target keeps its motion
+    for longer: 1 is the paper's constant velocity, 0 is a random walk."""
 
     @property
     def changes(self) -> tuple[float, ...]:
@@ -193,19 +175,14 @@ class SecondOrder(ConstantVelocity, frozen=True, tag="second_order"):
 
     The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
     velocities and accelerations of the first four, per reference interval.
-
-    Attributes
-    ----------
-    acceleration
-        Noise of the accelerations: standard deviation in 1/25 s, as a share of the noise of the
-        center and of the proportions. A larger value follows faster changes of acceleration.
-    persistence
-        Share of a velocity and of an acceleration that is left after 1/25 s. With a larger value a
-        target keeps its motion for longer.
     """
 
     persistence: Share = 0.9
+    """Share of a velocity and of an acceleration that is left after 1/25 s. With a larger value a
+    target keeps its motion for longer."""
     acceleration: Scale = 0.2
+    """Noise of the accelerations: standard deviation in 1/25 s, as a share of the noise of the
+    center and of the proportions. A larger value follows faster changes of acceleration."""
 
     @property
     def changes(self) -> tuple[float, ...]:
@@ -218,27 +195,20 @@ class EllipseWalk(Motion, Config, frozen=True, tag="ellipse_walk"):
 
     State: x, y, h, e, theta. h is the half-length of the minor axis, e the eccentricity
     sqrt(1 - (minor / major)²), theta the angle of the major axis.
-
-    Attributes
-    ----------
-    position
-        Noise of the center: standard deviation of x and y in 1/25 s, in pixels. A larger value
-        follows faster targets. The paper has 5.5.
-    size
-        Noise of the size: standard deviation of the minor half-axis h in 1/25 s, relative to h. A
-        larger value follows faster changes of the size. The paper has 0.05.
-    eccentricity
-        Noise of the proportions: standard deviation of the eccentricity e in 1/25 s. A larger value
-        follows faster changes of the proportions. The paper has 0.021.
-    angle
-        Noise of the angle: standard deviation of theta in 1/25 s, in radians. A larger value
-        follows faster turns. The paper has 10 degrees.
     """
 
     position: Scale = 5.5
+    """Noise of the center: standard deviation of x and y in 1/25 s, in pixels. A larger value
+    follows faster targets. The paper has 5.5."""
     size: Share = 0.05
+    """Noise of the size: standard deviation of the minor half-axis h in 1/25 s, relative to h. A
+    larger value follows faster changes of the size. The paper has 0.05."""
     eccentricity: Share = 0.021
+    """Noise of the proportions: standard deviation of the eccentricity e in 1/25 s. A larger value
+    follows faster changes of the proportions. The paper has 0.021."""
     angle: Scale = math.radians(10)
+    """Noise of the angle: standard deviation of theta in 1/25 s, in radians. A larger value follows
+    faster turns. The paper has 10 degrees."""
 
     def initial(self, ellipses: Floats) -> Floats:
         """Return x, y, h, e, theta of ellipses, (N, 5)."""
@@ -284,31 +254,23 @@ class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
     velocity, and x0 cancels out. p below 1 slows the target down; k below 1 pulls it back to its
     origin. Previous values are those of one reference interval ago, whatever the time between
     frames.
-
-    Attributes
-    ----------
-    position
-        Noise of the center: standard deviation of x and y in 1/25 s, as a share of the mean
-        half-axis sqrt(a b) of the target's first region. A larger value follows faster targets.
-    size
-        Noise of the size: standard deviation of the scale s in 1/25 s; 1 is the first size. A
-        larger value follows faster changes of the size.
-    persistence
-        Share p of a displacement that the target repeats in the next 1/25 s. With a larger value it
-        keeps its motion for longer; with 1 it never slows down.
-    position_return
-        Pull back to the first place: share 1 - k of the way that the target goes back in 1/25 s. A
-        larger value keeps it nearer to the first place; 0 is no pull.
-    size_return
-        Pull back to the first size: share 1 - k of the way that the scale goes back in 1/25 s. A
-        larger value keeps the size nearer to the first one; 0 is no pull.
     """
 
     position: Scale = 0.6
+    """Noise of the center: standard deviation of x and y in 1/25 s, as a share of the mean
+    half-axis sqrt(a b) of the target's first region. A larger value follows faster targets."""
     size: Share = 0.05
+    """Noise of the size: standard deviation of the scale s in 1/25 s; 1 is the first size. A larger
+    value follows faster changes of the size."""
     persistence: Share = 0.5
+    """Share p of a displacement that the target repeats in the next 1/25 s. With a larger value it
+    keeps its motion for longer; with 1 it never slows down."""
     position_return: Return = 0.0
+    """Pull back to the first place: share 1 - k of the way that the target goes back in 1/25 s. A
+    larger value keeps it nearer to the first place; 0 is no pull."""
     size_return: Return = 0.05
+    """Pull back to the first size: share 1 - k of the way that the scale goes back in 1/25 s. A
+    larger value keeps the size nearer to the first one; 0 is no pull."""
 
     def initial(self, ellipses: Floats) -> Floats:
         """Return the ellipses at rest at their origins, (N, 11)."""

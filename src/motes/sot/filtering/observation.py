@@ -23,38 +23,26 @@ from motes.sot.filtering.resampling import Weights
 
 
 class Observation(NamedTuple):
-    """Particles that a frame was compared with, and the estimate from them.
-
-    Attributes
-    ----------
-    states, ellipses
-        (N, d) and (N, 5), the particles.
-    weights
-        Their weights after the frame.
-    shares
-        (J,), the weight of each cue; sum 1.
-    estimate, covariance
-        The mean ellipse, and the (5, 5) covariance.
-    distance
-        The estimate's distance to the target model.
-    around
-        The mean rho of the regions beside it; 0 if the appearance rule asks for no contrast.
-    appearing
-        Number of particles that fulfill the appearance rule.
-    support
-        The sum of their weights.
-    """
+    """Particles that a frame was compared with, and the estimate from them."""
 
     states: Floats
     ellipses: Floats
+    """(N, d) and (N, 5), the particles."""
     weights: Weights
+    """Their weights after the frame."""
     shares: Floats
+    """(J,), the weight of each cue; sum 1."""
     estimate: Ellipse
     covariance: Floats
+    """The mean ellipse, and the (5, 5) covariance."""
     distance: float
+    """The estimate's distance to the target model."""
     around: float
+    """The mean rho of the regions beside it; 0 if the appearance rule asks for no contrast."""
     appearing: int
+    """Number of particles that fulfill the appearance rule."""
     support: float
+    """The sum of their weights."""
 
     @property
     def spread(self) -> float:

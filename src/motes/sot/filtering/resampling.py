@@ -19,21 +19,14 @@ Indices = NDArray[np.intp]
 
 
 class Weights(msgspec.Struct, frozen=True, eq=False):
-    """Normalized weights, made from log-weights; invalid log-weights are repaired first.
-
-    Attributes
-    ----------
-    log
-        (N,), the given log-weights; NaN and +inf are replaced by -inf.
-    values
-        (N,), probabilities, sum 1; uniform if no particle has any weight.
-    degenerate
-        Whether no particle had any weight before normalization.
-    """
+    """Normalized weights, made from log-weights; invalid log-weights are repaired first."""
 
     log: Annotated[Floats, Array(least=-np.inf)]
+    """(N,), the given log-weights; NaN and +inf are replaced by -inf."""
     values: Annotated[Floats, Array(least=0.0, total=1.0)]
+    """(N,), probabilities, sum 1; uniform if no particle has any weight."""
     degenerate: bool
+    """Whether no particle had any weight before normalization."""
 
     @classmethod
     def from_log(cls, log: Floats) -> Weights:
@@ -74,16 +67,11 @@ class Resampling:
 
 
 class BelowThreshold(Resampling, Config, frozen=True):
-    """The base of methods that wait until few particles have most of the weight.
-
-    Attributes
-    ----------
-    threshold
-        Particles are resampled when the effective sample size falls below this share of their
-        number: 1 resamples in every frame, as the papers do; 0 never does.
-    """
+    """The base of methods that wait until few particles have most of the weight."""
 
     threshold: Share = 1.0
+    """Particles are resampled when the effective sample size falls below this share of their
+    number: 1 resamples in every frame, as the papers do; 0 never does."""
 
     def due(self, weights: Weights) -> bool:
         """Return whether particles with these weights are to be resampled."""

@@ -24,25 +24,18 @@ class KldSampling(Config, frozen=True):
     distribution over k bins, with a probability of 99 %, to a Kullback-Leibler divergence of at
     most `error`. Here k is the number of bins that hold particles of the last frame, before they
     are weighted. So the number of particles is known before the next frame.
-
-    Attributes
-    ----------
-    min
-        Least number of particles.
-    max
-        Largest number of particles.
-    error
-        Largest Kullback-Leibler divergence between the particles and the distribution of the
-        target's place, with a probability of 99 %. A larger value uses fewer particles.
-    bin
-        Side of a bin: in mean half-axes of the target's first region for x and y, in natural
-        logarithms for its size. A larger value uses fewer particles.
     """
 
     min: Particles = 50
+    """Least number of particles."""
     max: Particles = 500
+    """Largest number of particles."""
     error: Annotated[float, Meta(gt=0, le=10)] = 0.2
+    """Largest Kullback-Leibler divergence between the particles and the distribution of the
+    target's place, with a probability of 99 %. A larger value uses fewer particles."""
     bin: Annotated[float, Meta(ge=1e-3, le=100)] = 1.0
+    """Side of a bin: in mean half-axes of the target's first region for x and y, in natural
+    logarithms for its size. A larger value uses fewer particles."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

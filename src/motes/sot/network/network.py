@@ -24,33 +24,21 @@ KEPT_OPEN = 4
 
 
 class NetworkModel(msgspec.Struct, frozen=True, eq=False):
-    """What a network has learned of a target.
-
-    Attributes
-    ----------
-    template
-        What the network compares regions with; its form is the family's.
-    """
+    """What a network has learned of a target."""
 
     template: Singles
+    """What the network compares regions with; its form is the family's."""
 
 
 class Network(Config, frozen=True):
-    """A trained network in ONNX files: which ones, and how they are run.
-
-    Attributes
-    ----------
-    files
-        The files of one network, in any order. To which family they belong is read from them.
-    threads
-        Number of threads.
-    provider
-        What ONNX Runtime runs them on, such as CUDAExecutionProvider; by default the processor.
-    """
+    """A trained network in ONNX files: which ones, and how they are run."""
 
     files: tuple[str, ...] = ()
+    """The files of one network, in any order. To which family they belong is read from them."""
     threads: Count = 1
+    """Number of threads."""
     provider: str | None = None
+    """What ONNX Runtime runs them on, such as CUDAExecutionProvider; by default the processor."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -17,19 +17,13 @@ BLACK = np.zeros(3)
 
 
 class Region(NamedTuple):
-    """A square of whole pixels in a frame, which may reach outside.
-
-    Attributes
-    ----------
-    left, top
-        Its first column and row of pixels.
-    side
-        Its numbers of columns and of rows.
-    """
+    """A square of whole pixels in a frame, which may reach outside."""
 
     left: int
     top: int
+    """Its first column and row of pixels."""
     side: int
+    """Its numbers of columns and of rows."""
 
     @classmethod
     def around(cls, x: float, y: float, side: float) -> Region:

@@ -17,63 +17,40 @@ TINY = 1e-6
 
 
 class Choice(NamedTuple):
-    """How a network's own tracker chooses among its boxes.
-
-    Attributes
-    ----------
-    window
-        Weight of the place: of 1 at the center of the region and 0 at its border.
-    multiplied
-        Whether scores are multiplied by the window, not averaged with it.
-    penalty
-        How much a box loses whose size or proportions differ from those of the target.
-    rate
-        Share of the box in the new size, where its score is 1.
-    """
+    """How a network's own tracker chooses among its boxes."""
 
     window: float = 0.455
+    """Weight of the place: of 1 at the center of the region and 0 at its border."""
     multiplied: bool = False
+    """Whether scores are multiplied by the window, not averaged with it."""
     penalty: float = 0.055
+    """How much a box loses whose size or proportions differ from those of the target."""
     rate: float = 0.37
+    """Share of the box in the new size, where its score is 1."""
 
 
 class Candidate(NamedTuple):
-    """The box that a network's own tracker would choose.
-
-    Attributes
-    ----------
-    box
-        The center of the chosen box, and a size between the target's and that of the box.
-    score
-        The score of the chosen box, 0 to 1, without window and penalty.
-    """
+    """The box that a network's own tracker would choose."""
 
     box: Box
+    """The center of the chosen box, and a size between the target's and that of the box."""
     score: float
+    """The score of the chosen box, 0 to 1, without window and penalty."""
 
 
 class NetworkView(msgspec.Struct, frozen=True, eq=False):
-    """What a network sees in a region of a frame.
-
-    Attributes
-    ----------
-    boxes
-        (K, 4), x, y, width, height in pixels of the frame; a cell of the score map has one each.
-    scores
-        (K,), 0 to 1: how much the network holds each for the target.
-    window
-        (K,), Hann's window over the cells.
-    size
-        Width and height of the place that was looked at.
-    choice
-        How the network's own tracker chooses.
-    """
+    """What a network sees in a region of a frame."""
 
     boxes: Floats
+    """(K, 4), x, y, width, height in pixels of the frame; a cell of the score map has one each."""
     scores: Floats
+    """(K,), 0 to 1: how much the network holds each for the target."""
     window: Floats
+    """(K,), Hann's window over the cells."""
     size: tuple[float, float]
+    """Width and height of the place that was looked at."""
     choice: Choice
+    """How the network's own tracker chooses."""
 
     def best(self) -> Candidate:
         """Return the box that the network's own tracker chooses.
