@@ -15,7 +15,6 @@ from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.refine import changed, kept
 from motes.correction.rows import KnownRows
-from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 
@@ -23,8 +22,7 @@ from motes.video.film import Film
 def run_stretches(
     film: Film,
     parts: Sequence[Stretch],
-    config: TrackerConfig,
-    seed: int,
+    history: History,
     done: Callable[[Stretch, list[Track]], None],
     *,
     quiet: bool = False,
@@ -39,8 +37,8 @@ def run_stretches(
         The film.
     parts
         The stretches.
-    config, seed
-        The tracker.
+    history
+        Has the tracker.
     done
         Takes a stretch and its tracks; it is not interrupted.
     quiet
@@ -62,7 +60,9 @@ def run_stretches(
 
                 so_far.clear()
                 reader = reader_of(film, each)
-                joined = correct_stretch(reader, each, config, seed, so_far, count_frame)
+                joined = correct_stretch(
+                    reader, each, history.tracker, history.seed, so_far, count_frame
+                )
                 tracks = tracks_of(each, joined, film.times)
                 with deferred():
                     so_far.clear()
@@ -124,7 +124,7 @@ def refine_rows(
     after.unfinished_with(parts).save(history_path(goal))
     left = parts
     try:
-        done, interrupted = run_stretches(film, parts, after.tracker, after.seed, replace)
+        done, interrupted = run_stretches(film, parts, after, replace)
         left = parts[done:]
     finally:
         table.write(goal)

@@ -122,7 +122,7 @@ class KeyframeRun(Tally):
             for output in outputs:
                 opened.enter_context(output)
             _, self.interrupted = run_stretches(
-                self._film, parts, history.tracker, history.seed, write, quiet=self._quiet
+                self._film, parts, history, write, quiet=self._quiet
             )
         if path is not None and not left:
             history.save(path, line_count(rows_path(path)))

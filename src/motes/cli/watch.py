@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
@@ -22,7 +21,7 @@ from motes.cli.options import (
     say_rate,
 )
 from motes.cli.settings import HELP, Settings
-from motes.cli.watch_options import QUEUE, CountingOptions, ObjectOptions, WatchOutputs
+from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -105,7 +104,7 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    rows, events, addresses = _checked_names(source, outputs)
+    rows, events, sends = _checked_names(source, outputs)
 
     from msgspec.structs import replace
 
@@ -119,10 +118,7 @@ def watch(
     from motes.mot.scene import Scene
 
     counter = EventCounter(where)
-    sending = None
-    if addresses:
-        queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
-        sending = SentEvents(addresses, queue, source, where, announce=announce)
+    sending = [SentEvents(outputs, source, where)] if sends else []
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),
@@ -134,13 +130,12 @@ def watch(
         say_rate(film)
         opened = asked.pictures(film, lambda: painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
-        opened += [] if sending is None else [sending]
-        opened += _drawn_events(outputs, where)
+        opened += [*sending, *_drawn_events(outputs, where)]
         return watch_scene(film, scene, counter, [*opened, *asked.remembered_rows(film)])
 
 
-def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
-    """Return where a run writes: its rows, files of events and their addresses, checked.
+def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], bool]:
+    """Return where a run writes its rows and events, checked, and whether it sends events.
 
     The rows have a name of their own if nothing else has.
     """
@@ -150,11 +145,11 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     if outputs.output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    queues = [outputs.queue or Path(QUEUE)] if sent else []
+    queues = [outputs.queue_file] if sent else []
     output = checked_output(source, outputs, [*written, *pictures, *queues])
     if output is not None:
         check_several(output, outputs.format)
-    return output, written, sent
+    return output, written, bool(sent)
 
 
 def _detector(

@@ -5,6 +5,7 @@ Annotations are evaluated here: the parser would look for their names in the mod
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
+from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter
 
@@ -145,10 +146,13 @@ class WatchOutputs(OutputOptions):
     paths: Path | None = None
     """Picture of the path of each object's foot, .png."""
 
+    @property
+    def queue_file(self) -> Path:
+        """The file in which events wait."""
+        return self.queue or Path(QUEUE)
+
     def destinations(self) -> tuple[list[str], list[str]]:
         """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
-        from motes.cli.sent_events import is_sent
-
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
         if self.queue is not None and not sent:
@@ -156,3 +160,10 @@ class WatchOutputs(OutputOptions):
         if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
             raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
         return [name for name in events if not is_sent(name)], sent
+
+
+def is_sent(address: str) -> bool:
+    """Return whether events to this address are sent, not written into a file."""
+    from motes.output.mqtt import PORTS
+
+    return urlsplit(address).scheme in ("http", "https", *PORTS) and "://" in address
