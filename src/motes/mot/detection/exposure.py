@@ -44,13 +44,14 @@ class Exposure:
         straight: Floats = gains[:, None] * np.arange(257)
         step = max(1, len(usual) // POINTS)
         usual, sparse = usual[::step], sparse[::step]
-        bent = [_curve(*channel) for channel in zip(usual.T, sparse.T, strict=True)]
-        if any(curve is None for curve in bent):
+        curves = [_curve(*channel) for channel in zip(usual.T, sparse.T, strict=True)]
+        bent = np.array([curve for curve in curves if curve is not None])
+        if len(bent) < 3:
             return straight
         left, less = (
-            float(np.median(np.abs(_of(curves, sparse) - usual))) for curves in (straight, bent)
+            float(np.median(np.abs(_of(each, sparse) - usual))) for each in (straight, bent)
         )
-        return np.array(bent) if less < BETTER * left else straight
+        return bent if less < BETTER * left else straight
 
     def learn(self, pixels: Mask, curves: Floats) -> None:
         """Learn from a picture with its usual exposure."""
@@ -77,7 +78,7 @@ def _curve(usual: Singles, sparse: Singles) -> Floats | None:
     return curve
 
 
-def _of(curves: Floats | list[Floats], colors: Singles) -> Singles:
+def _of(curves: Floats, colors: Singles) -> Singles:
     """Return the values of colors (..., 3) on their curves."""
     values = [curve[colors[..., k].astype(int)] for k, curve in enumerate(curves)]
     return np.stack(values, axis=-1).astype(np.float32)
