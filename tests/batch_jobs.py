@@ -70,4 +70,4 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     if job.name.startswith("fails"):
         raise SourceError("This film is broken.")
     (folder / f"rows.{form}").write_text(f"{Path(job.source).name} {job.seed}\n")
-    return Made(3)
+    return 3, None

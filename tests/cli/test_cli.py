@@ -27,7 +27,7 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
-from motes.cli.help import UsualOptions
+from motes.cli.help import Help
 from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
@@ -372,8 +372,8 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
     assert len(every) == len(set(every)) > 30
     assert {"--output", "--overlay", "--help-all"} <= set(usual)
     formatter = app[command].help_formatter
-    assert isinstance(formatter, UsualOptions)
-    assert formatter.names == set(usual)  # none is misspelled
+    assert isinstance(formatter, Help)
+    assert formatter.usual == set(usual)  # none is misspelled
 
 
 def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:

@@ -10,7 +10,7 @@ from PIL import Image
 
 from motes.cli import main
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-from motes.cli.moment import Moment
+from motes.cli.frame_loop import Moment
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions

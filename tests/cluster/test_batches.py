@@ -30,7 +30,7 @@ from motes.cluster.pool import Again, Ended, Event, Started, Task, outcome
 from motes.cluster.records import Record, records
 from motes.cluster.state import counts, load_jobs, write_table
 from motes.cluster.store import Folder, open_store
-from motes.cluster.work import Order, Plan, work
+from motes.cluster.work import Plan, work
 from motes.core.errors import FormatError
 from onnx_trackers import save_pair
 
@@ -189,13 +189,13 @@ def full(_: int) -> None:
 
 def test_a_worker_that_was_taken_for_dead_changes_nothing(tmp_path: Path, film: Path) -> None:
     """It ends after another one has done its job: each file is whole, before and after."""
-    order = Order(job("a", film), Plan(str(tmp_path / "out"), batch_jobs.make))
+    order = job("a", film), Plan(str(tmp_path / "out"), batch_jobs.make)
     first = work(order)
     before = rows(tmp_path / "out", "a")
     second = work(order)
     assert second.inputs == first.inputs
     assert rows(tmp_path / "out", "a") == before
-    ((_, kept),) = records(Folder(tmp_path / "out"), [order.job])
+    ((_, kept),) = records(Folder(tmp_path / "out"), [order[0]])
     assert kept == second
 
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment
-from motes.cli.options import OutputOptions
+from motes.cli.frame_loop import Moment
+from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.request import Request
 from motes.cli.watch_loop import table
-from motes.cli.watch_outputs import rows_output
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
@@ -30,6 +30,7 @@ from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, Header, object_rows
 from motes.rows.writer import JournalWriter
+from motes.sot.presets import preset
 from motes.video.sources import Source
 from scene_objects import RED, config, picture
 from sightings import seen
@@ -138,8 +139,12 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     import motes
 
     path = tmp_path / f"rows.{form}"
-    options, film = OutputOptions(format=form), cast(Source, None)
-    with rows_output(str(path), film, options) as rows:
+    asked = Request(
+        source="film", frames=FrameOptions(), output=str(path), outputs=OutputOptions(format=form),
+        config=preset("nummiaro"), seed=0, preset="nummiaro",
+    )  # fmt: skip
+    (rows,) = asked.rows(cast(Source, None))
+    with rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
             rows.write(Moment(frame, tracks=tracks, single=False))

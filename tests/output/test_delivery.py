@@ -84,12 +84,12 @@ def test_messages_stay_in_order_until_they_are_removed(tmp_path: Path) -> None:
     with MessageQueue(path) as queue:
         queue.put(["a", "b"], ["1", "2", "3"])
         first = queue.oldest("a", 2, 0)
-        assert [each.body for each in first] == ["1", "2"]
+        assert [body for _, body in first] == ["1", "2"]
         queue.remove(first)
     with MessageQueue(path) as queue:
         assert queue.waiting() == {"a": 1, "b": 3}
         queue.put(["a"], ["4"])
-        assert [each.body for each in queue.oldest("a", 9, 0)] == ["3", "4"]
+        assert [body for _, body in queue.oldest("a", 9, 0)] == ["3", "4"]
 
 
 def test_a_queue_that_cannot_be_used_is_one_clear_line(tmp_path: Path) -> None:

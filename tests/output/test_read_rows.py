@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment
-from motes.cli.options import OutputOptions
-from motes.cli.watch_outputs import rows_output
+from motes.cli.frame_loop import Moment
+from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.request import Request
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -24,6 +24,8 @@ from motes.rows.journal import FrameRow, object_rows
 from motes.rows.reader import read_track
 from motes.rows.schema import BOX, COLUMNS, HINDSIGHT
 from motes.rows.writer import TrackWriter
+from motes.sot.presets import preset
+from motes.video.sources import Source
 
 forms = pytest.mark.parametrize("form", ["csv", "jsonl"])
 HEAD = ",".join(COLUMNS)
@@ -67,10 +69,15 @@ def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
 
 @forms
 def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
-    path, film = tmp_path / f"objects.{form}", Any
+    path = tmp_path / f"objects.{form}"
     frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
     objects = [SceneTrack(1, track(3)), SceneTrack(2, track(3), occluded_by=1)]
-    with rows_output(str(path), film, OutputOptions()) as output:  # type: ignore[arg-type]
+    asked = Request(
+        source="film", frames=FrameOptions(), output=str(path), outputs=OutputOptions(),
+        config=preset("nummiaro"), seed=0, preset="nummiaro",
+    )  # fmt: skip
+    (output,) = asked.rows(cast(Source, None))
+    with output:
         output.write(Moment(frame, tracks=objects, single=False))
     rows = read_track(path)
     assert rows.dtype.names == COLUMNS

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 import socket
 import struct
@@ -11,7 +9,6 @@ import threading
 import urllib.error
 import urllib.request
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,9 +16,9 @@ import pytest
 from PIL import Image
 
 from brokers import wait_until
-from motes.core.errors import ConfigError, MotesError
+from motes.core.errors import ConfigError
 from motes.core.geometry import Box, iou
-from motes.services import cvat, cvat_agent, label_studio
+from motes.services import cvat_agent, label_studio
 from motes.synthetic.clips import crowd
 
 SIZE = (160, 120)
@@ -37,73 +34,16 @@ def frames(count: int) -> list[tuple[Any, Box]]:
     return [(frame.pixels, truths[0].ellipse.box) for frame, truths in crowd(SIZE, (24, 30), count)]
 
 
-def encoded(pixels: Any) -> str:
-    data = io.BytesIO()
-    Image.fromarray(pixels).save(data, "PNG")
-    return base64.b64encode(data.getvalue()).decode()
+@pytest.mark.parametrize("numbers", [[], [1.0, 2.0, 3.0], [1.0] * 5])
+def test_a_shape_without_corners_is_refused(numbers: list[float]) -> None:
+    with pytest.raises(ConfigError, match="corners of a rectangle"):
+        cvat_agent.box_of(numbers)
 
 
-def bomb() -> str:
-    """Return a small file of a picture with very many pixels."""
-    data = io.BytesIO()
-    Image.new("1", (19_000, 19_000)).save(data, "PNG")
-    return base64.b64encode(data.getvalue()).decode()
-
-
-class Context:
-    """What Nuclio gives to a handler."""
-
-    def __init__(self) -> None:
-        self.logger = SimpleNamespace(info=lambda text: None)
-
-    def Response(self, **fields: Any) -> SimpleNamespace:  # noqa: N802
-        """Return an answer."""
-        return SimpleNamespace(**fields)
-
-
-def test_cvats_serverless_function_follows_shapes() -> None:
-    """CVAT sends each picture with the last shapes and states, to any worker."""
-    film = frames(6)
-    states: list[str] = []
-    shapes: list[list[float]] = []
-    for i, (pixels, truth) in enumerate(film):
-        if not i:
-            shapes = [cvat.corners_of(truth)]
-        event = SimpleNamespace(body={"image": encoded(pixels), "shapes": shapes, "states": states})
-        context = Context()
-        cvat.init_context(context)
-        answer = cvat.handler(context, event)
-        assert (answer.status_code, answer.content_type) == (200, "application/json")
-        found = json.loads(answer.body)
-        shapes, states = found["shapes"], found["states"]
-        assert iou(cvat.box_of(shapes[0]), truth) > 0.6
-        assert isinstance(states[0], str)
-    answer = cvat.handler(context, SimpleNamespace(body=json.dumps({"image": "", "shapes": []})))
-    assert answer.status_code == 400
-
-
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ({}, "not a request of CVAT"),
-        ({"image": "!"}, "not a request of CVAT"),
-        (b"{", "not a request of CVAT"),
-        (b"[" * 100_000, "not a request of CVAT"),
-        ({"shapes": [[1, 2, 3]]}, "corners of a rectangle"),
-        ({"shapes": [[500, 500, 510, 510]]}, "center outside"),
-        ({"shapes": [[5, 5, 30, 30]], "states": ["bm9uZQ=="]}, "begin the track anew"),
-    ],
-)
-def test_other_requests_are_refused(body: Any, message: str) -> None:
-    if isinstance(body, dict) and "shapes" in body:
-        body = {"image": encoded(np.zeros((60, 80, 3), np.uint8)), **body}
-    with pytest.raises(MotesError, match=message):
-        cvat.respond(body)
-
-
-def test_a_picture_of_very_many_pixels_is_refused() -> None:
-    with pytest.raises(MotesError, match="exceeds limit"):
-        cvat.respond({"image": bomb()})
+def test_the_box_of_a_polygon_is_around_it() -> None:
+    box = cvat_agent.box_of([5.0, 1.0, 9.0, 3.0, 4.0, 8.0])
+    assert box == Box(4, 1, 5, 7)
+    assert cvat_agent.corners_of(box) == [4, 1, 9, 8]
 
 
 def test_cvats_agent_runs_the_function() -> None:
@@ -115,14 +55,14 @@ def test_cvats_agent_runs_the_function() -> None:
     assert function.spec.supported_shape_types == {"rectangle"}
     film = frames(5)
     first = function.preprocess_image(None, Image.fromarray(film[0][0]))
-    shape = sdk.TrackableShape(type="rectangle", points=cvat.corners_of(film[0][1]))
+    shape = sdk.TrackableShape(type="rectangle", points=cvat_agent.corners_of(film[0][1]))
     state = function.init_tracking_state(None, first, shape)
     for pixels, truth in film[1:]:
         found = function.track(
             None, function.preprocess_image(None, Image.fromarray(pixels)), state
         )
         assert found.type == "rectangle"
-        assert iou(cvat.box_of(found.points), truth) > 0.6
+        assert iou(cvat_agent.box_of(found.points), truth) > 0.6
 
 
 @pytest.fixture

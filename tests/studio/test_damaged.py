@@ -8,8 +8,7 @@ import pytest
 
 from clips import spoil
 from motes.cli import main
-from motes.studio.document import Document, DrawnTarget
-from motes.studio.renumber import renumbered
+from motes.studio.document import Document, DrawnTarget, renumbered
 from motes.video.film import Film
 from studios import BOX, FRAMES, begin, film, looking, running
 

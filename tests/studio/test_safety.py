@@ -28,7 +28,7 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from motes.core.errors import SourceError
-from motes.studio import connections, messages, protocol
+from motes.studio import messages, protocol, serve
 from motes.studio.containers import check_container
 from motes.studio.films import Films
 from motes.studio.pictures import picture
@@ -261,7 +261,7 @@ def test_a_head_that_does_not_come_is_closed(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also the second one of a connection, and of somebody who has no token."""
-    monkeypatch.setattr(connections, "HEAD", 0.3)
+    monkeypatch.setattr(serve, "HEAD", 0.3)
     with running(folder, tmp_path, token="right") as client:
         place = client.base_url.host, client.base_url.port or 0
         for start, drip in ((b"", b""), (b"GET / HTTP/1.1\r\n", b"a"), (WHOLE + b"GET", b"a")):
@@ -285,7 +285,7 @@ def drip_into(connected: socket.socket, drip: bytes) -> None:
 def test_so_many_connections_are_open_and_no_more(
     client: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(connections, "CONNECTIONS", 4)
+    monkeypatch.setattr(serve, "CONNECTIONS", 4)
     place = client.base_url.host, client.base_url.port or 0
     with contextlib.ExitStack() as held:
         for _ in range(4):
@@ -394,12 +394,12 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
 def test_the_memory_of_a_worker_is_limited() -> None:
     lines = (
         "from motes.core.system import system",
-        "from motes.studio import worker",
+        "from motes.studio import workplace",
         "system.limit_memory(1 << 30)",
         "try:",
         "    bytearray(2 << 30)",
         "except MemoryError as error:",
-        "    print(worker.text_of(error))",
+        "    print(workplace.text_of(error))",
     )
     done = subprocess.run(
         [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True

@@ -15,10 +15,11 @@ from motes.sot.presets import preset
 from motes.studio.board import Board
 from motes.studio.commands import Region
 from motes.studio.document import Document, DrawnTarget
-from motes.studio.jobs import Desk, Jobs
+from motes.studio.jobs import Jobs
 from motes.studio.messages import OpenFilm
 from motes.studio.plan import RunPass
 from motes.studio.pool import WorkerPool
+from motes.studio.results import Results
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
 from motes.studio.tracking import run_passes
@@ -107,7 +108,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
         facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
-        jobs = Jobs(Desk(session, store, facts, cast(WorkerPool, pool), Board(facts.frames)))
+        jobs = Jobs(Results(session, store), facts, cast(WorkerPool, pool), Board(facts.frames))
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
         target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys=keys)
         jobs.update(Document((target,)))

@@ -8,16 +8,13 @@ import io
 import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, NamedTuple
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, Overwrite
+from motes.cli.options import OUTPUT, Overwrite, options
 from motes.core import interrupts
 from motes.core.errors import FormatError
 from motes.core.interrupts import check, deferred
@@ -62,15 +59,12 @@ Experiment = Generator[Result, None, None]
 """It yields a result after every step; the last one is that of the whole experiment."""
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(OUTPUT)
 class ResultOptions:
     """Where the results are written."""
 
-    out: Annotated[
-        Path | None,
-        Parameter(help="Folder for the tables, as Markdown and CSV, and for the plots."),
-    ] = None
+    out: Path | None = None
+    """Folder for the tables, as Markdown and CSV, and for the plots."""
     overwrite: Overwrite = False
 
     def show(self, name: str, steps: Experiment, problems: Sequence[Problem] = ()) -> int:

@@ -2,55 +2,31 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from math import isfinite
+from functools import partial
+from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
-from motes.cli.moment import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
 from motes.output.live_picture import View, view
-from motes.output.overlay import Draw
-from motes.output.painters import ScenePainter, TrackPainter
+from motes.output.overlay import Draw, describe, draw
+from motes.output.painters import TRAIL, ScenePainter
+from motes.output.scene_overlay import Point
 from motes.rows.writer import check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
-    from motes.cli.options import OutputOptions
     from motes.video.film import Film
     from motes.video.sources import Source
 
-
-def drawn(
-    outputs: OutputOptions,
-    film: Source | Film,
-    stride: int,
-    painter: Callable[[], Callable[[Moment], Draw]],
-    *,
-    overwrite: bool = False,
-) -> list[Sink]:
-    """Return the outputs --overlay and --show, each with a painter of its own.
-
-    Parameters
-    ----------
-    outputs
-        The options.
-    film, stride
-        The film, of which every n-th frame is used.
-    painter
-        Returns what returns a function that draws a result.
-    overwrite
-        Whether an existing video may be replaced even without --overwrite.
-    """
-    opened: list[Sink] = []
-    if outputs.overlay is not None:
-        anew = overwrite or outputs.overwrite
-        opened.append(AnnotatedVideo(outputs.overlay, film, stride, painter(), overwrite=anew))
-    if outputs.show:
-        opened.append(Show(painter()))
-    return opened
+NOWHERE = (nan, nan)
+"""In a trail, the place of a target that is not seen."""
 
 
 def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
@@ -60,14 +36,25 @@ def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
 
 
 def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
-    """Return what paints one object; with a unit of length, it shows the speed."""
-    painter = TrackPainter()
+    """Return what paints one object, its particles and its trail.
+
+    With a unit of length, it shows the speed.
+    """
+    trail = deque[Point](maxlen=TRAIL)
 
     def painted(moment: Moment) -> Draw:
-        note = ""
-        if unit is not None and moment.place is not None and isfinite(moment.place.speed):
-            note = f"{moment.place.speed:.2f} {unit}/s"
-        return painter.painted(moment.frame, moment.info, note)
+        info, place = moment.info, moment.place
+        if info is None:
+            return lambda: moment.frame.pixels
+        seen = moment.status is Status.TRACKING
+        trail.append(info.track.ellipse[:2] if seen else NOWHERE)
+        label = None
+        if unit is not None and place is not None and isfinite(place.speed):
+            label = f"{describe(info.track)}  {place.speed:.2f} {unit}/s"
+        return partial(
+            draw, moment.frame.pixels, info.track, particles=info.ellipses, weights=info.weights,
+            trail=list(trail), label=label,
+        )  # fmt: skip
 
     return painted
 

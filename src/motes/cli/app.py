@@ -5,6 +5,7 @@ from __future__ import annotations
 from cyclopts import App
 
 from motes import __version__
+from motes.cli.help import Help
 from motes.cli.settings import refuse_clashes
 
 EXIT_CODES = """\
@@ -32,6 +33,7 @@ def program(name: str, what: str) -> App:
         help=what,
         help_epilogue=EXIT_CODES,
         help_format="plaintext",
+        help_formatter=Help(),
         result_action="return_value",
         exit_on_error=False,
         print_error=False,
@@ -43,27 +45,28 @@ def program(name: str, what: str) -> App:
 app = program(
     "motes", "Track objects in video with particle filters: without training, in real time."
 )
-app.command(
-    "motes.cli.track:app", name="track", help="Track one object, or several, through a video."
-)
-app.command(
-    "motes.cli.refine:app",
-    name="refine",
-    help="Correct tracks; only what changes is tracked again.",
-)
-app.command("motes.cli.smooth:app", name="smooth", help="Smooth tracks, and fill gaps.")
-app.command(
-    "motes.cli.check:app", name="check", help="List the frames in which tracks are doubtful."
-)
-app.command("motes.cli.draw:app", name="draw", help="Draw tracks on their film, with figures.")
-app.command("motes.cli.watch:app", name="watch", help="Track and count all objects that move.")
-app.command("motes.cli.batch:app", name="batch", help="Track in many films, on many machines.")
-app.command(
-    "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
-)
-app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
-app.command("motes.cli.studio:app", name="studio", help="Track, check and correct in a browser.")
-app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
-app.command("motes.cli.demo:demo", name="demo", help="Show on rendered films what motes does.")
-app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
+COMMANDS = {
+    "track:app": "Track one object, or several, through a video.",
+    "refine:app": "Correct tracks; only what changes is tracked again.",
+    "smooth:app": "Smooth tracks, and fill gaps.",
+    "check:app": "List the frames in which tracks are doubtful.",
+    "draw:app": "Draw tracks on their film, with figures.",
+    "watch:app": "Track and count all objects that move.",
+    "batch:app": "Track in many films, on many machines.",
+    "convert:app": "Convert tracks and annotations between formats.",
+    "config:app": "List presets and all configuration keys.",
+    "studio:app": "Track, check and correct in a browser.",
+    "serve:app": "Track for annotation tools.",
+    "demo:demo": "Show on rendered films what motes does.",
+    "doctor:doctor": "Check the installation.",
+}
+"""Where each command is, by the name of its file, and its line of help."""
+for place, what in COMMANDS.items():
+    app.command(f"motes.cli.{place}", name=place.partition(":")[0], help=what)
 app.register_install_completion_command(help="Install completion for this shell and exit.")
+
+
+def show_all(command: str) -> None:
+    """Print the help of a command with all of its options."""
+    with app.app_stack([app], overrides={"help_formatter": Help()}):
+        app.help_print([command])

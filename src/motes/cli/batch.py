@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -16,11 +16,13 @@ from motes.cli.messages import counted, log
 from motes.cli.options import (
     CONFIGURATION,
     FLAG,
+    HYPHEN,
     OUTPUT,
     RUN,
     Cluster,
     OwnCode,
     Workers,
+    options,
 )
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.core import interrupts
@@ -33,33 +35,18 @@ if TYPE_CHECKING:
     from motes.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
-"""Columns that are options too."""
-
-Out = Annotated[
-    str,
-    Parameter(
-        name=["--output", "-o"],
-        group=OUTPUT,
-        help="Folder of the results, or an address such as s3://BUCKET/PREFIX. Give the same "
-        "one again to continue a batch.",
-    ),
-]
 
 
-@Parameter(name="*", group=RUN)
-@dataclass(frozen=True, kw_only=True)
+@options(RUN)
 class WorkOptions:
     """The workers."""
 
     workers: Workers = None
     cluster: Cluster = None
-    attempts: Annotated[
-        int,
-        Parameter(
-            help="How often a job is tried if its worker dies, for example from lack of memory."
-        ),
-    ] = ATTEMPTS
-    time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
+    attempts: int = ATTEMPTS
+    """How often a job is tried if its worker dies, for example from lack of memory."""
+    time_limit: float = TIME_LIMIT
+    """Seconds for a job."""
     own_code: OwnCode = False
 
     def check(self) -> None:
@@ -70,34 +57,30 @@ class WorkOptions:
             raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
 
 
-@Parameter(name="*", group=CONFIGURATION)
-@dataclass(frozen=True, kw_only=True)
+@options(CONFIGURATION)
 class JobOptions:
     """Values of columns that a row leaves empty, or a pattern does not have."""
 
-    do: Annotated[
-        Literal["track", "watch", "refine"] | None, Parameter(help="What to do with the films.")
-    ] = None
-    init: Annotated[
-        str | None,
-        Parameter(allow_leading_hyphen=True, help="The target in the first frame."),
-    ] = None
-    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
-        None
-    )
-    keyframes: Annotated[
-        str | None, Parameter(help="File of keyframes; each row begins with the name of its film.")
-    ] = None
-    detector: Annotated[str | None, Parameter(help="Detector of motes watch.")] = None
-    places: Annotated[str | None, Parameter(help="TOML file of lines and zones.")] = None
-    preset: Annotated[str | None, Parameter(help="Preset of the tracker.")] = None
-    config: Annotated[
-        str | None, Parameter(help="TOML file whose values replace those of the preset.")
-    ] = None
-    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
-    network: Annotated[
-        str | None, Parameter(help="Trained network that joins the tracker: A.onnx,B.onnx.")
-    ] = None
+    do: Literal["track", "watch", "refine"] | None = None
+    """What to do with the films."""
+    init: Annotated[str | None, HYPHEN] = None
+    """The target in the first frame."""
+    detect: Literal["face"] | None = None
+    """Wait for a face and track it."""
+    keyframes: str | None = None
+    """File of keyframes; each row begins with the name of its film."""
+    detector: str | None = None
+    """Detector of motes watch."""
+    places: str | None = None
+    """TOML file of lines and zones."""
+    preset: str | None = None
+    """Preset of the tracker."""
+    config: str | None = None
+    """TOML file whose values replace those of the preset."""
+    seed: int | None = None
+    """Seed of the random numbers."""
+    network: str | None = None
+    """Trained network that joins the tracker: A.onnx,B.onnx."""
 
     def columns(self) -> dict[str, object]:
         """Return the values that are given, by their columns."""
@@ -109,14 +92,9 @@ def batch(
     jobs: str,
     /,
     *,
-    output: Out,
-    rows: Annotated[
-        Literal["csv", "parquet"],
-        Parameter(group=OUTPUT, help="Form of the rows: CSV files, or a dataset of Parquet."),
-    ] = "csv",
-    overlay: Annotated[
-        bool, FLAG, Parameter(group=OUTPUT, help="Make an annotated video of each film.")
-    ] = False,
+    output: Annotated[str, Parameter(name=["--output", "-o"], group=OUTPUT)],
+    rows: Annotated[Literal["csv", "parquet"], Parameter(group=OUTPUT)] = "csv",
+    overlay: Annotated[bool, FLAG, Parameter(group=OUTPUT)] = False,
     columns: JobOptions = JobOptions(),
     work: WorkOptions = WorkOptions(),
 ) -> int:
@@ -132,6 +110,13 @@ def batch(
         A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, init,
         detect, keyframes, rows, detector, places, preset, config, seed, network, start, end,
         stride, fps and label (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
+    output
+        Folder of the results, or an address such as s3://BUCKET/PREFIX. Give the same one again to
+        continue a batch.
+    rows
+        Form of the rows: CSV files, or a dataset of Parquet.
+    overlay
+        Make an annotated video of each film.
     """
     from motes.cluster.inputs import missing
     from motes.cluster.state import Options, save
@@ -186,9 +171,7 @@ def retry(
     out: str,
     /,
     *,
-    failed: Annotated[
-        bool, FLAG, Parameter(help="Try those that failed too; without it, only those left.")
-    ] = False,
+    failed: Annotated[bool, FLAG] = False,
     work: WorkOptions = WorkOptions(),
 ) -> int:
     """Try the failed jobs of a batch again, and do those that are left.
@@ -197,6 +180,8 @@ def retry(
     ----------
     out
         The folder or the address of the batch.
+    failed
+        Try those that failed too; without it, only those left.
     """
     from motes.cluster.state import load_options
     from motes.cluster.store import open_store

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
-from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.known_run import TrackerOptions
 from motes.cli.load_config import network_settings
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
-from motes.cli.track_options import TargetOptions, TrackOutputs
+from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.watch import PRESET, watch
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
@@ -72,14 +71,14 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         for path in folder.glob(f"*{ENDING}"):  # no command that reads a history reads Parquet
             path.unlink()
     if not frames.opened:
-        return Made(_rows(rows))
+        return _rows(rows), None
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
     report = frames.opened[-1].report
     if report.assumption is not None:
         notes.append(report.assumption.capitalize())
     if report.problems:
         notes.append(f"The film has problems: {report.problems}.")
-    return Made(len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None)
+    return len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None
 
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
@@ -119,7 +118,7 @@ def _refine(job: Job, rows: Path) -> int:
     code = refine(
         job.source,
         Path(job.rows),
-        keyframes=_path(job.keyframes),
+        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
         output=goal,
         tracker=TrackerOptions(
             preset=job.preset,

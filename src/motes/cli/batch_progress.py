@@ -22,22 +22,16 @@ class BatchProgress:
     ----------
     total
         The number of jobs.
-
-    Attributes
-    ----------
-    kept, done, failed, frames
-        Jobs that were done before, were done now, failed, and frames of the jobs that were done
-        now.
-    running
-        Attempts that run.
-    written
-        The table that was written.
     """
 
     def __init__(self, total: int) -> None:
         self.total = total
-        self.kept = self.done = self.failed = self.frames = self.running = 0
+        self.kept = self.done = self.failed = self.frames = 0
+        """Jobs that were done before, were done now, failed, and frames of those done now."""
+        self.running = 0
+        """Attempts that run."""
         self.written: str | None = None
+        """The table that was written."""
         self._bar = TerminalBar("jobs", total)
         self._begun = self._shown = time.monotonic()
 

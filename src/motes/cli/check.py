@@ -14,7 +14,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, Overwrite
+from motes.cli.options import OUTPUT, OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
@@ -37,16 +37,9 @@ def check(
     rows: Path,
     /,
     *,
-    count: Annotated[
-        int, Parameter(group=OUTPUT, help="Number of frames that are listed.")
-    ] = COUNT,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["--output", "-o"], group=OUTPUT, help="List of the frames, .csv."),
-    ] = None,
-    sheet: Annotated[
-        Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
-    ] = None,
+    count: Annotated[int, Parameter(group=OUTPUT)] = COUNT,
+    output: OutputFile = None,
+    sheet: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
     **settings: Settings,
@@ -63,6 +56,12 @@ def check(
         The video or images of the rows.
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
+    count
+        Number of frames that are listed.
+    output
+        List of the frames, .csv.
+    sheet
+        Contact sheet of the frames, .png.
     """
     from motes.core.files import write_whole, writing
     from motes.correction.suspects import doubts
@@ -100,7 +99,6 @@ def check(
 
 def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.correct_run import CountedFilm
     from motes.cli.progress import FrameProgress
     from motes.core.track import Status
     from motes.correction.passes import run_pass
@@ -112,9 +110,11 @@ def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) ->
     if part[-1].frame - part[0].frame + 1 != len(part):
         raise InputError("Frames between these rows are missing; make rows of every frame.")
     with FrameProgress(len(part)) as progress:
-        counted = CountedFilm(film, lambda: progress.count("backward"))
-        frames = counted.backward(part[-1].frame, part[0].frame)
-        back = run_pass(config, seed, frames, part[-1].ellipse, backward=True)
+        frames = film.backward(part[-1].frame, part[0].frame)
+        back = run_pass(
+            config, seed, frames, part[-1].ellipse, backward=True,
+            observe=lambda _: progress.count("backward"),
+        )  # fmt: skip
     judged = compare(part, back)
     return [*table.tracks[:first], *judged, *table.tracks[last + 1 :]]
 

@@ -8,9 +8,10 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
+from motes.cli.options import FLAG
 from motes.core.config_keys import Key, KeyChoice, all_keys, keys, type_key
 from motes.core.errors import ConfigError
 
@@ -32,15 +33,7 @@ def config(
     key: str | None = None,
     /,
     *,
-    watch: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            show_default=False,
-            help="List the keys of motes watch: the scene, the detector and, as tracker.KEY, the "
-            "keys of the preset.",
-        ),
-    ] = False,
+    watch: Annotated[bool, FLAG] = False,
 ) -> int:
     """List the presets, or every key of one with its type, value and meaning.
 
@@ -52,6 +45,9 @@ def config(
         A preset. Without one, the presets are listed.
     key
         List only this key and those inside it, such as motion or color.bins.
+    watch
+        List the keys of motes watch: the scene, the detector and, as tracker.KEY, the keys of the
+        preset.
     """
     if preset is None and not watch:
         print("\n".join(_presets()))

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
-from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite, say_rate
+from motes.cli.options import FLAG, OUTPUT, KeyframeError, OutputFile, Overwrite, say_rate
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
 
@@ -33,36 +33,16 @@ def convert(
     target: Path | None = None,
     /,
     *,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["--output", "-o"], group=OUTPUT, help="File to make; the same as TARGET."),
-    ] = None,
-    from_: Annotated[
-        str | None,
-        Parameter(name="--from", group=FORMS, help="Format to read. [default: by content]"),
-    ] = None,
-    to: Annotated[
-        str | None,
-        Parameter(name="--to", group=FORMS, help="Format to write. [default: by name]"),
-    ] = None,
-    list_: Annotated[
-        bool, FLAG, Parameter(name="--list", group=FORMS, help="List the formats and exit.")
-    ] = False,
-    video: Annotated[
-        str | None,
-        Parameter(group=FILM, help="The film: for its size, its number of frames and its rate."),
-    ] = None,
-    size: Annotated[
-        str | None, Parameter(group=FILM, help="Width and height of the film, as 640x480.")
-    ] = None,
-    fps: Annotated[float | None, Parameter(group=FILM, help="Frames per second.")] = None,
-    frames: Annotated[int | None, Parameter(group=FILM, help="Number of frames.")] = None,
-    label: Annotated[
-        str, Parameter(group=OUTPUT, help="Class of the objects that have none in the first file.")
-    ] = "object",
-    identity: Annotated[
-        int | None, Parameter(group=OUTPUT, help="Take only the object with this identity.")
-    ] = None,
+    output: OutputFile = None,
+    from_: Annotated[str | None, Parameter(name="--from", group=FORMS)] = None,
+    to: Annotated[str | None, Parameter(group=FORMS)] = None,
+    list_: Annotated[bool, FLAG, Parameter(name="--list", group=FORMS)] = False,
+    video: Annotated[str | None, Parameter(group=FILM)] = None,
+    size: Annotated[str | None, Parameter(group=FILM)] = None,
+    fps: Annotated[float | None, Parameter(group=FILM)] = None,
+    frames: Annotated[int | None, Parameter(group=FILM)] = None,
+    label: Annotated[str, Parameter(group=OUTPUT)] = "object",
+    identity: Annotated[int | None, Parameter(group=OUTPUT)] = None,
     keyframe_error: KeyframeError = None,
     overwrite: Overwrite = False,
 ) -> int:
@@ -80,6 +60,26 @@ def convert(
         The file or folder to read.
     target
         The file or folder to make.
+    output
+        File to make; the same as TARGET.
+    from_
+        Format to read. [default: by content]
+    to
+        Format to write. [default: by name]
+    list_
+        List the formats and exit.
+    video
+        The film: for its size, its number of frames and its rate.
+    size
+        Width and height of the film, as 640x480.
+    fps
+        Frames per second.
+    frames
+        Number of frames.
+    label
+        Class of the objects that have none in the first file.
+    identity
+        Take only the object with this identity.
     """
     from motes.cli.watch_outputs import check_place, format_of
     from motes.correction.history import check_beside, hand_on, history_beside

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from motes.cli.progress import FrameProgress
 from motes.core.errors import MotesError
-from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Track
 from motes.correction.correct import correct_stretch, partial, reader_of, tracks_of
@@ -16,36 +15,14 @@ from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.refine import changed, kept
 from motes.correction.rows import KnownRows
-from motes.sot.presets import TrackerConfig
+from motes.sot.step_info import StepInfo
 from motes.video.film import Film
-from motes.video.shared import FrameReader
-
-
-class CountedFilm:
-    """A film that counts the frames that it gives."""
-
-    def __init__(self, film: FrameReader, count: Callable[[], None]) -> None:
-        self._film, self._count = film, count
-
-    def forward(self, first: int, last: int) -> Iterator[Frame]:
-        """Yield the frames from `first` to `last`."""
-        return self._each(self._film.forward(first, last))
-
-    def backward(self, last: int, first: int) -> Iterator[Frame]:
-        """Yield the frames from `last` down to `first`."""
-        return self._each(self._film.backward(last, first))
-
-    def _each(self, frames: Iterator[Frame]) -> Iterator[Frame]:
-        for frame in frames:
-            yield frame
-            self._count()
 
 
 def run_stretches(
     film: Film,
     parts: Sequence[Stretch],
-    config: TrackerConfig,
-    seed: int,
+    history: History,
     done: Callable[[Stretch, list[Track]], None],
     *,
     quiet: bool = False,
@@ -60,8 +37,8 @@ def run_stretches(
         The film.
     parts
         The stretches.
-    config, seed
-        The tracker.
+    history
+        Has the tracker.
     done
         Takes a stretch and its tracks; it is not interrupted.
     quiet
@@ -71,19 +48,21 @@ def run_stretches(
     -------
     The number of stretches that are done, and the interrupt that ended the run, or None.
     """
-    # Each pass reads the frame at its end beforehand, if that is a keyframe too.
-    count = sum((each.last - each.first + len(each.keys)) * len(each.keys) for each in parts)
+    count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
         with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
-                counted = CountedFilm(
-                    reader_of(film, each),
-                    lambda state=state: progress.count(state),  # type: ignore[misc]
-                )
+
+                def count_frame(_: StepInfo, state: str = state) -> None:
+                    progress.count(state)
+
                 so_far.clear()
-                joined = correct_stretch(counted, each, config, seed, so_far)
+                reader = reader_of(film, each)
+                joined = correct_stretch(
+                    reader, each, history.tracker, history.seed, so_far, count_frame
+                )
                 tracks = tracks_of(each, joined, film.times)
                 with deferred():
                     so_far.clear()
@@ -145,7 +124,7 @@ def refine_rows(
     after.unfinished_with(parts).save(history_path(goal))
     left = parts
     try:
-        done, interrupted = run_stretches(film, parts, after.tracker, after.seed, replace)
+        done, interrupted = run_stretches(film, parts, after, replace)
         left = parts[done:]
     finally:
         table.write(goal)

@@ -61,27 +61,18 @@ TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
 
 
 class Story(NamedTuple):
-    """A film of the demo.
-
-    Attributes
-    ----------
-    name
-        The first part of the names of its files.
-    title
-        What happens.
-    film
-        Renders it, given a seed; the first object is followed.
-    line
-        x of an upright line at which objects are counted; None for none.
-    peers
-        Trackers of OpenCV that follow the target too.
-    """
+    """A film of the demo."""
 
     name: str
+    """The first part of the names of its files."""
     title: str
+    """What happens."""
     film: Films
+    """Renders it, given a seed; the first object is followed."""
     line: int | None = None
+    """x of an upright line at which objects are counted; None for none."""
     peers: Sequence[str] = ("KCF",)
+    """Trackers of OpenCV that follow the target too."""
 
 
 def _film(name: str, *size: tuple[int, int]) -> Films:
@@ -182,22 +173,15 @@ def demo(
 
 @dataclass
 class TrackerRun:
-    """A tracker with its results so far.
-
-    Attributes
-    ----------
-    name
-        Of the tracker.
-    start, follow
-        Start it on a box of a frame; return its box in the next frame, and whether it is sure.
-    patience
-        Frames in turn off the target after which it is stopped, and has no box.
-    """
+    """A tracker with its results so far."""
 
     name: str
+    """Of the tracker."""
     start: Callable[[Frame, Box], object]
     follow: Callable[[Frame], tuple[Sequence[float], bool]]
+    """Start it on a box of a frame; return its box in the next frame, and whether it is sure."""
     patience: float = PATIENCE
+    """Frames in turn off the target after which it is stopped, and has no box."""
     box: Sequence[float] = ()
     sure: bool = True
     off: int = 0
@@ -223,39 +207,27 @@ class TrackerRun:
 
 
 class Score(NamedTuple):
-    """The quality of a run.
-
-    Attributes
-    ----------
-    half
-        Share of the frames with an IoU above 0.5, of those in which half of the target is visible.
-    missed, admitted
-        Number of frames with an IoU below `HIT`, and of those in which the tracker was not sure.
-    """
+    """The quality of a run."""
 
     half: float
+    """Share of the frames with an IoU above 0.5, of those in which half of the target is
+    visible."""
     missed: int
     admitted: int
+    """Number of frames with an IoU below `HIT`, and of those in which the tracker was not sure."""
 
 
 class Played(NamedTuple):
-    """What a film of the demo gave.
-
-    Attributes
-    ----------
-    scores, milliseconds
-        Of each tracker, by name: its score, and the median processor time of an update.
-    states
-        Status and confidence of the default tracker in each frame.
-    counted, crossings
-        How many objects were counted, and how many crossed the line; None without a line.
-    """
+    """What a film of the demo gave."""
 
     scores: Mapping[str, Score]
     milliseconds: Mapping[str, float]
+    """Of each tracker, by name: its score, and the median processor time of an update."""
     states: Sequence[tuple[str, float]]
+    """Status and confidence of the default tracker in each frame."""
     counted: int | None
     crossings: int | None
+    """How many objects were counted, and how many crossed the line; None without a line."""
 
 
 def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from motes.cli.frame_loop import Sink
 from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
 from motes.cli.known_run import beside
-from motes.cli.moment import Sink
-from motes.cli.options import OUTPUT, Fps, Overwrite, say_rate
+from motes.cli.options import OUTPUT, Fps, OutputFile, Overwrite, options, say_rate
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
 
@@ -24,43 +23,26 @@ if TYPE_CHECKING:
 app = App(name="draw", help_format="plaintext")
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(OUTPUT)
 class DrawOutputs:
     """The pictures that are made."""
 
-    output: Annotated[
-        Path | None,
-        Parameter(
-            name=["--output", "-o"],
-            help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.",
-        ),
-    ] = None
-    figures: Annotated[
-        Path | None,
-        Parameter(
-            help="Folder for figures. Of one target: its path, speed and size, .pdf. Of several "
-            "objects: a heatmap, their paths, and a slit scan of each line, .png.",
-        ),
-    ] = None
-    masks: Annotated[
-        Path | None,
-        Parameter(
-            help="Masks of one target: its pixels, where their colors differ from those around "
-            "it. A folder for PNG files, or a .json document of COCO."
-        ),
-    ] = None
-    label: Annotated[
-        str | None,
-        Parameter(help="Class of the target in a document of masks. [default: object]"),
-    ] = None
+    output: OutputFile = None
+    """Video with the tracks drawn: .mp4, .mkv, .mov or .m4v."""
+    figures: Path | None = None
+    """Folder for figures. Of one target: its path, speed and size, .pdf. Of several objects: a
+    heatmap, their paths, and a slit scan of each line, .png."""
+    masks: Path | None = None
+    """Masks of one target: its pixels, where their colors differ from those around it. A folder for
+    PNG files, or a .json document of COCO."""
+    label: str | None = None
+    """Class of the target in a document of masks. [default: object]"""
     overwrite: Overwrite = False
 
     def of_target(self, film: Source, name: str, *, metres: bool) -> list[Sink]:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         from motes.cli.annotated_video import AnnotatedVideo, painted_target
-        from motes.cli.masks import masks_output
-        from motes.cli.pictures import MotionFigures
+        from motes.cli.pictures import MotionFigures, masks_output
 
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
@@ -99,9 +81,7 @@ def draw(
     /,
     *,
     outputs: DrawOutputs = DrawOutputs(),
-    from_: Annotated[
-        str | None, Parameter(name="--from", help="Format of the rows. [default: by content]")
-    ] = None,
+    from_: Annotated[str | None, Parameter(name="--from")] = None,
     fps: Fps = None,
     units: UnitOptions = UnitOptions(),
 ) -> int:
@@ -117,6 +97,8 @@ def draw(
         The video or images of the rows.
     rows
         The rows: of motes track, refine, smooth or watch, or another tool's.
+    from_
+        Format of the rows. [default: by content]
     """
     from msgspec.structs import replace
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from motes.cli.moment import Hindsight, Moment, Moments
+from motes.cli.frame_loop import Hindsight, Moment, Moments
 from motes.cli.watch_loop import counted_moments
 from motes.core.errors import InputError
 from motes.core.frame import Frame
@@ -34,24 +34,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Given:
-    """Rows that are drawn.
-
-    Attributes
-    ----------
-    path
-        Their file.
-    rows
-        Those of each frame.
-    single
-        Whether they are of one target, whose ellipse is drawn.
-    timed
-        Whether the file has the times of frames.
-    """
+    """Rows that are drawn."""
 
     path: Path
+    """Their file."""
     rows: Mapping[int, FrameRow]
+    """Those of each frame."""
     single: bool
+    """Whether they are of one target, whose ellipse is drawn."""
     timed: bool
+    """Whether the file has the times of frames."""
 
     @property
     def last(self) -> int:
@@ -93,13 +85,13 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
 
 def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
     """Return what makes the moments of rows of one target."""
-    motion, metres = _Motion(units or PIXELS), given.metres
+    motion, metres = GroundMotion(units or PIXELS), given.metres
 
     def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in _checked(frames, given, film):
             each = next(iter(given.objects(frame)), None)
             track = None if each is None else each.track(frame.index, frame.time)
-            place = _ground(each) if metres else motion.update(track)
+            place = _ground(each) if metres else _measured(motion, track)
             info = None if track is None else Hindsight(track)
             yield Moment(frame, info, 0.0, place)
 
@@ -113,16 +105,13 @@ def _ground(row: ObjectRow | None) -> GroundPlace | None:
     return GroundPlace(*map(row.number, GROUND))
 
 
-class _Motion(GroundMotion):
-    """Places and speeds of tracks whose covariances may be unknown; then so are deviations."""
-
-    def update(self, track: Track | None) -> GroundPlace | None:
-        """Return the place in a frame."""
-        if track is None or np.isfinite(track.covariance).all():
-            return super().update(track)
-        place = super().update(replace(track, covariance=np.eye(5)))
-        nothing = {"x_m_std": math.nan, "y_m_std": math.nan, "speed_std": math.nan}
-        return None if place is None else place._replace(**nothing)
+def _measured(motion: GroundMotion, track: Track | None) -> GroundPlace | None:
+    """Return place and speed of a track; where its covariance is unknown, so are deviations."""
+    if track is None or np.isfinite(track.covariance).all():
+        return motion.update(track)
+    place = motion.update(replace(track, covariance=np.eye(5)))
+    nothing = {"x_m_std": math.nan, "y_m_std": math.nan, "speed_std": math.nan}
+    return None if place is None else place._replace(**nothing)
 
 
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:

@@ -1,34 +1,108 @@
-"""The loop of `motes track` and `motes watch`: from a source of frames into outputs."""
+"""A run: its frames become moments, which all of its outputs take."""
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import counted, log
-from motes.cli.moment import Moment, Moments, Sink
 from motes.cli.progress import FrameProgress
 from motes.core import interrupts
 from motes.core.errors import MotesError
+from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.core.track import Status, Track
+from motes.rows.journal import FrameRow, ObjectRow, object_rows
+from motes.rows.schema import hindsight
+from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
+if TYPE_CHECKING:
+    from motes.mot.analytics.events import Event
+    from motes.mot.analytics.real_units import GroundPlace
+    from motes.mot.tracked_object import SceneTrack
+
+
+class Hindsight(StepInfo, frozen=True, eq=False):
+    """What is known of a frame in hindsight: a track without particles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """The result of a frame."""
+
+    frame: Frame
+    """The frame."""
+    info: StepInfo | None = None
+    """The report of the tracker of one target; None before it has one."""
+    seconds: float = 0.0
+    """Time of the tracker."""
+    place: GroundPlace | None = None
+    """The target's place on the ground; None if it is not measured, or not seen."""
+    tracks: Sequence[SceneTrack] = ()
+    events: Sequence[Event] = ()
+    """Several objects, and what they do."""
+    single: bool = True
+    """Whether it is of one target, which `tracks` does not have."""
+
+    @property
+    def picture(self) -> FrameRow:
+        """The rows of the frame."""
+        if not self.single:
+            return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
+        known = hindsight(self.info.track) if isinstance(self.info, Hindsight) else {}
+        further = known if self.place is None else known | self.place.columns
+        target = ObjectRow.of_target(self.track, further)
+        return FrameRow(self.frame.index, self.frame.time, (target,))
+
+    @property
+    def track(self) -> Track | None:
+        """The target's track; None before there is a target."""
+        return self.info.track if self.info else None
+
+    @property
+    def status(self) -> Status:
+        """The track's status; without a track, searching."""
+        return self.info.track.status if self.info else Status.SEARCHING
+
+
+Moments = Callable[[Iterator[Frame]], Generator[Moment, None, None]]
+"""Makes the results of a run from its frames."""
+
+
+class Sink(AbstractContextManager[object], Protocol):
+    """An output: it takes the result of each frame, and is closed as a context manager."""
+
+    @abstractmethod
+    def write(self, moment: Moment, /) -> None:
+        """Add a frame."""
+
+    @property
+    def result(self) -> str | None:
+        """The name of what was written, for the summary; None for nothing."""
+        return None
+
+    def __enter__(self) -> Self:
+        return self
+
+    @abstractmethod
+    def __exit__(self, *exception: Any) -> None:
+        """Finish what was written."""
+
 
 class Tally:
-    """Counts the frames of a run; as text, its statistics in one line.
-
-    Attributes
-    ----------
-    frames
-        The number of frames so far.
-    """
+    """Counts the frames of a run; as text, its statistics in one line."""
 
     def __init__(self) -> None:
         self.frames = 0
+        """The number of frames so far."""
 
     def add(self, moment: Moment) -> str:
         """Count a frame that is written; return the state of the run, for the progress bar."""
@@ -76,14 +150,14 @@ def run(
     interrupted: KeyboardInterrupt | None = None
     try:
         with (
-            contextlib.ExitStack() as opened,
+            ExitStack() as opened,
             Newest(film) if film.live else prefetch(film) as frames,
-            contextlib.ExitStack() as reading,
+            ExitStack() as reading,
         ):
             reading.callback(film.stop)
             for output in outputs:
                 opened.enter_context(output)
-            making = opened.enter_context(contextlib.closing(moments(iter(frames))))
+            making = opened.enter_context(closing(moments(iter(frames))))
             with FrameProgress(film.frame_count, quiet=quiet) as bar:
                 try:
                     for moment in making:

@@ -1,4 +1,4 @@
-"""The help of commands with many options: those that most people use, or all with --help-all."""
+"""The help of a command: all of its options, or those that most people use."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from motes.cli.options import CONFIGURATION, FLAG
 
 if TYPE_CHECKING:
-    from cyclopts.help import HelpPanel
+    from cyclopts.help import HelpEntry, HelpPanel
     from rich.console import Console, ConsoleOptions
 
 HelpAll = Annotated[
@@ -17,26 +17,27 @@ HelpAll = Annotated[
 ]
 
 
-class UsualOptions:
-    """Shows the help of a command with its arguments, but only some of its options.
+class Help:
+    """Shows the help of a command, with its texts from docstrings as running text.
 
     Parameters
     ----------
-    names
-        The options.
+    usual
+        The options that are shown, beside all arguments; by default all.
     """
 
-    def __init__(self, *names: str) -> None:
-        self.names = frozenset(names)
+    def __init__(self, *usual: str) -> None:
+        self.usual = frozenset(usual)
 
     def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
         """Show a group of arguments or options, unless no usual one is among them."""
         from cyclopts.help import DefaultFormatter
 
         shown = [
-            entry
+            _running(entry)
             for entry in panel.entries
-            if not entry.positive_names or self.names.intersection(entry.positive_names)
+            if not (self.usual and entry.positive_names)
+            or self.usual.intersection(entry.positive_names)
         ]
         DefaultFormatter()(console, options, panel.copy(entries=shown))
 
@@ -47,11 +48,11 @@ class UsualOptions:
         DefaultFormatter().render_usage(console, options, usage)
 
 
-def show_all(command: str) -> None:
-    """Print the help of a command with all of its options."""
-    from cyclopts.help import DefaultFormatter
+def _running(entry: HelpEntry) -> HelpEntry:
+    """Return an entry whose text has no line breaks."""
+    from rich.text import Text
 
-    from motes.cli.app import app
-
-    with app.app_stack([app], overrides={"help_formatter": DefaultFormatter()}):
-        app.help_print([command])
+    text = getattr(entry.description, "primary_renderable", None)
+    if isinstance(text, Text):
+        entry.description.primary_renderable = Text(" ".join(text.plain.split()), end=text.end)
+    return entry

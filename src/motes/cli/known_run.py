@@ -1,11 +1,9 @@
-"""What is remembered beside rows: how a run writes it, and how commands that take rows read it.
+"""What is remembered beside rows, for the commands that take rows.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-import glob
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,27 +15,20 @@ from motes.cli.options import (
     PRESETS,
     ConfigFile,
     Fps,
-    FrameOptions,
-    OutputOptions,
+    options,
     say_rate,
 )
-from motes.core.config import Config
 from motes.core.errors import ConfigError
-from motes.core.files import is_special, remove_leftovers
 from motes.rows.journal import text_name
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Sink
     from motes.correction.history import History
     from motes.correction.rows import KnownRows
     from motes.mot.analytics.real_units import RealUnits
-    from motes.mot.analytics.regions import Regions
     from motes.video.film import Film
-    from motes.video.sources import Source
 
 
-@Parameter(name="*", group=CONFIGURATION)
-@dataclass(frozen=True, kw_only=True)
+@options(CONFIGURATION)
 class TrackerOptions:
     """The tracker of rows that do not have one beside them."""
 
@@ -45,68 +36,14 @@ class TrackerOptions:
         str | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
     ] = None
     config: ConfigFile = None
-    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
+    seed: int | None = None
+    """Seed of the random numbers."""
     fps: Fps = None
 
     @property
     def given(self) -> dict[str, object]:
         """The values of the tracker's options by their names; None if one is not given."""
         return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
-
-
-def rows_outputs(
-    output: str,
-    outputs: OutputOptions,
-    film: "Source",
-    frames: FrameOptions,
-    config: Config,
-    seed: int,
-    preset: str,
-    *,
-    units: "RealUnits | None" = None,
-    places: "Regions | None" = None,
-    further: Sequence[str] = (),
-    resume: bool = False,
-) -> "list[Sink]":
-    """Return what writes rows, after what writes their history; streams and documents have none.
-
-    Parameters
-    ----------
-    output, outputs
-        The file of the rows, or -, and the options of outputs.
-    film, frames
-        The film and its frames.
-    config, seed, preset
-        The tracker, or the scene.
-    units, places
-        As in `History`.
-    further, resume
-        As in `rows_output`.
-    """
-    from motes.cli.watch_outputs import rows_output
-    from motes.correction.history import History, Remembered
-
-    rows = rows_output(output, film, outputs, further=further, resume=resume)
-    path = history_file(output, outputs)
-    if path is None:
-        return [rows]
-    history = History.of_run(
-        film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
-        stride=frames.stride,
-    )  # fmt: skip
-    if resume:  # what a killed run has left of it
-        remove_leftovers(path.with_name(glob.escape(path.name)))
-    return [Remembered(output, history, overwrite=outputs.overwrite or resume), rows]
-
-
-def history_file(output: str, outputs: OutputOptions) -> Path | None:
-    """Return the file that remembers how rows are made; streams and documents have none."""
-    from motes.cli.watch_outputs import STREAMED, format_of
-    from motes.correction.history import history_path
-
-    if output == "-" or is_special(output) or format_of(output, outputs.format) not in STREAMED:
-        return None
-    return history_path(Path(output))
 
 
 def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | None":

@@ -3,9 +3,10 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar, dataclass_transform
 
 from cyclopts import Group, Parameter
 
@@ -31,18 +32,24 @@ REPEATED = Parameter(negative=())
 HYPHEN = Parameter(allow_leading_hyphen=True)
 """An option whose value may begin with a hyphen: a negative number, or - for standard output."""
 
+Kind = TypeVar("Kind", bound=type)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def options(group: Group) -> Callable[[Kind], Kind]:
+    """Make a class a group of options: each field is one, and the text below it is its help."""
+
+    def made(kind: Kind) -> Kind:
+        dataclass(frozen=True, kw_only=True)(kind)
+        return Parameter(name="*", group=group)(kind)
+
+    return made
+
+
 PRESETS = (
     "Preset: default, nummiaro, maggio, ng_delp, zhao_pei, mean_shift or a variant; motes config "
     "lists all."
 )
-Preset = Annotated[str, Parameter(group=CONFIGURATION, help=PRESETS)]
-TrackPreset = Annotated[
-    str | None,
-    Parameter(
-        group=CONFIGURATION,
-        help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram.",
-    ),
-]
 ObjectPreset = Annotated[
     str,
     Parameter(
@@ -69,19 +76,9 @@ Fps = Annotated[
         "the film says, for images the frameRate in their seqinfo.ini, else 25.",
     ),
 ]
-Seed = Annotated[int, Parameter(group=CONFIGURATION, help="Seed of the random numbers: 0 or more.")]
 ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
-]
-NetworkFiles = Annotated[
-    str | None,
-    Parameter(
-        name="--network",
-        group=CONFIGURATION,
-        help="Trained network that joins the tracker: an ONNX file, or several of one network: "
-        "backbone.onnx,head.onnx. docs/network.md says where to get one.",
-    ),
 ]
 KeyframeError = Annotated[
     float | None,
@@ -92,26 +89,32 @@ KeyframeError = Annotated[
         "1]",
     ),
 ]
+OutputFile = Annotated[Path | None, Parameter(name=["--output", "-o"], group=OUTPUT)]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
+OwnCode = Annotated[
+    bool,
+    FLAG,
+    Parameter(
+        group=CONFIGURATION,
+        help="Run the Python code that a file names as its detector, MODULE:CALLABLE.",
+    ),
+]
 
 
-@Parameter(name="*", group=FRAMES)
-@dataclass(frozen=True, kw_only=True)
+@options(FRAMES)
 class FrameOptions:
     """The frames that are read."""
 
-    start: Annotated[int, Parameter(help="First frame.")] = 0
-    end: Annotated[int | None, Parameter(help="Stop before this frame.")] = None
-    stride: Annotated[int, Parameter(help="Read every n-th frame.")] = 1
+    start: int = 0
+    """First frame."""
+    end: int | None = None
+    """Stop before this frame."""
+    stride: int = 1
+    """Read every n-th frame."""
     fps: Fps = None
-    reconnect: Annotated[
-        float | None,
-        Parameter(
-            group=LIVE,
-            help="If a live source fails, try to open it again for this many seconds, with growing "
-            "pauses; then end with an error. The default is no limit.",
-        ),
-    ] = None
+    reconnect: Annotated[float | None, Parameter(group=LIVE)] = None
+    """If a live source fails, try to open it again for this many seconds, with growing pauses; then
+    end with an error. The default is no limit."""
 
     def open(self, source: str) -> "Source":
         """Return the frames of a source; raise a SourceError if it cannot be read."""
@@ -136,60 +139,33 @@ def say_rate(film: "Source | Film") -> None:
         log(f"{film.name}: {film.report.assumption}")
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(OUTPUT)
 class OutputOptions:
     """The outputs of a run."""
 
-    output: Annotated[
-        str | None,
-        HYPHEN,
-        Parameter(
-            name=["--output", "-o"],
-            help="Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for "
-            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT). "
-            "motes convert --list has all formats.",
-        ),
-    ] = None
-    format: Annotated[str | None, Parameter(help="Format of --output, whatever its ending is.")] = (
-        None
-    )
+    output: Annotated[str | None, HYPHEN, Parameter(name=["--output", "-o"])] = None
+    """Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for standard output; or
+    a document for annotation tools: .json (COCO) or .xml (CVAT). motes convert --list has all
+    formats."""
+    format: str | None = None
+    """Format of --output, whatever its ending is."""
     keyframe_error: KeyframeError = None
-    label: Annotated[
-        str | None,
-        Parameter(help="Class of the objects in a .json or .xml document. [default: object]"),
-    ] = None
-    overlay: Annotated[
-        Path | None, Parameter(help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.")
-    ] = None
-    show: Annotated[
-        bool,
-        FLAG,
-        Parameter(
-            help="Show the tracks while they are made: in a window if OpenCV has one, else on a "
-            "page for a browser on this computer, whose address is printed."
-        ),
-    ] = False
+    label: str | None = None
+    """Class of the objects in a .json or .xml document. [default: object]"""
+    overlay: Path | None = None
+    """Video with the tracks drawn: .mp4, .mkv, .mov or .m4v."""
+    show: Annotated[bool, FLAG] = False
+    """Show the tracks while they are made: in a window if OpenCV has one, else on a page for a
+    browser on this computer, whose address is printed."""
     overwrite: Overwrite = False
 
 
-OwnCode = Annotated[
-    bool,
-    FLAG,
-    Parameter(
-        group=CONFIGURATION,
-        help="Run the Python code that a file names as its detector, MODULE:CALLABLE.",
-    ),
-]
-
-
-@Parameter(name="*", group=CONFIGURATION)
-@dataclass(frozen=True, kw_only=True)
+@options(CONFIGURATION)
 class ConfigOptions:
     """Changes of a preset, beside the keys of the configuration."""
 
     config: ConfigFile = None
-    seed: Seed = 0
-    dump_config: Annotated[
-        bool, FLAG, Parameter(help="Print the whole configuration as TOML and exit.")
-    ] = False
+    seed: int = 0
+    """Seed of the random numbers: 0 or more."""
+    dump_config: Annotated[bool, FLAG] = False
+    """Print the whole configuration as TOML and exit."""

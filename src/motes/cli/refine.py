@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.keyframe_options import Absent, At, File, marks
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
-from motes.cli.options import OUTPUT, Overwrite
+from motes.cli.options import OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
+from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 
@@ -26,17 +25,8 @@ def refine(
     rows: Path,
     /,
     *,
-    at: At = None,
-    absent: Absent = None,
-    keyframes: File = None,
-    output: Annotated[
-        Path | None,
-        Parameter(
-            name=["--output", "-o"],
-            group=OUTPUT,
-            help="File of the corrected rows; by default the rows are changed in place.",
-        ),
-    ] = None,
+    keys: KeyframeOptions = KeyframeOptions(),
+    output: OutputFile = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
     **settings: Settings,
@@ -54,6 +44,8 @@ def refine(
         The video or images of the rows.
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
+    output
+        File of the corrected rows; by default the rows are changed in place.
     """
     from motes.cli.correct_run import refine_rows
     from motes.correction.history import history_path
@@ -66,7 +58,7 @@ def refine(
             raise ConfigError(f"{output} has another form than {rows}; give it the same ending.")
         check_writable(output, overwrite)
         check_writable(history_path(output), overwrite)
-    new = marks(source, keyframes, at, absent)
+    new = keys.marks(source)
     table, film, history = corrected_run(app, source, rows, tracker, settings)
     if not new and not history.unfinished:
         raise ConfigError(

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import secrets
 from collections import Counter
-from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Self
 from urllib.parse import urlsplit
 
 import msgspec
 
+from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
-from motes.cli.moment import Moment, Sink
+from motes.cli.watch_options import WatchOutputs
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
 from motes.mot.analytics.events import Event
@@ -30,16 +29,12 @@ class SentEvents(Sink):
 
     Parameters
     ----------
-    addresses
-        The receivers.
-    queue
-        The file in which events wait.
+    outputs
+        The options of outputs, with the receivers, and the file in which events wait for them.
     source
         The source, which is part of each message.
     regions
         The lines and zones.
-    announce
-        Whether the run announces itself to Home Assistant.
 
     Raises
     ------
@@ -49,20 +44,14 @@ class SentEvents(Sink):
         If MQTT is asked for without paho-mqtt.
     """
 
-    def __init__(
-        self,
-        addresses: Sequence[str],
-        queue: Path,
-        source: str,
-        regions: Regions,
-        *,
-        announce: bool,
-    ) -> None:
+    def __init__(self, outputs: WatchOutputs, source: str, regions: Regions) -> None:
+        _, addresses = outputs.destinations()
+        announce = outputs.home_assistant
         self._receivers = [_receiver(each, regions, announce) for each in addresses]
         self._names = [receiver.name for receiver in self._receivers]
         if len(set(self._names)) < len(self._names):
             raise ConfigError("Two addresses of --events are the same; give each once.")
-        self._path, self._source = queue, without_password(source)
+        self._path, self._source = outputs.queue_file, without_password(source)
         self._regions, self._totals = regions, Counter[str]()
         self._queue: MessageQueue | None = None
         self._deliveries: list[Delivery] = []
@@ -126,11 +115,6 @@ def message(event: Event, source: str) -> str:
         "source": source,
     }
     return msgspec.json.encode({**head, **event.fields()}).decode()
-
-
-def is_sent(address: str) -> bool:
-    """Return whether events to this address are sent, not written into a file."""
-    return urlsplit(address).scheme in ("http", "https", *PORTS) and "://" in address
 
 
 def _receiver(address: str, regions: Regions, announce: bool) -> Receiver:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.messages import log
@@ -20,10 +19,8 @@ def label_studio(
     files: Path,
     /,
     *,
-    host: Annotated[
-        str, Parameter(help="Address to listen at. Other computers cannot reach the default.")
-    ] = "127.0.0.1",
-    port: Annotated[int, Parameter(help="Port to listen at.")] = 9090,
+    host: str = "127.0.0.1",
+    port: int = 9090,
     preset: ObjectPreset = "default",
 ) -> int:
     """Answer Label Studio as its ML backend, until Ctrl-C.
@@ -35,6 +32,10 @@ def label_studio(
     ----------
     files
         The folder of the videos, which Label Studio reads too. No other file is opened.
+    host
+        Address to listen at. Other computers cannot reach the default.
+    port
+        Port to listen at.
     """
     from motes.services.label_studio import server
     from motes.sot.presets import preset as preset_of

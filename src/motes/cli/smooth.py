@@ -23,15 +23,7 @@ def smooth(
     rows: Path,
     /,
     *,
-    output: Annotated[
-        str,
-        HYPHEN,
-        Parameter(
-            name=["--output", "-o"],
-            group=OUTPUT,
-            help="File of the smoothed rows, .csv or .jsonl, or - for standard output.",
-        ),
-    ],
+    output: Annotated[str, HYPHEN, Parameter(name=["--output", "-o"], group=OUTPUT)],
     overwrite: Overwrite = False,
 ) -> int:
     """Smooth the rows of one target, flag outliers and bridge gaps.
@@ -44,6 +36,8 @@ def smooth(
     ----------
     rows
         A .csv or .jsonl file that motes track has written.
+    output
+        File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
     from motes.correction.correct import smooth as smoothed
     from motes.correction.history import check_beside, hand_on, history_beside

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.messages import log
@@ -20,18 +20,10 @@ def studio(
     folder: Path | None = None,
     /,
     *,
-    host: Annotated[
-        str,
-        Parameter(help="Address to listen at. Any but 127.0.0.1 asks for a token."),
-    ] = "127.0.0.1",
-    port: Annotated[int, Parameter(help="Port to listen at; 0 for any free one.")] = 8765,
-    data: Annotated[
-        Path | None,
-        Parameter(help="Folder of sessions and uploads. [default: the user's folder for data]"),
-    ] = None,
-    browser: Annotated[
-        bool, FLAG, Parameter(name="--headless", help="Do not open a browser.")
-    ] = False,
+    host: str = "127.0.0.1",
+    port: int = 8765,
+    data: Path | None = None,
+    headless: Annotated[bool, FLAG] = False,
 ) -> int:
     """Open a page in which tracks are made, seen and corrected, until Ctrl-C.
 
@@ -39,6 +31,14 @@ def studio(
     ----------
     folder
         The folder of the films; other films are uploaded in the page.
+    host
+        Address to listen at. Any but 127.0.0.1 asks for a token.
+    port
+        Port to listen at; 0 for any free one.
+    data
+        Folder of sessions and uploads. [default: the user's folder for data]
+    headless
+        Do not open a browser.
     """
     try:
         from motes.studio.safety import Limits
@@ -53,5 +53,5 @@ def studio(
         raise SourceError(f"There is no folder {folder}; give that of the films.")
     if not 0 <= port < 65536:
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
-    serve(folder, host, port, data, log=log, browser=not browser, limits=Limits())
+    serve(folder, host, port, data, log=log, browser=not headless, limits=Limits())
     return DONE

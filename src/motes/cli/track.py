@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from cyclopts import App
+from typing import Annotated
+
+from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import HelpAll, UsualOptions, show_all
+from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
-from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import open_network, tracker_config
 from motes.cli.options import (
+    CONFIGURATION,
+    PRESETS,
     ConfigOptions,
     FrameOptions,
-    NetworkFiles,
-    TrackPreset,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
-from motes.cli.track_options import TargetOptions, TrackOutputs, TrackRequest
+from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
 
@@ -24,7 +25,7 @@ app = App(
     name="track",
     help_epilogue=TRACKER_HELP,
     help_format="plaintext",
-    help_formatter=UsualOptions(
+    help_formatter=Help(
         "--init", "--at", "--keyframes", "--histogram", "--start", "--end", "--scale", "--output",
         "--overlay", "--show", "--overwrite", "--resume", "--preset", "--network", "--help-all",
     ),
@@ -41,9 +42,15 @@ def track(
     frames: FrameOptions = FrameOptions(),
     units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
-    preset: TrackPreset = None,
+    preset: Annotated[
+        str | None,
+        Parameter(
+            group=CONFIGURATION,
+            help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram.",
+        ),
+    ] = None,
     values: ConfigOptions = ConfigOptions(),
-    network_files: NetworkFiles = None,
+    network_files: Annotated[str | None, Parameter(name="--network", group=CONFIGURATION)] = None,
     help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:
@@ -60,8 +67,13 @@ def track(
     ----------
     source
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
+    network_files
+        Trained network that joins the tracker: an ONNX file, or several of one network:
+        backbone.onnx,head.onnx. docs/network.md says where to get one.
     """
     if help_all:
+        from motes.cli.app import show_all
+
         show_all("track")
         return DONE
     known = target.known()
@@ -86,15 +98,26 @@ def track(
     _check_fitting(target, keys, frames, units, outputs)
     begin = None if keys.given else target.begin(known)
     plane = units.units()
-    marks = keys.checked_marks(source, target.region()) if keys.given else []
+    region = target.region() if keys.given else None
+    marks = keys.marks(source) if keys.given else []
+    if keys.given and region is None and not any(mark for _, mark in marks):
+        raise ConfigError(
+            "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,height."
+        )
     output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
-    asked = TrackRequest(source, frames, output, outputs, config, values.seed, preset, plane)
+
+    from motes.cli.request import Request
+
+    asked = Request(
+        source=source, frames=frames, output=output, outputs=outputs, config=config,
+        seed=values.seed, preset=preset, units=plane, resume=outputs.resume,
+    )  # fmt: skip
     if begin is None:
         from motes.cli.track_between import track_between
 
-        return track_between(asked, marks, target.region())
+        return track_between(asked, marks, region)
 
     from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
@@ -102,7 +125,7 @@ def track(
     if len(target.regions()) > 1:
         return track_several(asked, target.regions())
 
-    return track_one(asked, Tracker(config, values.seed), begin)
+    return track_one(asked, Tracker(config, values.seed), begin, outputs.figures)
 
 
 def _check_fitting(

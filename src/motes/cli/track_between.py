@@ -9,22 +9,18 @@ import contextlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from motes.cli.annotated_video import drawn, painted_target
+from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Tally, summarize
-from motes.cli.known_run import history_file
+from motes.cli.frame_loop import Hindsight, Moment, Sink, Tally, summarize
 from motes.cli.messages import counted
-from motes.cli.moment import Hindsight, Moment, Sink
 from motes.cli.options import say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.track_options import TrackRequest
+from motes.cli.request import Request
 from motes.cli.track_units import check_size
-from motes.cli.watch_outputs import rows_output
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
@@ -37,10 +33,13 @@ from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import GroundMotion
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import check_writable
+from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | None) -> int:
+def track_between(
+    asked: Request[TrackerConfig], marks: Marks, region: Sequence[float] | None
+) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
 
     The region is that of --init, in the first frame.
@@ -58,22 +57,19 @@ def track_between(asked: TrackRequest, marks: Marks, region: Sequence[float] | N
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     check_size(asked.units, film)
-    output, outputs, units = asked.output, asked.outputs, asked.units
-    path = None if output is None else history_file(output, outputs)
+    path, units = asked.history_file, asked.units
     if path is not None:
-        for each in (Path(str(output)), path):
-            check_writable(each, outputs.overwrite)
+        for each in (rows_path(path), path):
+            check_writable(each, asked.overwrite)
     metres = None if units is None else "m"
-    videos, rows = drawn(outputs, film, 1, lambda: painted_target(metres)), list[Sink]()
-    if output is not None:
-        further = HINDSIGHT if units is None else (*HINDSIGHT, *GROUND)
-        rows.append(rows_output(output, film, outputs, further=further))
-    run = KeyframeRun(film, None if units is None else GroundMotion(units), len(history.keys))
+    videos = asked.pictures(film, lambda: painted_target(metres))
+    rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
+    run = KeyframeRun(film, asked, history)
     try:
         try:
-            run.track(history, path, rows, quiet=output == "-")
+            run.track(rows)
         finally:  # also what an error or an interrupt has left
-            run.draw(videos, quiet=output == "-")
+            run.draw(videos)
     finally:
         summarize(run, film, [*videos, *rows], run.interrupted)
     return interrupts.code(run.interrupted) if run.interrupted else DONE
@@ -84,44 +80,30 @@ class KeyframeRun(Tally):
 
     Parameters
     ----------
-    film
-        The film.
-    motion
-        Measures places on the ground; None if they are not asked for.
-    keys
-        The number of keyframes.
-
-    Attributes
-    ----------
-    interrupted
-        The interrupt that ended the run, or None.
+    film, asked
+        The film, and what is asked for.
+    history
+        The keyframes and the tracker.
     """
 
-    def __init__(self, film: Film, motion: GroundMotion | None, keys: int) -> None:
+    def __init__(self, film: Film, asked: Request[TrackerConfig], history: History) -> None:
         super().__init__()
         self.interrupted: KeyboardInterrupt | None = None
-        self._film, self._motion, self._keys = film, motion, keys
+        """The interrupt that ended the run, or None."""
+        self._film, self._history, self._path = film, history, asked.history_file
+        self._quiet = asked.output == "-"
+        self._motion = None if asked.units is None else GroundMotion(asked.units)
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}
         self._states = Counter[Status]()
 
-    def track(
-        self, history: History, path: Path | None, outputs: list[Sink], *, quiet: bool
-    ) -> None:
-        """Track the target between its keyframes, and write its rows in order.
+    def track(self, outputs: list[Sink]) -> None:
+        """Track the target between its keyframes, write its rows in order, and close them.
 
         Before the first row, the history notes all stretches as not finished, and each one as
         finished after its rows. So `motes refine` can finish a run that was killed.
-
-        Parameters
-        ----------
-        history, path
-            The keyframes and the tracker, and the file that remembers them; None without one.
-        outputs
-            The rows, or none. They are closed at the end.
-        quiet
-            As in `run_stretches`.
         """
+        history, path = self._history, self._path
         parts = stretches(self._film.frames, history.keys)
         left = [*parts]
 
@@ -140,7 +122,7 @@ class KeyframeRun(Tally):
             for output in outputs:
                 opened.enter_context(output)
             _, self.interrupted = run_stretches(
-                self._film, parts, history.tracker, history.seed, write, quiet=quiet
+                self._film, parts, history, write, quiet=self._quiet
             )
         if path is not None and not left:
             history.save(path, line_count(rows_path(path)))
@@ -156,16 +138,8 @@ class KeyframeRun(Tally):
         self._states[track.status] += 1
         self.add(moment)
 
-    def draw(self, outputs: list[Sink], *, quiet: bool) -> None:
-        """Write all frames so far into the outputs beside the rows.
-
-        Parameters
-        ----------
-        outputs
-            The outputs.
-        quiet
-            Whether there is no progress bar.
-        """
+    def draw(self, outputs: list[Sink]) -> None:
+        """Write all frames so far into the outputs beside the rows."""
         moments = self._moments
         if not (outputs and moments):
             return
@@ -174,7 +148,7 @@ class KeyframeRun(Tally):
                 opened.enter_context(output)
             frames = self._film.forward(min(moments), max(moments))
             opened.enter_context(contextlib.closing(frames))
-            progress = opened.enter_context(FrameProgress(len(moments), quiet=quiet))
+            progress = opened.enter_context(FrameProgress(len(moments), quiet=self._quiet))
             try:
                 for frame in frames:
                     with deferred():
@@ -186,4 +160,4 @@ class KeyframeRun(Tally):
 
     def __str__(self) -> str:
         counts = [f"{status} in {number}" for status, number in self._states.most_common()]
-        return ", ".join([super().__str__(), counted(self._keys, "keyframe"), *counts])
+        return ", ".join([super().__str__(), counted(len(self._history.keys), "keyframe"), *counts])

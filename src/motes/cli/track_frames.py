@@ -6,73 +6,68 @@ import sys
 import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 
-from motes.cli.annotated_video import drawn, painted_scene, painted_target
-from motes.cli.frame_loop import Tally, run
-from motes.cli.known_run import rows_outputs
-from motes.cli.moment import Moment, Moments
+from motes.cli.annotated_video import painted_scene, painted_target
+from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.options import say_rate
-from motes.cli.track_options import Begin, TrackRequest
-from motes.cli.track_units import check_size, measured
+from motes.cli.request import Request
+from motes.cli.track_options import Begin
+from motes.cli.track_units import check_size
 from motes.cli.watch_outputs import check_several, format_of
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.track import Status
+from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import FORMS, GROUND
 from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 
 EVENTS = 6
 """Most losses and recoveries that are listed."""
 
 
-def track_one(asked: TrackRequest, tracker: Tracker, begin: Begin) -> int:
-    """Track one object; return the exit code.
+def track_one(
+    asked: Request[TrackerConfig], tracker: Tracker, begin: Begin, figures: Path | None
+) -> int:
+    """Track one object, with the figures of the papers in a folder; return the exit code.
 
     Raises
     ------
     ConfigError
         If an option makes no sense with the source or the output.
     """
-    output, outputs, units = asked.output, asked.outputs, asked.units
-    resume = outputs.resume
-    form = None if output is None else format_of(output, outputs.format)
-    if resume and form not in FORMS.values():
+    output, units = asked.output, asked.units
+    form = None if output is None else format_of(output, asked.outputs.format)
+    if asked.resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     with asked.frames.open(asked.source) as film:
-        if resume and film.live:
+        if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
         say_rate(film)
-        anew, metres = outputs.overwrite or resume, None if units is None else "m"
-        opened = drawn(
-            outputs, film, asked.frames.stride, lambda: painted_target(metres), overwrite=anew
-        )
-        if outputs.figures is not None:
-            from motes.cli.track_figures import Figures
+        metres = None if units is None else "m"
+        opened = asked.pictures(film, lambda: painted_target(metres))
+        if figures is not None:
+            from motes.cli.pictures import Figures
 
-            opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
-        moments: Moments = partial(follow, tracker, begin)
-        if units is not None:
-            moments = measured(units, moments)
-        if output is not None:
-            further = () if units is None else GROUND
-            opened += rows_outputs(
-                output, outputs, film, asked.frames, tracker.config, asked.seed, asked.preset,
-                units=units, further=further, resume=resume,
-            )  # fmt: skip
+            opened.append(Figures(figures, tracker.config, overwrite=asked.overwrite))
+        motion = None if units is None else GroundMotion(units)
+        moments = partial(follow, tracker, begin, motion=motion)
+        opened += asked.remembered_rows(film, () if units is None else GROUND)
         chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
         quiet = output == "-" and sys.stdout.isatty()
         return run(film, opened, moments, TargetTally(budget=chooses), quiet=quiet)
 
 
 def follow(
-    tracker: Tracker, begin: Begin, frames: Iterable[Frame]
+    tracker: Tracker, begin: Begin, frames: Iterable[Frame], motion: GroundMotion | None = None
 ) -> Generator[Moment, None, None]:
-    """Yield a moment for each frame."""
+    """Yield a moment for each frame, with the place on the ground where motion is measured."""
     begun = False
     for frame in frames:
         clock = time.perf_counter()
@@ -80,14 +75,15 @@ def follow(
             tracker.update(frame)
         else:
             begun = begin(tracker, frame) is not None
-        yield Moment(frame, tracker.info if begun else None, time.perf_counter() - clock)
+        info, seconds = tracker.info if begun else None, time.perf_counter() - clock
+        place = None if motion is None else motion.update(info.track if info else None)
+        yield Moment(frame, info, seconds, place)
 
 
-def track_several(asked: TrackRequest, regions: Sequence[Sequence[float]]) -> int:
+def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
     """Track the objects in regions of the first frame; their identities count from 1."""
-    output, outputs, frames = asked.output, asked.outputs, asked.frames
-    if output is not None:
-        check_several(output, outputs.format)
+    if asked.output is not None:
+        check_several(asked.output, asked.outputs.format)
     trackers, tally = Trackers(asked.config, asked.seed), ObjectsTally(len(regions))
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
@@ -98,14 +94,10 @@ def track_several(asked: TrackRequest, regions: Sequence[Sequence[float]]) -> in
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, None, seconds, tracks=each, single=False)
 
-    with frames.open(asked.source) as film:
+    with asked.frames.open(asked.source) as film:
         say_rate(film)
-        opened = drawn(outputs, film, frames.stride, lambda: painted_scene(Regions()))
-        if output is not None:
-            opened += rows_outputs(
-                output, outputs, film, frames, asked.config, asked.seed, asked.preset
-            )
-        return run(film, opened, moments, tally)
+        opened = asked.pictures(film, lambda: painted_scene(Regions()))
+        return run(film, [*opened, *asked.remembered_rows(film)], moments, tally)
 
 
 class TargetTally(Tally):

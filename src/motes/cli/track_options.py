@@ -1,10 +1,10 @@
-"""The target and the outputs of `motes track`, as options, and a request for a run.
+"""The target, its keyframes and the outputs of `motes track`, as options.
 
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -15,59 +15,44 @@ from motes.cli.load_config import load_target
 from motes.cli.options import (
     FLAG,
     HYPHEN,
+    KEYFRAMES,
     OUTPUT,
     REPEATED,
     TARGET,
-    FrameOptions,
     OutputOptions,
+    options,
 )
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, InputError, MotesError
 
 if TYPE_CHECKING:
     from motes.core.frame import Frame
     from motes.core.track import Track
-    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.known_target import KnownTarget
     from motes.sot.places import Place
-    from motes.sot.presets import TrackerConfig
     from motes.sot.tracker import Tracker
 
+Marks = list[tuple[int, Sequence[float] | None]]
 Begin = Callable[["Tracker", "Frame"], "Track | None"]
 """Tries to start a tracker on a frame; returns its track, or None if it has not started."""
 
 
-@Parameter(name="*", group=TARGET)
-@dataclass(frozen=True, kw_only=True)
+@options(TARGET)
 class TargetOptions:
     """The object that is tracked, given in one of three ways."""
 
-    init: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(
-            help="The target in the first frame: a box x,y,width,height, or an ellipse "
-            "x,y,a,b,theta (center, half-axes, and the angle from the x axis towards y in "
-            "radians). Repeat it to track several objects."
-        ),
-    ] = None
-    histogram: Annotated[
-        Path | None,
-        Parameter(help="Search for the target in this file, which --save-histogram has written."),
-    ] = None
-    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
-        None
-    )
-    places: Annotated[
-        Path | None,
-        Parameter(
-            help="With --histogram: where the target may appear, a TOML file with [[place]], each "
-            "with box or border."
-        ),
-    ] = None
-    background: Annotated[
-        Path | None, Parameter(help="With --histogram: a picture without the target.")
-    ] = None
+    init: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """The target in the first frame: a box x,y,width,height, or an ellipse x,y,a,b,theta (center,
+    half-axes, and the angle from the x axis towards y in radians). Repeat it to track several
+    objects."""
+    histogram: Path | None = None
+    """Search for the target in this file, which --save-histogram has written."""
+    detect: Literal["face"] | None = None
+    """Wait for a face and track it."""
+    places: Path | None = None
+    """With --histogram: where the target may appear, a TOML file with [[place]], each with box or
+    border."""
+    background: Path | None = None
+    """With --histogram: a picture without the target."""
 
     def regions(self) -> list[list[float]]:
         """Return the regions of --init; raise a ConfigError for a text that is none."""
@@ -149,54 +134,79 @@ class TargetOptions:
         return lambda tracker, frame: tracker.search(frame, known, places, background)
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(KEYFRAMES)
+class KeyframeOptions:
+    """Where a target is known."""
+
+    keyframes: Path | None = None
+    """File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or
+    FIRST:LAST,absent. A row may begin with the name of its film: others are left out."""
+    at: Annotated[list[str] | None, REPEATED, HYPHEN, Parameter(group=TARGET)] = None
+    """The target in any frame: FRAME=x,y,width,height or FRAME=x,y,a,b,theta. It is tracked both
+    ways from there, and between two such frames. Repeat it."""
+    absent: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """Frames without the target: N or FIRST:LAST, the last one included. Repeat it."""
+
+    @property
+    def given(self) -> bool:
+        """Whether any of these options is used."""
+        return self.keyframes is not None or bool(self.at or self.absent)
+
+    def marks(self, source: str) -> Marks:
+        """Return the keyframes of these options for a source.
+
+        Raises
+        ------
+        ConfigError
+            If an option has another form.
+        FormatError
+            If the file cannot be read, or has keyframes of other films only.
+        """
+        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
+
+        found: Marks = []
+        if self.keyframes is not None:
+            with other_format_named(self.keyframes):
+                found += keyframes_of(self.keyframes, source).items()
+        for text in self.at or []:
+            frame, equals, region = text.partition("=")
+            if not equals:
+                raise ConfigError(f"--at takes FRAME=x,y,width,height; got {text!r}.")
+            found += marks_of(frame, region)
+        for text in self.absent or []:
+            found += marks_of(text, ABSENT)
+        return found
+
+
+@contextmanager
+def other_format_named(file: Path) -> Iterator[None]:
+    """Turn the error of a file that holds no keyframes into advice, if it has a known format."""
+    from motes.formats.registry import recognized
+
+    try:
+        yield
+    except InputError:
+        try:
+            form = recognized(file)
+        except MotesError:
+            form = "keyframes"
+        if form != "keyframes":
+            raise InputError(
+                f"{file} holds no keyframes, but has the format {form}; make them with motes "
+                f"convert {file} {file.stem}.keyframes.csv."
+            ) from None
+        raise
+
+
+@options(OUTPUT)
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    figures: Annotated[
-        Path | None,
-        Parameter(help="Folder for the figures of the papers; motes draw makes those of rows."),
-    ] = None
-    save_histogram: Annotated[
-        Path | None,
-        Parameter(
-            help="Save the target's color histogram in the first frame to this JSON file, for "
-            "--histogram with the same preset, and track nothing."
-        ),
-    ] = None
-    resume: Annotated[
-        bool,
-        FLAG,
-        Parameter(
-            help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "The run is repeated up to the missing rows; overlay and figures are made again."
-        ),
-    ] = False
-
-
-@dataclass(frozen=True)
-class TrackRequest:
-    """A film, its outputs, and how it is tracked.
-
-    Attributes
-    ----------
-    source, frames
-        The film and its frames, as they are given.
-    output, outputs
-        The file of the rows, - for standard output, or None without rows; and all options of
-        outputs.
-    config, seed, preset
-        The tracker, and the name of its preset.
-    units
-        How pixels become metres; None for pixels.
-    """
-
-    source: str
-    frames: FrameOptions
-    output: str | None
-    outputs: TrackOutputs
-    config: "TrackerConfig"
-    seed: int
-    preset: str
-    units: "RealUnits | None"
+    figures: Path | None = None
+    """Folder for the figures of the papers; motes draw makes those of rows."""
+    save_histogram: Path | None = None
+    """Save the target's color histogram in the first frame to this JSON file, for --histogram with
+    the same preset, and track nothing."""
+    resume: Annotated[bool, FLAG] = False
+    """Continue the rows of an interrupted run. Give the same source, options and seed. The run is
+    repeated up to the missing rows; overlay and figures are made again."""

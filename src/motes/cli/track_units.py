@@ -1,50 +1,35 @@
-"""Real units of one target: their options, and places on the ground."""
+"""Real units of one target: their options, and a check of the lens."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from contextlib import closing
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Group, Parameter
+from cyclopts import Group
 
 from motes.cli.input_checks import error_context, read_text
 from motes.cli.messages import counted, log
+from motes.cli.options import options
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Moment, Moments
-    from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
     from motes.video.film import Film
     from motes.video.sources import Source
 
 
-@Parameter(name="*", group=Group("Real units", sort_key=2))
-@dataclass(frozen=True, kw_only=True)
+@options(Group("Real units", sort_key=2))
 class UnitOptions:
     """How pixels become metres."""
 
-    scale: Annotated[
-        float | None,
-        Parameter(help="Pixels per metre: rows get x_m, y_m and speed, with deviations."),
-    ] = None
-    ground: Annotated[
-        Path | None,
-        Parameter(
-            help="TOML file with [ground]: scale, homography (9 numbers), or points (four or more "
-            "[x, y, X, Y]), as for motes watch --places."
-        ),
-    ] = None
-    lens: Annotated[
-        Path | None,
-        Parameter(
-            help="With --scale or --ground: distortion of the lens, the YAML or XML file of "
-            "OpenCV's calibration."
-        ),
-    ] = None
+    scale: float | None = None
+    """Pixels per metre: rows get x_m, y_m and speed, with deviations."""
+    ground: Path | None = None
+    """TOML file with [ground]: scale, homography (9 numbers), or points (four or more [x, y, X,
+    Y]), as for motes watch --places."""
+    lens: Path | None = None
+    """With --scale or --ground: distortion of the lens, the YAML or XML file of OpenCV's
+    calibration."""
 
     @property
     def given(self) -> dict[str, object]:
@@ -118,16 +103,3 @@ def check_size(units: RealUnits | None, film: Source | Film) -> None:
     if lost := sum(lens.undistorted(corner) is None for corner in corners):
         log(f"The lens has no places for {counted(lost, 'corner')} of {film.name}; rows have no "
             f"metres there.")  # fmt: skip
-
-
-def measured(units: RealUnits, moments: Moments) -> Moments:
-    """Return the same moments, each with its place on the ground."""
-    from motes.mot.analytics.real_units import GroundMotion
-
-    def located(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        motion = GroundMotion(units)
-        with closing(moments(frames)) as made:
-            for moment in made:
-                yield replace(moment, place=motion.update(moment.track))
-
-    return located

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import fields
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import HelpAll, UsualOptions, show_all
+from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
@@ -23,16 +21,14 @@ from motes.cli.options import (
     say_rate,
 )
 from motes.cli.settings import HELP, Settings
-from motes.cli.watch_options import QUEUE, CountingOptions, ObjectOptions, WatchOutputs
+from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.cli.moment import Sink
-    from motes.cli.sent_events import SentEvents
+    from motes.cli.frame_loop import Sink
     from motes.core.detection import Detector, DetectorConfig
     from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig
-    from motes.video.sources import Source
 
 app = App(
     name="watch",
@@ -41,7 +37,7 @@ app = App(
         command="motes config --watch",
     ),
     help_format="plaintext",
-    help_formatter=UsualOptions(
+    help_formatter=Help(
         "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
         "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect",
     ),
@@ -51,15 +47,7 @@ PRESET = "nummiaro:adaptive"
 
 @app.default
 def watch(
-    source: Annotated[
-        str | None,
-        Parameter(
-            help="A video, a folder or pattern of images, the number of a camera, or an address. "
-            "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram, --cluster "
-            "and --own-code may be given."
-        ),
-    ] = None,
+    source: str | None = None,
     /,
     *,
     objects: ObjectOptions = ObjectOptions(),
@@ -78,8 +66,17 @@ def watch(
     An object keeps its identity from entry to exit, also while it is occluded. Without any output
     the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
+
+    Parameters
+    ----------
+    source
+        A video, a folder or pattern of images, the number of a camera, or an address. Or a .toml
+        file of several cameras with [[camera]], [[passage]] and [[overlap]] (docs/cameras.md); then
+        only -o, --overwrite, --seed, --histogram, --cluster and --own-code may be given.
     """
     if help_all:
+        from motes.cli.app import show_all
+
         show_all("watch")
         return DONE
     if source is not None and source.endswith(".toml"):
@@ -107,41 +104,38 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    rows, events, addresses = _checked_names(source, outputs)
+    rows, events, sends = _checked_names(source, outputs)
 
     from msgspec.structs import replace
 
+    from motes.cli.annotated_video import painted_scene
+    from motes.cli.request import Request
     from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
+    from motes.cli.watch_outputs import Events
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
 
     counter = EventCounter(where)
-    sending = None
-    if addresses:
-        queue, announce = outputs.queue or Path(QUEUE), outputs.home_assistant
-        sending = SentEvents(addresses, queue, source, where, announce=announce)
-    with contextlib.ExitStack() as running:
-        detector = _detector(source, objects, frames, config)
-        scene = Scene(detector, config, values.seed)
-        film = running.enter_context(frames.open(source))
+    sending = [SentEvents(outputs, source, where)] if sends else []
+    asked = Request(
+        source=source, frames=frames, output=rows, outputs=outputs, config=config,
+        seed=values.seed, preset=preset, places=replace(where, ground=None),
+        units=None if where.ground is None else RealUnits(where.ground),
+    )  # fmt: skip
+    scene = Scene(_detector(source, objects, frames, config), config, values.seed)
+    with frames.open(source) as film:
         where.check(film.width, film.height)
         say_rate(film)
-        opened = _opened(outputs, events, film, frames.stride, where, sending)
-        if rows is not None:
-            from motes.cli.known_run import rows_outputs
-            from motes.mot.analytics.real_units import RealUnits
-
-            ground = None if where.ground is None else RealUnits(where.ground)
-            opened += rows_outputs(
-                rows, outputs, film, frames, config, values.seed, preset, units=ground,
-                places=replace(where, ground=None),
-            )  # fmt: skip
-        return watch_scene(film, scene, counter, opened)
+        opened = asked.pictures(film, lambda: painted_scene(where))
+        opened += [Events(name, outputs.overwrite) for name in events]
+        opened += [*sending, *_drawn_events(outputs, where)]
+        return watch_scene(film, scene, counter, [*opened, *asked.remembered_rows(film)])
 
 
-def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
-    """Return where a run writes: its rows, files of events and their addresses, checked.
+def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], bool]:
+    """Return where a run writes its rows and events, checked, and whether it sends events.
 
     The rows have a name of their own if nothing else has.
     """
@@ -151,11 +145,11 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     if outputs.output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    queues = [outputs.queue or Path(QUEUE)] if sent else []
+    queues = [outputs.queue_file] if sent else []
     output = checked_output(source, outputs, [*written, *pictures, *queues])
     if output is not None:
         check_several(output, outputs.format)
-    return output, written, sent
+    return output, written, bool(sent)
 
 
 def _detector(
@@ -180,23 +174,12 @@ def _detector(
     return detector
 
 
-def _opened(
-    outputs: WatchOutputs,
-    events: Sequence[str],
-    film: Source,
-    stride: int,
-    where: Regions,
-    sending: SentEvents | None,
-) -> list[Sink]:
-    """Return all outputs but the rows; `sending` is among them if it is there."""
-    from motes.cli.annotated_video import drawn, painted_scene
+def _drawn_events(outputs: WatchOutputs, where: Regions) -> list[Sink]:
+    """Return the pictures that are made at the end: slit scans, a heatmap and paths."""
     from motes.cli.pictures import Heatmap, Paths, Slits
-    from motes.cli.watch_outputs import Events
 
+    opened: list[Sink] = []
     overwrite = outputs.overwrite
-    opened = drawn(outputs, film, stride, lambda: painted_scene(where))
-    opened += [Events(name, overwrite) for name in events]
-    opened += [] if sending is None else [sending]
     if outputs.slit is not None:
         opened.append(Slits(outputs.slit, where, overwrite=overwrite))
     if outputs.heatmap is not None:

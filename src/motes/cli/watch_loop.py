@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.frame_loop import Tally, run
+from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.messages import counted, log
-from motes.cli.moment import Moment, Sink
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.formats.recording import ANONYMOUS

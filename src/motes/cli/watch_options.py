@@ -3,14 +3,14 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
+from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import error_context, numbers_of, read_text
-from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions
+from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions, options
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -20,34 +20,21 @@ QUEUE = "motes-events.sqlite"
 """Default file in which events wait."""
 
 
-@Parameter(name="*", group=Group("Objects", sort_key=1))
-@dataclass(frozen=True, kw_only=True)
+@options(Group("Objects", sort_key=1))
 class ObjectOptions:
     """The objects that are tracked."""
 
-    detector: Annotated[
-        str | None,
-        Parameter(
-            accepts_keys=False,
-            help="Detector: mog2 (objects that move before a background), people, faces, an .onnx "
-            "file, MODULE:CALLABLE, or a .txt file of detections in the format of the "
-            "MOTChallenge. The default is mog2.",
-        ),
-    ] = None
-    classes: Annotated[
-        str | None,
-        Parameter(help="Track only objects of these classes of the detector: person,car,..."),
-    ] = None
-    least: Annotated[
-        float | None, HYPHEN, Parameter(help="Lowest score of detections that are used.")
-    ] = None
-    camera: Annotated[
-        Literal["still", "moving"] | None,
-        Parameter(
-            help="Whether the camera stands still or moves. If it moves, its motion is part of all "
-            "predictions, and of the background. The default is still."
-        ),
-    ] = None
+    detector: Annotated[str | None, Parameter(accepts_keys=False)] = None
+    """Detector: mog2 (objects that move before a background), people, faces, an .onnx file,
+    MODULE:CALLABLE, or a .txt file of detections in the format of the MOTChallenge. The default is
+    mog2."""
+    classes: str | None = None
+    """Track only objects of these classes of the detector: person,car,..."""
+    least: Annotated[float | None, HYPHEN] = None
+    """Lowest score of detections that are used."""
+    camera: Literal["still", "moving"] | None = None
+    """Whether the camera stands still or moves. If it moves, its motion is part of all predictions,
+    and of the background. The default is still."""
 
     def selection(self) -> dict[str, Any]:
         """Return the keys of the configuration that --classes, --least and --camera set."""
@@ -59,63 +46,33 @@ class ObjectOptions:
         moves = {} if self.camera is None else {"camera": self.camera}
         return {"detections": keys, **moves} if keys else moves
 
-    like: Annotated[
-        str | None,
-        HYPHEN,
-        Parameter(
-            help="Track only objects that look like the one in this box of the first frame, "
-            "such as the players of a team: x,y,width,height. They are chosen from what --detector "
-            "finds; without it, from what moves, and then the camera may move too.",
-        ),
-    ] = None
-    histogram: Annotated[
-        Path | None,
-        Parameter(
-            help="With a file of several cameras: search for the target in this file, which "
-            "motes track --save-histogram has written. A camera that finds it reports its place to "
-            "the others.",
-        ),
-    ] = None
+    like: Annotated[str | None, HYPHEN] = None
+    """Track only objects that look like the one in this box of the first frame, such as the players
+    of a team: x,y,width,height. They are chosen from what --detector finds; without it, from what
+    moves, and then the camera may move too."""
+    histogram: Path | None = None
+    """With a file of several cameras: search for the target in this file, which motes track
+    --save-histogram has written. A camera that finds it reports its place to the others."""
 
 
-@Parameter(name="*", group=Group("Counting", sort_key=1))
-@dataclass(frozen=True, kw_only=True)
+@options(Group("Counting", sort_key=1))
 class CountingOptions:
     """The lines and zones of counting, and the scale of speeds."""
 
-    line: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(help="Count the objects that cross this line: x1,y1,x2,y2. May be repeated."),
-    ] = None
-    zone: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(
-            help="Count the objects that enter and leave this polygon: x1,y1,x2,y2,x3,y3,... May "
-            "be repeated."
-        ),
-    ] = None
-    dwell: Annotated[
-        float | None,
-        Parameter(
-            help="Count the objects that stay in a zone for this time, in seconds. A dwell of "
-            "the zone in --places has priority."
-        ),
-    ] = None
-    places: Annotated[
-        Path | None,
-        Parameter(
-            help="TOML file with [[line]] and [[zone]], each with points and name, a zone also "
-            "with dwell; and [ground], for speeds in metres per second: scale, homography (9 "
-            "numbers), or points (four or more [x, y, X, Y])."
-        ),
-    ] = None
-    scale: Annotated[
-        float | None, Parameter(help="Pixels per metre, for speeds in metres per second.")
-    ] = None
+    line: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """Count the objects that cross this line: x1,y1,x2,y2. May be repeated."""
+    zone: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """Count the objects that enter and leave this polygon: x1,y1,x2,y2,x3,y3,... May be repeated.
+    """
+    dwell: float | None = None
+    """Count the objects that stay in a zone for this time, in seconds. A dwell of the zone in
+    --places has priority."""
+    places: Path | None = None
+    """TOML file with [[line]] and [[zone]], each with points and name, a zone also with dwell; and
+    [ground], for speeds in metres per second: scale, homography (9 numbers), or points (four or
+    more [x, y, X, Y])."""
+    scale: float | None = None
+    """Pixels per metre, for speeds in metres per second."""
 
     def regions(self) -> "Regions":
         """Return the lines, the zones and the ground of the options and of the file.
@@ -163,21 +120,14 @@ def _corners(text: str) -> list[float]:
     return numbers_of("--zone", text, form)
 
 
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
+@options(OUTPUT)
 class WatchOutputs(OutputOptions):
     """The outputs of `motes watch`."""
 
-    events: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(
-            help="Events as they happen: a file of JSON Lines, - for standard output, an https:// "
-            "address that they are posted to, or mqtt://HOST/TOPIC. An object appears, "
-            "disappears, crosses, enters, stays or leaves. May be repeated.",
-        ),
-    ] = None
+    events: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    """Events as they happen: a file of JSON Lines, - for standard output, an https:// address that
+    they are posted to, or mqtt://HOST/TOPIC. An object appears, disappears, crosses, enters, stays
+    or leaves. May be repeated."""
     queue: Annotated[
         Path | None,
         Parameter(
@@ -186,30 +136,23 @@ class WatchOutputs(OutputOptions):
             f"after the run. [default: {QUEUE}]",
         ),
     ] = None
-    home_assistant: Annotated[
-        bool,
-        FLAG,
-        Parameter(group=LIVE, help="Announce the counts to Home Assistant, over MQTT of --events."),
-    ] = False
-    slit: Annotated[
-        Path | None,
-        Parameter(
-            help="Picture of the pixels under each line over time, .png. A row is a frame, and "
-            "each counted crossing is marked. With several lines, a file for each."
-        ),
-    ] = None
-    heatmap: Annotated[
-        Path | None,
-        Parameter(help="Picture of the time that feet of objects spent at each place, .png."),
-    ] = None
-    paths: Annotated[
-        Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
-    ] = None
+    home_assistant: Annotated[bool, FLAG, Parameter(group=LIVE)] = False
+    """Announce the counts to Home Assistant, over MQTT of --events."""
+    slit: Path | None = None
+    """Picture of the pixels under each line over time, .png. A row is a frame, and each counted
+    crossing is marked. With several lines, a file for each."""
+    heatmap: Path | None = None
+    """Picture of the time that feet of objects spent at each place, .png."""
+    paths: Path | None = None
+    """Picture of the path of each object's foot, .png."""
+
+    @property
+    def queue_file(self) -> Path:
+        """The file in which events wait."""
+        return self.queue or Path(QUEUE)
 
     def destinations(self) -> tuple[list[str], list[str]]:
         """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
-        from motes.cli.sent_events import is_sent
-
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
         if self.queue is not None and not sent:
@@ -217,3 +160,10 @@ class WatchOutputs(OutputOptions):
         if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
             raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
         return [name for name in events if not is_sent(name)], sent
+
+
+def is_sent(address: str) -> bool:
+    """Return whether events to this address are sent, not written into a file."""
+    from motes.output.mqtt import PORTS
+
+    return urlsplit(address).scheme in ("http", "https", *PORTS) and "://" in address

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from motes.cli.moment import Moment, Sink
-from motes.cli.options import OutputOptions
+from motes.cli.frame_loop import Moment, Sink
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import result_line
 from motes.formats.registry import FORMATS, check_folder, format_for
@@ -19,7 +17,6 @@ from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
-from motes.rows.schema import Form as RowForm
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 
 if TYPE_CHECKING:
@@ -30,47 +27,6 @@ STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
 LABEL = "object"
 """Default class of the objects."""
-
-
-def rows_output(
-    name: str,
-    film: Source | Film,
-    options: OutputOptions,
-    *,
-    further: Sequence[str] = (),
-    resume: bool = False,
-) -> RowsOutput | MotOutput | DocumentOutput:
-    """Return the output of all objects of each frame.
-
-    Parameters
-    ----------
-    name
-        The file, or -.
-    film
-        The film.
-    options
-        The format, the class of the objects, and whether a file may be overwritten.
-    further
-        Further columns of rows.
-    resume
-        Whether an existing file is the beginning of these rows.
-
-    Raises
-    ------
-    ConfigError
-        If the ending is unknown and no format is given.
-    FormatError
-        If a file exists and must not be overwritten, or cannot be made.
-    """
-    form = format_of(name, options.format)
-    if form == "mot":
-        return MotOutput(name, options.overwrite)
-    if form not in STREAMED:
-        label = options.label or LABEL
-        return DocumentOutput(name, form, film, label, options.overwrite, options.keyframe_error)
-    rows: RowForm = "csv" if form == "csv" else "jsonl"
-    writer = TrackWriter(name, rows, overwrite=options.overwrite, resume=resume, further=further)
-    return RowsOutput(writer, resume=resume)
 
 
 def format_of(name: str, form: str | None = None) -> str:

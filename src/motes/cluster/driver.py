@@ -25,7 +25,7 @@ from motes.cluster.records import (
     result_names,
 )
 from motes.cluster.store import Store
-from motes.cluster.work import Order, Plan, work
+from motes.cluster.work import Plan, work
 from motes.core.errors import FormatError, MotesError
 
 BatchEvent = Record | Started | Again
@@ -74,7 +74,7 @@ def _tasks(
             # The record goes first: without it, what is left of the results does not count.
             for name in (record_name(job.name), *result_names(job.name)):
                 store.remove(name)
-        yield Task(job.name, work, Order(job, plan), memory_of(job), plan.time_limit)
+        yield Task(job.name, work, (job, plan), memory_of(job), plan.time_limit)
 
 
 def _outdated(record: Record, job: Job, plan: Plan) -> bool:
@@ -88,7 +88,7 @@ def _outdated(record: Record, job: Job, plan: Plan) -> bool:
 
 def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
     """Return the record of a job that has ended, and see that it is in the store."""
-    job: Job = event.task.argument.job
+    job: Job = event.task.argument[0]
     record: Record | None = event.value
     if record is None:
         record = replace(plan.new_record(job), inputs=_stamped(job), error=event.error)

@@ -19,21 +19,14 @@ from motes.correction.history import ENDING
 
 
 class InputFile(msgspec.Struct, frozen=True):
-    """A file, or the files of a folder or pattern, as a job has read it.
-
-    Attributes
-    ----------
-    path
-        Its name or address.
-    stamp
-        What the file system or server notes of it: it is another one after each change.
-    sha256
-        The checksum of its content.
-    """
+    """A file, or the files of a folder or pattern, as a job has read it."""
 
     path: str
+    """Its name or address."""
     stamp: str
+    """What the file system or server notes of it: it is another one after each change."""
     sha256: str
+    """The checksum of its content."""
 
 
 def paths_of(job: Job) -> list[str]:

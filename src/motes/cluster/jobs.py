@@ -20,60 +20,42 @@ Region = tuple[float, ...]
 
 
 class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """A row of a table of jobs; the attributes are its columns.
-
-    Attributes
-    ----------
-    name
-        Its name, which no other job has; by default that of the film without its ending.
-    source
-        A video file, a folder or a pattern of images, or an address that fsspec knows.
-    do
-        What `motes track`, `motes watch` or `motes refine` does.
-    init
-        For track: the target in the first frame, x,y,width,height or x,y,a,b,theta; or several,
-        with semicolons between them.
-    detect
-        For track: `face`, to wait for a face.
-    keyframes
-        For track and refine: a file of keyframes.
-    rows
-        For refine: the rows that are corrected.
-    detector
-        For watch: its detector.
-    places
-        For watch: a TOML file of lines and zones, whose events are counted.
-    preset, config, seed
-        The tracker: a preset, a TOML file whose values replace those of the preset, and the seed
-        of the random numbers.
-    network
-        For track: the files of a trained network that joins the tracker.
-    start, end, stride
-        The frames that are used.
-    fps
-        Frames per second of images.
-    label
-        Any text; it is copied to the table of results.
-    """
+    """A row of a table of jobs; the attributes are its columns."""
 
     name: str = ""
+    """Its name, which no other job has; by default that of the film without its ending."""
     source: str
+    """A video file, a folder or a pattern of images, or an address that fsspec knows."""
     do: Literal["track", "watch", "refine"] = "track"
+    """What `motes track`, `motes watch` or `motes refine` does."""
     init: tuple[Region, ...] = ()
+    """For track: the target in the first frame, x,y,width,height or x,y,a,b,theta; or several, with
+    semicolons between them."""
     detect: Literal["face"] | None = None
+    """For track: `face`, to wait for a face."""
     keyframes: str | None = None
+    """For track and refine: a file of keyframes."""
     rows: str | None = None
+    """For refine: the rows that are corrected."""
     detector: str | None = None
+    """For watch: its detector."""
     places: str | None = None
+    """For watch: a TOML file of lines and zones, whose events are counted."""
     preset: str | None = None
     config: str | None = None
     seed: int = 0
+    """The tracker: a preset, a TOML file whose values replace those of the preset, and the seed of
+    the random numbers."""
     network: tuple[str, ...] = ()
+    """For track: the files of a trained network that joins the tracker."""
     start: int = 0
     end: int | None = None
     stride: int = 1
+    """The frames that are used."""
     fps: float | None = None
+    """Frames per second of images."""
     label: str | None = None
+    """Any text; it is copied to the table of results."""
 
     @property
     def files(self) -> list[tuple[str, str]]:

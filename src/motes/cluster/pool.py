@@ -26,30 +26,20 @@ class TryAgain(Exception):  # noqa: N818
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """A call that any worker can make.
-
-    Attributes
-    ----------
-    name
-        Its name in messages.
-    function
-        A function at the top level of a module.
-    argument
-        Its argument; it is sent to the worker, and the result back.
-    memory
-        Bytes that it is expected to need.
-    seconds
-        Its time limit.
-    attempt
-        The number of this attempt, from 1.
-    """
+    """A call that any worker can make."""
 
     name: str
+    """Its name in messages."""
     function: Callable[[Any], Any]
+    """A function at the top level of a module."""
     argument: Any
+    """Its argument; it is sent to the worker, and the result back."""
     memory: int = 0
+    """Bytes that it is expected to need."""
     seconds: float = TIME_LIMIT
+    """Its time limit."""
     attempt: int = 1
+    """The number of this attempt, from 1."""
 
 
 class Started(NamedTuple):
@@ -61,25 +51,17 @@ class Started(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """A task has ended.
-
-    Attributes
-    ----------
-    task
-        The task.
-    value
-        The result of its function; None if there is none.
-    error
-        Why there is no result, in one line.
-    crashed
-        Whether the worker died, for whatever reason but the time limit, or the task asks for it:
-        another attempt may succeed.
-    """
+    """A task has ended."""
 
     task: Task
+    """The task."""
     value: Any = None
+    """The result of its function; None if there is none."""
     error: str | None = None
+    """Why there is no result, in one line."""
     crashed: bool = False
+    """Whether the worker died, for whatever reason but the time limit, or the task asks for it:
+    another attempt may succeed."""
 
 
 class Again(NamedTuple):

@@ -26,34 +26,24 @@ TOGETHER = 500
 
 
 class Record(msgspec.Struct, frozen=True, kw_only=True):
-    """What became of a job.
-
-    Attributes
-    ----------
-    name, status
-        The job, and whether it has results.
-    digest
-        That of the job and of the options of the batch.
-    attempts, seconds, frames
-        How often it was tried, how long the last attempt took, and how many frames it used.
-    host, version
-        The machine, and the version of motes.
-    inputs
-        The files that were read, the source first.
-    error
-        Why there are no results, in one line; or what was strange.
-    """
+    """What became of a job."""
 
     name: str
     status: Literal["done", "failed"]
+    """The job, and whether it has results."""
     digest: str
+    """That of the job and of the options of the batch."""
     attempts: int = 1
     seconds: float = 0.0
     frames: int = 0
+    """How often it was tried, how long the last attempt took, and how many frames it used."""
     host: str = ""
     version: str = ""
+    """The machine, and the version of motes."""
     inputs: tuple[InputFile, ...] = ()
+    """The files that were read, the source first."""
     error: str | None = None
+    """Why there are no results, in one line; or what was strange."""
 
 
 def record_name(job: str) -> str:

@@ -24,18 +24,12 @@ SHOWN = 50
 
 @dataclass(frozen=True)
 class JobTable:
-    """The rows of a table, which can be read several times; few of them are in memory.
-
-    Attributes
-    ----------
-    name
-        A file .csv, .jsonl, .parquet or .toml, or a pattern of films.
-    defaults
-        Values of columns that a row leaves empty.
-    """
+    """The rows of a table, which can be read several times; few of them are in memory."""
 
     name: str
+    """A file .csv, .jsonl, .parquet or .toml, or a pattern of films."""
     defaults: Mapping[str, Any] = field(default_factory=dict)
+    """Values of columns that a row leaves empty."""
 
     def rows(self) -> Iterator[Row]:
         """Yield the number of each row, as an editor shows it, and its columns.

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -20,52 +19,29 @@ from motes.cluster.records import Record, encoded, place_of, record_name
 from motes.cluster.store import open_store
 from motes.core.errors import MotesError, SourceError
 
-
-class Made(NamedTuple):
-    """What a job has made.
-
-    Attributes
-    ----------
-    frames
-        The number of frames that it used.
-    note
-        What was strange, in one line, or None.
-    """
-
-    frames: int
-    note: str | None = None
+Made = tuple[int, str | None]
+"""What a job has made: the number of frames that it used; and what was strange, in one line."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How the jobs of a batch are done.
-
-    Attributes
-    ----------
-    out
-        The address of the store.
-    make
-        Writes the results of a job, whose files are on this machine, into a folder: `rows.*`,
-        `events.*` and `overlay.*`. It is a function at the top level of a module.
-    form
-        The ending of the rows: csv or parquet.
-    overlay
-        Whether an annotated video is made.
-    attempts
-        How often a job whose worker dies is tried.
-    time_limit
-        Seconds for an attempt.
-    again
-        Whether jobs that have failed are tried again.
-    """
+    """How the jobs of a batch are done."""
 
     out: str
+    """The address of the store."""
     make: Callable[[Job, Path, str, bool], Made]
+    """Writes the results of a job, whose files are on this machine, into a folder: `rows.*`,
+    `events.*` and `overlay.*`. It is a function at the top level of a module."""
     form: str = "csv"
+    """The ending of the rows: csv or parquet."""
     overlay: bool = False
+    """Whether an annotated video is made."""
     attempts: int = ATTEMPTS
+    """How often a job whose worker dies is tried."""
     time_limit: float = TIME_LIMIT
+    """Seconds for an attempt."""
     again: bool = False
+    """Whether jobs that have failed are tried again."""
 
     def new_record(self, job: Job) -> Record:
         """Return the record of a job that has no results yet."""
@@ -73,15 +49,8 @@ class Plan:
         return Record(name=job.name, status="failed", digest=digest, version=__version__)
 
 
-class Order(NamedTuple):
-    """A job, and how it is done: what a worker is sent."""
-
-    job: Job
-    plan: Plan
-
-
-def work(order: Order) -> Record:
-    """Do a job; return its record, which is in the store already if the job is done.
+def work(order: tuple[Job, Plan]) -> Record:
+    """Do a job as planned; return its record, which is in the store already if the job is done.
 
     Results get their names when all are made, and the record comes last: without it, what is left
     of an attempt does not count.
@@ -102,7 +71,7 @@ def work(order: Order) -> Record:
         try:
             here, inputs = localized(job, Path(scratch) / "inputs")
             record = replace(record, inputs=inputs)
-            result = plan.make(here, made, plan.form, plan.overlay)
+            frames, note = plan.make(here, made, plan.form, plan.overlay)
             if changed(inputs):
                 raise SourceError("An input has changed while it was read; start again.")
         except StoreError:
@@ -111,9 +80,7 @@ def work(order: Order) -> Record:
             return replace(record, seconds=_since(begun), error=str(error))
         for path in sorted(made.iterdir()):
             store.write(place_of(job.name, path.name), path)
-    record = replace(
-        record, status="done", frames=result.frames, error=result.note, seconds=_since(begun)
-    )
+    record = replace(record, status="done", frames=frames, error=note, seconds=_since(begun))
     store.write(record_name(job.name), encoded(record))
     return record
 

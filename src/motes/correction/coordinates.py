@@ -17,17 +17,12 @@ class Coordinates(NamedTuple):
 
     Where all keyframes are boxes, regions are boxes too, (x, y, log a, log b), and their ellipses
     are upright. Otherwise they are ellipses, with the angle as a fifth coordinate.
-
-    Attributes
-    ----------
-    side
-        The unit of x and y in pixels: the mean side of the keyframes.
-    angles
-        (n,), an angle near that of the region in each frame; None for boxes.
     """
 
     side: float
+    """The unit of x and y in pixels: the mean side of the keyframes."""
     angles: Floats | None
+    """(n,), an angle near that of the region in each frame; None for boxes."""
 
     @classmethod
     def of(cls, keys: Sequence[Ellipse], ellipses: Floats) -> Coordinates:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from motes.correction.join import Joined, Stretch, fuse, join, tracked
 from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
 from motes.correction.passes import as_pass, run_pass
 from motes.sot.presets import TrackerConfig, preset
+from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 from motes.video.shared import FrameReader, shared
 
@@ -112,22 +114,25 @@ def correct_stretch(
     config: TrackerConfig,
     seed: int,
     so_far: list[Track] | None = None,
+    observe: Callable[[StepInfo], None] | None = None,
 ) -> Joined:
     """Return the track of a stretch, from passes in both directions.
 
     Between two keyframes, the models of both passes learn from both of them. The tracks of the
-    forward pass are added to `so_far`, for a run that is interrupted.
+    forward pass are added to `so_far`, for a run that is interrupted. `observe` is called with the
+    tracker's report of each frame of both passes.
     """
+    run = functools.partial(run_pass, config, seed, observe=observe)
     first, last, begin, end, _ = stretch
     forward = backward = at_end = at_begin = None
     if begin is not None and end is not None:
         at_begin, at_end = (_frame(film, first), begin), (_frame(film, last), end)
     if begin is not None:
         frames = film.forward(first, last)
-        forward = as_pass(run_pass(config, seed, frames, begin, so_far=so_far, other=at_end))
+        forward = as_pass(run(frames, begin, so_far=so_far, other=at_end))
     if end is not None:
         frames = film.backward(last, first)
-        backward = as_pass(run_pass(config, seed, frames, end, backward=True, other=at_begin))
+        backward = as_pass(run(frames, end, backward=True, other=at_begin))
     return join(stretch, forward, backward)
 
 

@@ -26,18 +26,12 @@ CANDIDATES = 1000
 
 
 class Ranked(NamedTuple):
-    """A doubtful frame.
-
-    Attributes
-    ----------
-    place
-        The place of the frame in the arrays.
-    gain
-        Number of frames that its correction is expected to make right.
-    """
+    """A doubtful frame."""
 
     place: int
+    """The place of the frame in the arrays."""
     gain: float
+    """Number of frames that its correction is expected to make right."""
 
 
 def wrong(ellipses: Floats, variances: Floats, confidence: Floats) -> Floats:

@@ -36,55 +36,42 @@ Marks = Sequence[tuple[int, Sequence[float] | None]]
 
 
 class History(msgspec.Struct, frozen=True):
-    """How rows were made, and what has been corrected; every command that reads rows reads it.
-
-    Attributes
-    ----------
-    form
-        Version of the file.
-    motes
-        Version of motes.
-    film, width, height, frames
-        Name and size of the film, and the number of its frames; None before they are all known.
-    start, end, stride
-        The frames that are used.
-    fps
-        Frames per second that give the times; None where the film has times of its own.
-    preset, config, seed
-        The tracker: the name of its preset, and all its values.
-    units
-        How pixels become metres, if they do.
-    places
-        The lines and zones of `motes watch`; None for rows of `motes track`.
-    corrections
-        The marks of each command, in order: frames with a region or None. A later mark of a frame
-        replaces an earlier one.
-    unfinished
-        First and last frames of stretches whose rows may not be written yet. A command notes all of
-        its stretches here before it writes any row, so that it can be finished after a kill.
-    lines
-        How many lines the file of rows had when its run or its last correction ended, by which a
-        part of it is told from the whole; None until then.
-    """
+    """How rows were made, and what has been corrected; every command that reads rows reads it."""
 
     form: int
+    """Version of the file."""
     film: str
     width: int
     height: int
     frames: int | None
+    """Name and size of the film, and the number of its frames; None before they are all known."""
     start: int
     end: int | None
+    """The frames that are used."""
     config: dict[str, Any]
     seed: int
+    """The tracker: all values of its preset, and the seed of its random numbers."""
     motes: str = __version__
+    """Version of motes."""
     stride: int = 1
+    """Every so many frames, one is used."""
     fps: float | None = None
+    """Frames per second that give the times; None where the film has times of its own."""
     preset: str | None = None
+    """The name of the tracker's preset."""
     places: dict[str, Any] | None = None
+    """The lines and zones of `motes watch`; None for rows of `motes track`."""
     units: dict[str, Any] | None = None
+    """How pixels become metres, if they do."""
     corrections: list[list[tuple[int, list[float] | None]]] = []
+    """The marks of each command, in order: frames with a region or None. A later mark of a frame
+    replaces an earlier one."""
     unfinished: list[tuple[int, int]] = []
+    """First and last frames of stretches whose rows may not be written yet. A command notes all of
+    its stretches here before it writes any row, so that it can be finished after a kill."""
     lines: int | None = None
+    """How many lines the file of rows had when its run or its last correction ended, by which a
+    part of it is told from the whole; None until then."""
 
     @classmethod
     def of_run(

@@ -39,23 +39,16 @@ GATE = 18.47
 
 
 class Stretch(NamedTuple):
-    """Frames in a row, and the keyframes at their ends.
-
-    Attributes
-    ----------
-    first, last
-        The first and the last frame.
-    begin, end
-        The keyframes there; one of them is None where the film begins or ends without one.
-    absent
-        Frames in which the target is marked as absent.
-    """
+    """Frames in a row, and the keyframes at their ends."""
 
     first: int
     last: int
+    """The first and the last frame."""
     begin: Ellipse | None
     end: Ellipse | None
+    """The keyframes there; one of them is None where the film begins or ends without one."""
     absent: frozenset[int] = frozenset()
+    """Frames in which the target is marked as absent."""
 
     @property
     def keys(self) -> dict[int, Ellipse]:
@@ -65,25 +58,17 @@ class Stretch(NamedTuple):
 
 
 class Joined(NamedTuple):
-    """The track of a stretch, as arrays with a row for each frame.
-
-    Attributes
-    ----------
-    ellipses, variances
-        (n, 5): the path and the variances of x, y, a, b, theta; NaN where the target is absent.
-    status
-        The status of each frame.
-    confidence
-        (n,), the probability that the box overlaps the target by more than half.
-    outlier
-        (n,), whether a pass reported a place that is not used.
-    """
+    """The track of a stretch, as arrays with a row for each frame."""
 
     ellipses: Floats
     variances: Floats
+    """(n, 5): the path and the variances of x, y, a, b, theta; NaN where the target is absent."""
     status: list[Status]
+    """The status of each frame."""
     confidence: Floats
+    """(n,), the probability that the box overlaps the target by more than half."""
     outlier: Flags
+    """(n,), whether a pass reported a place that is not used."""
 
 
 def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joined:

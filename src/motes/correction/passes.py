@@ -19,24 +19,16 @@ from motes.sot.tracker import Tracker
 
 
 class Pass(NamedTuple):
-    """What a tracker has reported, in order of the frames, not of the pass.
-
-    Attributes
-    ----------
-    ellipses
-        (n, 5).
-    variances
-        (n, 5), the diagonal of each covariance.
-    confidence
-        (n,).
-    tracking
-        (n,), whether its status was `tracking`.
-    """
+    """What a tracker has reported, in order of the frames, not of the pass."""
 
     ellipses: Floats
+    """(n, 5)."""
     variances: Floats
+    """(n, 5), the diagonal of each covariance."""
     confidence: Floats
+    """(n,)."""
     tracking: NDArray[np.bool_]
+    """(n,), whether its status was `tracking`."""
 
     def part(self, start: int, stop: int) -> Pass:
         """Return the frames from `start` on, before `stop`."""

@@ -40,36 +40,23 @@ UNKNOWN = 1e4
 
 
 class Dynamics(NamedTuple):
-    """How a target moves, and how noisy it is seen: arrays (k,), a value for each coordinate.
-
-    Attributes
-    ----------
-    persistence
-        Share of the velocity that stays from frame to frame.
-    acceleration
-        Variance of the velocity's change in a frame.
-    noise
-        Variance of an observation.
-    """
+    """How a target moves, and how noisy it is seen: arrays (k,), a value for each coordinate."""
 
     persistence: Floats
+    """Share of the velocity that stays from frame to frame."""
     acceleration: Floats
+    """Variance of the velocity's change in a frame."""
     noise: Floats
+    """Variance of an observation."""
 
 
 class Drift(NamedTuple):
-    """How a pass leaves the center of its target: arrays (k,).
-
-    Attributes
-    ----------
-    deviation
-        Standard deviation of the offset of an old pass.
-    memory
-        Number of frames after which an offset has lost 63 % of what it was.
-    """
+    """How a pass leaves the center of its target: arrays (k,)."""
 
     deviation: Floats
+    """Standard deviation of the offset of an old pass."""
     memory: Floats
+    """Number of frames after which an offset has lost 63 % of what it was."""
 
 
 class Smoothed(NamedTuple):

@@ -34,18 +34,12 @@ ON = np.array([[False, True, False, True], [False, False, True, True]])
 
 
 class Support(NamedTuple):
-    """What supports the track.
-
-    Attributes
-    ----------
-    used
-        (m, n), whether each pass is used; of two, in the likeliest state.
-    probability
-        (n,), the probability that a pass that is used is on the target.
-    """
+    """What supports the track."""
 
     used: Flags
+    """(m, n), whether each pass is used; of two, in the likeliest state."""
     probability: Floats
+    """(n,), the probability that a pass that is used is on the target."""
 
 
 def support(

@@ -27,21 +27,14 @@ EITHER = 0.5
 
 
 class Doubt(NamedTuple):
-    """A doubtful frame.
-
-    Attributes
-    ----------
-    frame
-        Index of the frame.
-    gain
-        Number of frames that its correction is expected to make right.
-    reasons
-        Why the frame is in doubt.
-    """
+    """A doubtful frame."""
 
     frame: int
+    """Index of the frame."""
     gain: float
+    """Number of frames that its correction is expected to make right."""
     reasons: tuple[str, ...]
+    """Why the frame is in doubt."""
 
 
 def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> list[Doubt]:

@@ -36,28 +36,19 @@ class Recording:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FilmFacts:
-    """What is known of the film that a file belongs to, as most formats do not hold it.
-
-    Attributes
-    ----------
-    source
-        The film's name.
-    width, height
-        Its size in pixels; 0 if unknown.
-    frames
-        Its number of frames; None if unknown.
-    fps
-        Its frames per second; None if unknown.
-    label
-        The class of objects without one.
-    """
+    """What is known of the film that a file belongs to, as most formats do not hold it."""
 
     source: str = "unknown"
+    """The film's name."""
     width: int = 0
     height: int = 0
+    """Its size in pixels; 0 if unknown."""
     frames: int | None = None
+    """Its number of frames; None if unknown."""
     fps: float | None = None
+    """Its frames per second; None if unknown."""
     label: str = "object"
+    """The class of objects without one."""
 
     def time(self, frame: int) -> float:
         """Return the time of a frame in seconds."""

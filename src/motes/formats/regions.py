@@ -24,23 +24,16 @@ MAX_FRAME = 10_000_000
 
 
 class TruthRegion(NamedTuple):
-    """A target in one frame.
-
-    Attributes
-    ----------
-    box
-        The smallest box around it.
-    ellipse
-        For a box, the inscribed ellipse. For a polygon of four corners, the ellipse inscribed in
-        the rectangle with the polygon's center, area, orientation and ratio of second moments. For
-        other polygons and masks, the ellipse with their center and second moments.
-    is_box
-        Whether the annotation is only a box.
-    """
+    """A target in one frame."""
 
     box: Box
+    """The smallest box around it."""
     ellipse: Ellipse
+    """For a box, the inscribed ellipse. For a polygon of four corners, the ellipse inscribed in the
+    rectangle with the polygon's center, area, orientation and ratio of second moments. For other
+    polygons and masks, the ellipse with their center and second moments."""
     is_box: bool = False
+    """Whether the annotation is only a box."""
 
 
 _NAN = math.nan

@@ -29,42 +29,29 @@ from motes.formats.recording import FilmFacts, Recording
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
-    """A format of files.
-
-    Attributes
-    ----------
-    title
-        What it is, in a few words.
-    endings
-        Ends of the names of its files, for writing, or whole names where there is no dot before.
-        The longest one that fits counts.
-    read
-        Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
-        `motes.formats`. None if it cannot be read.
-    write
-        Returns the bytes of a `Recording`, piece by piece; of a folder, pairs of a name and bytes.
-        None if it cannot be written.
-    holds
-        Those of `ASPECTS` that it holds.
-    sized
-        Whether it needs the size of the picture.
-    thinned
-        Whether it holds keyframes, between which its tools interpolate.
-    folder
-        Whether it is a folder of files.
-    single
-        Whether it holds one object.
-    """
+    """A format of files."""
 
     title: str
+    """What it is, in a few words."""
     endings: tuple[str, ...] = ()
+    """Ends of the names of its files, for writing, or whole names where there is no dot before. The
+    longest one that fits counts."""
     read: str | Callable[..., Recording] | None = None
+    """Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
+    `motes.formats`. None if it cannot be read."""
     write: str | Callable[..., Iterator[Any]] | None = None
+    """Returns the bytes of a `Recording`, piece by piece; of a folder, pairs of a name and bytes.
+    None if it cannot be written."""
     holds: tuple[str, ...] = ()
+    """Those of `ASPECTS` that it holds."""
     sized: bool = False
+    """Whether it needs the size of the picture."""
     thinned: bool = False
+    """Whether it holds keyframes, between which its tools interpolate."""
     folder: bool = False
+    """Whether it is a folder of files."""
     single: bool = False
+    """Whether it holds one object."""
 
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 
@@ -26,59 +26,40 @@ SURFACE_STEPS = 61
 
 
 class Series(NamedTuple):
-    """The numbers kept of every frame, each of shape (frames,) unless a shape is given.
-
-    Attributes
-    ----------
-    frame
-        Index.
-    x, y, a, b
-        Center and half-axes of the estimate, in pixels.
-    n_supporting
-        Number of particles that fulfill the appearance rule.
-    tracking
-        1 where the status was `tracking`, else 0.
-    seconds, mean_shift_seconds
-        Running times of the tracker and of mean shift; NaN if mean shift was not run.
-    cue_weights
-        (frames, J), the weight of each cue.
-    """
+    """The numbers kept of every frame, each of shape (frames,) unless a shape is given."""
 
     frame: Floats
+    """Index."""
     x: Floats
     y: Floats
     a: Floats
     b: Floats
+    """Center and half-axes of the estimate, in pixels."""
     n_supporting: Floats
+    """Number of particles that fulfill the appearance rule."""
     tracking: Floats
+    """1 where the status was `tracking`, else 0."""
     seconds: Floats
     mean_shift_seconds: Floats
+    """Running times of the tracker and of mean shift; NaN if mean shift was not run."""
     cue_weights: Floats
+    """(frames, J), the weight of each cue."""
 
 
 class RhoSurface(NamedTuple):
-    """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings.
-
-    Attributes
-    ----------
-    frame
-        Index of the frame.
-    x, y
-        (n,) and (m,), centers of the ellipse, in pixels.
-    rho
-        (m, n), the coefficients.
-    samples
-        (N, 2), centers of the particles.
-    mean
-        (2,), center of the estimate.
-    """
+    """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings."""
 
     frame: int
+    """Index of the frame."""
     x: Floats
     y: Floats
+    """(n,) and (m,), centers of the ellipse, in pixels."""
     rho: Floats
+    """(m, n), the coefficients."""
     samples: Floats
+    """(N, 2), centers of the particles."""
     mean: Floats
+    """(2,), center of the estimate."""
 
     def height(self, points: Floats) -> Floats:
         """Return rho at the position nearest to each of the points (N, 2), shape (N,)."""
@@ -86,36 +67,6 @@ class RhoSurface(NamedTuple):
         row = np.abs(self.y - points[:, 1:]).argmin(axis=1)
         nearest: Floats = self.rho[row, column]
         return nearest
-
-
-class EdgeHistograms(NamedTuple):
-    """The orientation histograms of the estimate's region.
-
-    Attributes
-    ----------
-    frame
-        Index of the frame.
-    picture
-        (H, W, 3), the region and its surroundings.
-    corner
-        (x, y) in the frame of the picture's first pixel.
-    ellipse
-        The estimate.
-    spectrum
-        The FOH: magnitudes of the Fourier transform, normalized.
-    rotated
-        The ROH: orientations relative to the angle of the ellipse.
-    model
-        The target model, in the form that the tracker compares.
-    """
-
-    frame: int
-    picture: NDArray[np.uint8]
-    corner: tuple[int, int]
-    ellipse: Ellipse
-    spectrum: Floats
-    rotated: Floats
-    model: Floats
 
 
 def new_figure(height: float) -> Figure:
@@ -272,27 +223,43 @@ def cue_weights(series: Series, names: Sequence[str]) -> Figure:
     return figure
 
 
-def orientation_histograms(edges: EdgeHistograms) -> Figure:
-    """Draw a region and its two orientation histograms (Maggio et al., figure 1)."""
+def orientation_histograms(
+    frame: Frame, ellipse: Ellipse, spectrum: Floats, rotated: Floats, model: Floats
+) -> Figure:
+    """Draw a region and its two orientation histograms (Maggio et al., figure 1).
+
+    Parameters
+    ----------
+    frame, ellipse
+        The frame, and the estimate in it.
+    spectrum
+        The FOH: magnitudes of the Fourier transform, normalized.
+    rotated
+        The ROH: orientations relative to the angle of the ellipse.
+    model
+        The target model, in the form that the tracker compares.
+    """
     figure = new_figure(3)
-    title = f"Orientation histograms of the estimate in frame {edges.frame}"
+    title = f"Orientation histograms of the estimate in frame {frame.index}"
     figure.suptitle(title, fontsize=12, x=0.01, ha="left", color=INK)
-    region, fourier, rotated = figure.subplots(1, 3)
-    height, width = edges.picture.shape[:2]
-    left, top = edges.corner
-    extent = (left - 0.5, left + width - 0.5, top + height - 0.5, top - 0.5)
-    region.imshow(edges.picture, extent=extent)
-    region.plot(*np.vstack([(p := edges.ellipse.polygon()), p[:1]]).T, color=ORANGE, linewidth=1.5)
+    region, fourier, turned = figure.subplots(1, 3)
+    low, sides = np.array(ellipse.box[:2]), np.array(ellipse.box[2:])
+    inside = (0, 0), (frame.width - 1, frame.height - 1)
+    left, top = np.clip(low - sides / 2, *inside).astype(int).tolist()
+    right, bottom = np.clip(low + 1.5 * sides, *inside).astype(int).tolist()
+    extent = (left - 0.5, right + 0.5, bottom + 0.5, top - 0.5)
+    region.imshow(frame.pixels[top : bottom + 1, left : right + 1], extent=extent)
+    region.plot(*np.vstack([(p := ellipse.polygon()), p[:1]]).T, color=ORANGE, linewidth=1.5)
     region.set(xlabel="x (pixels)", ylabel="y (pixels)", xlim=extent[:2], ylim=extent[2:])
     style_axes(fourier, "FOH", "frequency (cycles in 180°)", "share of the magnitudes")
-    fourier.bar(np.arange(edges.spectrum.size), edges.spectrum, color=BLUE)
-    style_axes(rotated, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
-    width_of_bin = 180 / edges.rotated.size
-    angles = -90 + (np.arange(edges.rotated.size) + 0.5) * width_of_bin
-    rotated.bar(angles, edges.rotated, width=width_of_bin, color=BLUE)
-    rotated.set_xticks([-90, -45, 0, 45, 90])
-    compared = rotated if edges.model.size == edges.rotated.size else fourier
-    bins = angles if compared is rotated else np.arange(edges.spectrum.size)
-    compared.step(bins, edges.model, where="mid", color=VERMILION, linewidth=1.2, label="model")
+    fourier.bar(np.arange(spectrum.size), spectrum, color=BLUE)
+    style_axes(turned, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
+    width_of_bin = 180 / rotated.size
+    angles = -90 + (np.arange(rotated.size) + 0.5) * width_of_bin
+    turned.bar(angles, rotated, width=width_of_bin, color=BLUE)
+    turned.set_xticks([-90, -45, 0, 45, 90])
+    compared = turned if model.size == rotated.size else fourier
+    bins = angles if compared is turned else np.arange(spectrum.size)
+    compared.step(bins, model, where="mid", color=VERMILION, linewidth=1.2, label="model")
     compared.legend(frameon=False, fontsize=9)
     return figure

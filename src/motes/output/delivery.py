@@ -23,18 +23,12 @@ class DeliveryError(MotesError):
 
 
 class Receiver(Protocol):
-    """Where messages go.
-
-    Attributes
-    ----------
-    name
-        Its address without a password; messages in the queue are marked with it.
-    batch
-        Largest number of messages that are sent before their confirmations are waited for.
-    """
+    """Where messages go."""
 
     name: str
+    """Its address without a password; messages in the queue are marked with it."""
     batch: int
+    """Largest number of messages that are sent before their confirmations are waited for."""
 
     def send(self, bodies: Sequence[str]) -> None:
         """Send messages, perhaps none, and wait until all of them are confirmed.
@@ -97,7 +91,7 @@ class Delivery:
             wait = 0.0 if closing else IDLE
             messages = self._queue.oldest(self.receiver.name, self.receiver.batch, wait)
             try:
-                self.receiver.send([message.body for message in messages])
+                self.receiver.send([body for _, body in messages])
             except DeliveryError as error:
                 self.receiver.close()
                 self._report(error)

@@ -12,7 +12,7 @@ import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 from motes.core.errors import FormatError
 
@@ -25,11 +25,8 @@ _TABLE = """
 """
 
 
-class Message(NamedTuple):
-    """A message that waits: its number in the queue, and its text."""
-
-    number: int
-    body: str
+Message = tuple[int, str]
+"""A message that waits: its number in the queue, and its text."""
 
 
 class MessageQueue:
@@ -92,11 +89,11 @@ class MessageQueue:
     def _oldest(self, receiver: str, most: int) -> list[Message]:
         query = "SELECT number, body FROM message WHERE receiver = ? ORDER BY number LIMIT ?"
         with self._problems():
-            return [Message(*row) for row in self._data.execute(query, (receiver, most))]
+            return self._data.execute(query, (receiver, most)).fetchall()
 
     def remove(self, messages: Sequence[Message]) -> None:
         """Remove messages that have been delivered."""
-        numbers = [(message.number,) for message in messages]
+        numbers = [(number,) for number, _ in messages]
         with self._changed, self._problems():
             self._data.executemany("DELETE FROM message WHERE number = ?", numbers)
 

@@ -16,7 +16,7 @@ from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
-from motes.output.charts import SURFACE_STEPS, EdgeHistograms, RhoSurface, Series
+from motes.output.charts import SURFACE_STEPS, RhoSurface, Series
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
@@ -147,31 +147,14 @@ class Recorder:
             return None
         return surface_of(self._config, *self._kept)
 
-    def edges(self) -> EdgeHistograms | None:
-        """Return the histograms of figure 1 in the kept frame; None without frame or cue."""
+    def edges(self) -> tuple[Floats, Floats, Floats] | None:
+        """Return FOH, ROH and model of figure 1 in the kept frame; None without frame or cue."""
         cue = self._config.cues.get("orientation")
         if self._kept is None or not isinstance(cue, Orientation):
             return None
         frame, info = self._kept
-        ellipse, box = info.track.ellipse, info.track.box
-        left, right = (
-            int(np.clip(x, 0, frame.width - 1))
-            for x in (box.x - box.width / 2, box.x + 1.5 * box.width)
-        )
-        top, bottom = (
-            int(np.clip(y, 0, frame.height - 1))
-            for y in (box.y - box.height / 2, box.y + 1.5 * box.height)
-        )
-        rotated, spectrum = orientation_of(cue, frame, ellipse)
-        return EdgeHistograms(
-            frame.index,
-            frame.pixels[top : bottom + 1, left : right + 1],
-            (left, top),
-            ellipse,
-            spectrum,
-            rotated,
-            info.models["orientation"].histogram,
-        )
+        rotated, spectrum = orientation_of(cue, frame, info.track.ellipse)
+        return spectrum, rotated, info.models["orientation"].histogram
 
     def save(self, folder: Path) -> list[Path]:
         """Draw the figures into a folder, which is made if needed; return the written files.
@@ -199,7 +182,11 @@ class Recorder:
             CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues))
             if np.ptp(series.cue_weights, axis=0).any()
             else None,
-            ORIENTATION: charts.orientation_histograms(edges) if edges else None,
+            ORIENTATION: charts.orientation_histograms(
+                self._kept[0], self._kept[1].track.ellipse, *edges
+            )
+            if self._kept and edges
+            else None,
         }
         written = []
         for name in self.files:

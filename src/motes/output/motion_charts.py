@@ -33,29 +33,22 @@ STYLE = {
 
 
 class MotionSeries(NamedTuple):
-    """A target's course; each field has shape (frames,), NaN where it is not known.
-
-    Attributes
-    ----------
-    time
-        In seconds.
-    x, y, x_std, y_std, speed, speed_std
-        Place and speed in the units of the ground.
-    a, b, a_std, b_std
-        Half-axes in pixels.
-    """
+    """A target's course; each field has shape (frames,), NaN where it is not known."""
 
     time: Floats
+    """In seconds."""
     x: Floats
     y: Floats
     x_std: Floats
     y_std: Floats
     speed: Floats
     speed_std: Floats
+    """Place and speed in the units of the ground."""
     a: Floats
     b: Floats
     a_std: Floats
     b_std: Floats
+    """Half-axes in pixels."""
 
 
 def style() -> AbstractContextManager[None]:

@@ -1,4 +1,4 @@
-"""What an overlay and a live picture show of a run: tracks with their past, and totals."""
+"""What an overlay and a live picture show of a scene: objects with their past, and totals."""
 
 from __future__ import annotations
 
@@ -6,50 +6,17 @@ import math
 from collections import Counter, deque
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from motes.core.frame import Frame
-from motes.core.track import Status
 from motes.mot.analytics.events import SPEED_OVER, Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
-from motes.output.overlay import Draw, describe, draw
+from motes.output.overlay import Draw
 from motes.output.scene_overlay import Point, draw_scene
-
-if TYPE_CHECKING:
-    from motes.sot.step_info import StepInfo
 
 TRAIL = 50
 """Frames of a trail."""
-NOWHERE = (float("nan"), float("nan"))
-
-
-class TrackPainter:
-    """Paints one object, with its particles and its trail."""
-
-    def __init__(self) -> None:
-        self._trail: deque[Point] = deque(maxlen=TRAIL)
-
-    def painted(self, frame: Frame, info: StepInfo | None, note: str = "") -> Draw:
-        """Return a function that draws the next frame, with a note beside its status.
-
-        Without info, the frame is as it was.
-        """
-        if info is None:
-            return lambda: frame.pixels
-        track = info.track
-        seen = track.status is Status.TRACKING
-        self._trail.append(track.ellipse[:2] if seen else NOWHERE)
-        return partial(
-            draw,
-            frame.pixels,
-            track,
-            particles=info.ellipses,
-            weights=info.weights,
-            trail=list(self._trail),
-            label=f"{describe(track)}  {note}" if note else None,
-        )
 
 
 class ScenePainter:

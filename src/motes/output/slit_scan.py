@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,15 +24,6 @@ COLORS = (230, 159, 0), (86, 180, 233)
 """Colors of the first and the second direction."""
 
 
-class Mark(NamedTuple):
-    """A counted crossing: frame, place on the line from 0 to 1, identity, if the second way."""
-
-    frame: int
-    place: float
-    identity: int
-    second: bool
-
-
 class SlitScan:
     """The pixels under a line in all frames: time downwards, the line across.
 
@@ -53,7 +42,7 @@ class SlitScan:
         self._rows: list[Pixels] = []
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
-        self._marks: list[Mark] = []
+        self._marks: list[tuple[int, float, int, bool]] = []
 
     def add(self, pixels: Pixels, frame: int, time: float) -> None:
         """Add a frame (H, W, 3) with its index, and its time in seconds."""
@@ -70,7 +59,7 @@ class SlitScan:
         x1, y1, x2, y2 = self._points
         along = (foot[0] - x1) * (x2 - x1) + (foot[1] - y1) * (y2 - y1)
         place = along / ((x2 - x1) ** 2 + (y2 - y1) ** 2)
-        self._marks.append(Mark(frame, min(max(place, 0.0), 1.0), identity, second))
+        self._marks.append((frame, min(max(place, 0.0), 1.0), identity, second))
 
     def picture(self) -> Pixels:
         """Return the picture, RGB; at least one frame must have been added."""
@@ -91,12 +80,12 @@ class SlitScan:
             y = scan.shape[0] + 4 + 14 * row
             pen.line((4, y + 7, 18, y + 7), color, 3)
             pen.text((24, y), name, color, typeface)
-        for mark in self._marks:
-            y = SCALE * int(np.searchsorted(frames, mark.frame))
-            x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]
+        for frame, place, identity, second in self._marks:
+            y = SCALE * int(np.searchsorted(frames, frame))
+            x, color = MARGIN + place * (scan.shape[1] - 1), COLORS[second]
             pen.line((MARGIN, y, image.width, y), color)
             pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=color, width=2)
-            pen.text((min(x + 8, image.width - 30), y + 1), str(mark.identity), color, typeface)
+            pen.text((min(x + 8, image.width - 30), y + 1), str(identity), color, typeface)
         return np.array(image)
 
     def _under(self, pixels: Pixels) -> Pixels:

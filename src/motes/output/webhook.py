@@ -66,12 +66,10 @@ class _Https(http.client.HTTPSConnection, _Http):
         self.limit()
 
 
-class _HttpHandler(urllib.request.HTTPHandler):
+class _Handler(urllib.request.HTTPHandler, urllib.request.HTTPSHandler):
     def http_open(self, request: urllib.request.Request) -> http.client.HTTPResponse:
         return self.do_open(_Http, request)
 
-
-class _HttpsHandler(urllib.request.HTTPSHandler):
     def https_open(self, request: urllib.request.Request) -> http.client.HTTPResponse:
         return self.do_open(_Https, request)
 
@@ -99,7 +97,7 @@ class Webhook:
 
     def __init__(self, address: str) -> None:
         self.name = without_password(address)
-        self._opener = urllib.request.build_opener(_HttpHandler, _HttpsHandler, _NoRedirect)
+        self._opener = urllib.request.build_opener(_Handler, _NoRedirect)
         self._headers = {"Content-Type": "application/json", "User-Agent": "motes"}
         parts = urlsplit(address)
         if parts.username is not None:

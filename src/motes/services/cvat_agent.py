@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
+from motes.core.geometry import Box
 from motes.core.optional import optional
 from motes.core.track import Status
-from motes.services.cvat import PRESET, box_of, corners_of
 from motes.sot.tracker import Tracker
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class TrackingFunction:
         The preset of the tracker.
     """
 
-    def __init__(self, preset: str = PRESET) -> None:
+    def __init__(self, preset: str = "default") -> None:
         self._preset = preset
         self._sdk = optional(
             "cvat_sdk.auto_annotation", "CVAT's agent needs its package", "cvat-cli"
@@ -63,6 +64,26 @@ class TrackingFunction:
         return self._sdk.TrackableShape(type="rectangle", points=corners_of(track.box))
 
 
-def create(preset: str = PRESET) -> TrackingFunction:
+def create(preset: str = "default") -> TrackingFunction:
     """Return the function; the agent calls this, with the parameters of its command line (-p)."""
     return TrackingFunction(preset)
+
+
+def box_of(shape: list[float]) -> Box:
+    """Return the box of the corners left, top, right, bottom, or of a polygon.
+
+    Raises
+    ------
+    ConfigError
+        If it has fewer than four numbers, or an odd number of them.
+    """
+    if len(shape) < 4 or len(shape) % 2:
+        raise ConfigError(f"A shape has the corners of a rectangle; got {len(shape)} numbers.")
+    points = np.reshape(np.array(shape, np.float64), (-1, 2))
+    (left, top), (right, bottom) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return Box(left, top, right - left, bottom - top)
+
+
+def corners_of(box: Box) -> list[float]:
+    """Return the corners left, top, right, bottom of a box."""
+    return [round(value, 2) for value in (box.x, box.y, box.x + box.width, box.y + box.height)]

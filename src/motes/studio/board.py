@@ -52,45 +52,31 @@ class StudioJob:
 
 
 class ShownRows:
-    """The rows of an object, as pages see them.
-
-    Attributes
-    ----------
-    begun
-        When earlier rows became void.
-    last, changed
-        When any row changed last; and each row, (frames,), 0 where there is none.
-    table
-        The rows, one for each frame of the film.
-    """
+    """The rows of an object, as pages see them."""
 
     def __init__(self, frames: int, cues: int, now: int) -> None:
         self.begun = self.last = now
+        """When earlier rows became void, and when any row changed last."""
         self.changed = np.zeros(frames, np.int64)
+        """When each row changed last, (frames,), 0 where there is none."""
         self.table = np.zeros((frames, CUES + cues))
+        """The rows, one for each frame of the film."""
 
 
 class Board:
-    """The parts of a session that pages see, each with the number of its last change.
-
-    Attributes
-    ----------
-    now
-        The number of changes so far.
-    state, scene, scene_begun
-        When the session changed, when the many-object mode had more, and when its run began.
-    jobs, overlays
-        All jobs; and what trackers saw last, by object.
-    news
-        Set at each change.
-    """
+    """The parts of a session that pages see, each with the number of its last change."""
 
     def __init__(self, frames: int) -> None:
         self._frames = frames
-        self.now = self.state = self.scene = self.scene_begun = 1
+        self.now = 1
+        """The number of changes so far."""
+        self.state = self.scene = self.scene_begun = 1
+        """When the session changed, when the many-object mode had more, and when its run began."""
         self.jobs: dict[int, StudioJob] = {}
         self.overlays: dict[int, tuple[int, Overlay]] = {}
+        """What trackers saw last, by object."""
         self.news: set[asyncio.Event] = set()
+        """Set at each change."""
         self._shown: dict[int, ShownRows] = {}
         self._begun_jobs = 0
 

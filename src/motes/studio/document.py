@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import bisect
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -23,15 +24,10 @@ MAX_OBJECTS = 50
 
 
 class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
-    """An object.
-
-    Attributes
-    ----------
-    keys
-        The drawn regions, by frame.
-    """
+    """An object."""
 
     keys: dict[int, Region]
+    """The drawn regions, by frame."""
 
     @property
     def tracker(self) -> TrackerConfig:
@@ -56,21 +52,14 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
 
 
 class Document(msgspec.Struct, frozen=True):
-    """What a person has drawn in a film.
-
-    Attributes
-    ----------
-    targets
-        The objects.
-    places
-        Lines, zones and the ground.
-    following
-        The number of the next object.
-    """
+    """What a person has drawn in a film."""
 
     targets: tuple[DrawnTarget, ...] = ()
+    """The objects."""
     places: Places = Places()
+    """Lines, zones and the ground."""
     following: int = 1
+    """The number of the next object."""
 
     def target(self, number: int) -> DrawnTarget:
         """Return an object; raise a ConfigError if there is none of this number."""
@@ -300,3 +289,32 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
         corrections=one.corrections + other.corrections + 1,
     )
     return _with(_without(document, other), target), one.object
+
+
+def renumbered(document: Document, before: Sequence[float], times: Sequence[float]) -> Document:
+    """Return a document for a film that is read otherwise: each frame is the one nearest in time.
+
+    Parameters
+    ----------
+    document
+        What was drawn.
+    before, times
+        The times of the frames then, and those of now.
+    """
+
+    def place(frame: int) -> int:
+        after = bisect.bisect_left(times, before[frame], hi=len(times) - 1)
+        earlier = after > 0 and before[frame] - times[after - 1] < times[after] - before[frame]
+        return after - earlier
+
+    targets = (
+        replace(
+            each,
+            first=place(each.first),
+            last=place(each.last),
+            keys={place(frame): region for frame, region in each.keys.items()},
+            absent=tuple((place(first), place(last)) for first, last in each.absent),
+        )
+        for each in document.targets
+    )
+    return replace(document, targets=tuple(targets))

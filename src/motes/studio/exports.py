@@ -29,18 +29,12 @@ LABEL = "object"
 
 
 class Reproduction(msgspec.Struct, frozen=True):
-    """How a run is repeated.
-
-    Attributes
-    ----------
-    command
-        The command line.
-    files
-        The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`.
-    """
+    """How a run is repeated."""
 
     command: str
+    """The command line."""
     files: dict[str, str]
+    """The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`."""
 
 
 def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:

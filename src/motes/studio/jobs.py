@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -17,50 +16,21 @@ from motes.studio.messages import JobStatus, OpenFilm
 from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.pool import LONG, WorkerPool
 from motes.studio.results import Results, cues_of
-from motes.studio.store import Store
 from motes.studio.tables import DISTANCE, FRAME, MILLISECONDS, SIZE, Table, unpack
 from motes.studio.tracking import join_stretch, run_passes
 from motes.studio.workplace import Part
 from motes.video.shared import fits
 
 
-class Desk(NamedTuple):
-    """What all jobs of a session share.
-
-    Attributes
-    ----------
-    session, store
-        Where rows are kept.
-    film
-        The film.
-    pool
-        The workers.
-    board
-        What pages see.
-    """
-
-    session: str
-    store: Store
-    film: OpenFilm
-    pool: WorkerPool
-    board: Board
-
-
 class _Run:
-    """A stretch that is being tracked, for the objects that need it.
-
-    Attributes
-    ----------
-    users
-        The objects, each with its first frame in this stretch that is not of the one before.
-    parts
-        The rows so far of its passes, by their keys.
-    """
+    """A stretch that is being tracked, for the objects that need it."""
 
     def __init__(self, need: StretchNeed) -> None:
         self.need = need
         self.users: list[tuple[DrawnTarget, int]] = []
+        """The objects, each with its first frame in this stretch that is not of the one before."""
         self.parts: dict[str, list[Table]] = {each.key: [] for each in need.passes}
+        """The rows so far of its passes, by their keys."""
         self.task: asyncio.Task[None]
 
     def stop(self) -> None:
@@ -70,11 +40,18 @@ class _Run:
 
 
 class Jobs:
-    """Tracks the objects of a session, and keeps their rows."""
+    """Tracks the objects of a session, and keeps their rows.
 
-    def __init__(self, desk: Desk) -> None:
-        self.results = Results(desk.session, desk.store)
-        self._pool, self._film, self._board = desk.pool, desk.film, desk.board
+    Parameters
+    ----------
+    results
+        Where rows are kept.
+    film, pool, board
+        The film, its workers, and what pages see.
+    """
+
+    def __init__(self, results: Results, film: OpenFilm, pool: WorkerPool, board: Board) -> None:
+        self.results, self._film, self._pool, self._board = results, film, pool, board
         self._plans: dict[int, tuple[DrawnTarget, list[StretchNeed]]] = {}
         self._displayed: dict[int, set[str]] = {}
         self._runs: dict[str, _Run] = {}

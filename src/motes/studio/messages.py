@@ -75,115 +75,78 @@ class Keyframe(msgspec.Struct, frozen=True):
 
 
 class Subject(msgspec.Struct, frozen=True):
-    """What is given of an object.
-
-    Attributes
-    ----------
-    object
-        Its number.
-    name, color, preset, config, seed
-        As in `AddObject`.
-    first, last
-        Its frames, both included.
-    absent
-        First and last frames of absences, in order, apart from each other.
-    corrections
-        Number of corrections so far: marks after the first one.
-    """
+    """What is given of an object."""
 
     object: int
+    """Its number."""
     name: str
     color: str
     preset: str
     config: str | None
     seed: int
+    """These five are as in `AddObject`."""
     first: int
     last: int
+    """Its frames, both included."""
     absent: tuple[tuple[int, int], ...] = ()
+    """First and last frames of absences, in order, apart from each other."""
     corrections: int = 0
+    """Number of corrections so far: marks after the first one."""
 
 
 class Item(Subject, frozen=True, kw_only=True):
-    """An object.
-
-    Attributes
-    ----------
-    keyframes
-        The drawn frames.
-    cues
-        Names of the tracker's cues, in the order of the weights in its rows.
-    tracked
-        Whether it has been tracked; corrections are then followed by themselves.
-    """
+    """An object."""
 
     keyframes: list[Keyframe]
+    """The drawn frames."""
     cues: list[str]
+    """Names of the tracker's cues, in the order of the weights in its rows."""
     tracked: bool
+    """Whether it has been tracked; corrections are then followed by themselves."""
 
 
 JobStatus = Literal["waiting", "running", "done", "stopped", "failed"]
 
 
 class Progress(msgspec.Struct, frozen=True, tag="progress"):
-    """The state of a job.
-
-    Attributes
-    ----------
-    job, kind
-        Its number, and what it does.
-    objects
-        The objects that it tracks.
-    done, total
-        Frames; a frame that is passed forward and backward counts twice.
-    rate
-        Frames a second; None if unknown.
-    left
-        Seconds; None if unknown.
-    status
-        Its state.
-    error
-        Why it failed.
-    """
+    """The state of a job."""
 
     job: int
     kind: Literal["track", "watch"]
+    """Its number, and what it does."""
     objects: list[int]
+    """The objects that it tracks."""
     done: int
     total: int
+    """Frames; a frame that is passed forward and backward counts twice."""
     rate: float | None
+    """Frames a second; None if unknown."""
     left: float | None
+    """Seconds; None if unknown."""
     status: JobStatus
+    """Its state."""
     error: str | None = None
+    """Why it failed."""
 
 
 class WholeSession(msgspec.Struct, frozen=True):
-    """A whole session, without rows.
-
-    Attributes
-    ----------
-    id, film
-        Its name in addresses, and its film.
-    revision
-        Grows with every change.
-    objects, places
-        What a person has drawn.
-    jobs
-        The jobs of the server since it has started.
-    effort
-        Corrections for each 100 frames of objects.
-    undo, redo
-        Whether there is something to take back, or to make again.
-    """
+    """A whole session, without rows."""
 
     id: str
     film: OpenFilm
+    """Its name in addresses, and its film."""
     revision: int
+    """Grows with every change."""
     objects: list[Item]
     places: Places
+    """What a person has drawn."""
     jobs: list[Progress]
+    """The jobs of the server since it has started."""
     effort: float
+    """Corrections for each 100 frames of objects."""
     undo: bool
     redo: bool
+    """Whether there is something to take back, or to make again."""
 
 
 class State(msgspec.Struct, frozen=True, tag="state"):
@@ -193,23 +156,7 @@ class State(msgspec.Struct, frozen=True, tag="state"):
 
 
 class Row(msgspec.Struct, frozen=True, array_like=True):
-    """An object in a frame; a value that is not known is None.
-
-    Attributes
-    ----------
-    frame, time, x, y, a, b, theta, confidence, status, distance, effective_sample_size
-        As in the rows of `motes track`.
-    deviations
-        Standard deviations of x, y, a, b, theta.
-    cue_weights
-        The weight of each cue.
-    final
-        Whether it is the result, smoothed from both sides; else that of the pass so far.
-    milliseconds
-        The time that the tracker took, figure 7 of Nummiaro et al.
-    supporting
-        The number of particles that fulfill the appearance rule, their figure 12.
-    """
+    """An object in a frame; a value that is not known is None."""
 
     frame: int
     time: float
@@ -222,11 +169,17 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     status: str
     distance: float | None
     effective_sample_size: float | None
+    """All of these are as in the rows of `motes track`."""
     deviations: tuple[float, ...] | None
+    """Standard deviations of x, y, a, b, theta."""
     cue_weights: tuple[float, ...]
+    """The weight of each cue."""
     final: bool
+    """Whether it is the result, smoothed from both sides; else that of the pass so far."""
     milliseconds: float | None
+    """The time that the tracker took, figure 7 of Nummiaro et al."""
     supporting: float | None
+    """The number of particles that fulfill the appearance rule, their figure 12."""
 
 
 class Rows(msgspec.Struct, frozen=True, tag="rows"):
@@ -241,27 +194,19 @@ class Rows(msgspec.Struct, frozen=True, tag="rows"):
 
 
 class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
-    """What a tracker sees in a frame while it runs; a slow page does not get all.
-
-    Attributes
-    ----------
-    number
-        To acknowledge.
-    ellipse
-        x, y, a, b, theta.
-    covariance
-        Of x and y: xx, xy, yy.
-    particles, weights
-        At most 200 of the particles x, y, a, b, theta, and their weights; the heaviest is 1.
-    """
+    """What a tracker sees in a frame while it runs; a slow page does not get all."""
 
     number: int
+    """To acknowledge."""
     object: int
     frame: int
     ellipse: tuple[float, float, float, float, float]
+    """x, y, a, b, theta."""
     covariance: tuple[float, float, float]
+    """Of x and y: xx, xy, yy."""
     particles: list[tuple[float, float, float, float, float]]
     weights: list[float]
+    """At most 200 of the particles x, y, a, b, theta, and their weights; the heaviest is 1."""
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
@@ -295,22 +240,15 @@ class SceneFrame(msgspec.Struct, frozen=True, array_like=True):
 
 
 class FoundScene(msgspec.Struct, frozen=True, tag="scene"):
-    """Frames of the many-object mode; with `reset`, earlier ones are void.
-
-    Attributes
-    ----------
-    frames, events
-        What is new; events as in `motes watch --events`.
-    objects
-        Number of objects in the last frame.
-    totals
-        How often each event has happened, by its name, as `line 1 left`.
-    """
+    """Frames of the many-object mode; with `reset`, earlier ones are void."""
 
     frames: list[SceneFrame]
     events: list[dict[str, Any]]
+    """What is new; events as in `motes watch --events`."""
     objects: int
+    """Number of objects in the last frame."""
     totals: dict[str, int]
+    """How often each event has happened, by its name, as `line 1 left`."""
     reset: bool = False
 
 

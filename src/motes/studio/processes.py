@@ -17,8 +17,7 @@ import msgspec
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause, started
 from motes.studio.safety import Limits
-from motes.studio.worker import main
-from motes.studio.workplace import Answer, Done, Failed, Part, Task, open_film
+from motes.studio.workplace import Answer, Done, Failed, Part, Task, main, open_film
 
 
 class WorkerError(MotesError):

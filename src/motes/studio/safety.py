@@ -45,39 +45,26 @@ HEADERS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What the studio takes at most.
-
-    Attributes
-    ----------
-    upload
-        Bytes of an uploaded film.
-    uploads
-        Bytes of all uploaded films.
-    imported
-        Bytes of a file of tracks.
-    pixels
-        Pixels of a frame.
-    frames
-        Frames of a film.
-    sessions
-        Sessions that are open at once.
-    jobs
-        Jobs that a session has at once.
-    memory
-        Bytes of memory of a worker.
-    silence
-        Seconds after which a worker that gives no sign is ended.
-    """
+    """What the studio takes at most."""
 
     upload: int = 8 << 30
+    """Bytes of an uploaded film."""
     uploads: int = 64 << 30
+    """Bytes of all uploaded films."""
     imported: int = 64 << 20
+    """Bytes of a file of tracks."""
     pixels: int = 7680 * 4320
+    """Pixels of a frame."""
     frames: int = 1_000_000
+    """Frames of a film."""
     sessions: int = 16
+    """Sessions that are open at once."""
     jobs: int = 20
+    """Jobs that a session has at once."""
     memory: int = 4 << 30
+    """Bytes of memory of a worker."""
     silence: float = 60.0
+    """Seconds after which a worker that gives no sign is ended."""
 
 
 class Guard:

@@ -27,22 +27,15 @@ REFUSED = ("detector",)
 
 
 class ScenePart(msgspec.Struct, frozen=True):
-    """Some frames of the many-object mode.
-
-    Attributes
-    ----------
-    frames, events
-        What is new.
-    objects
-        Number of objects in the last frame.
-    totals
-        How often each event has happened so far, by its name.
-    """
+    """Some frames of the many-object mode."""
 
     frames: list[FrameRow]
     events: list[dict[str, Any]]
+    """What is new."""
     objects: int
+    """Number of objects in the last frame."""
     totals: dict[str, int]
+    """How often each event has happened so far, by its name."""
 
 
 def watch_config(watch: Watch) -> WatchConfig:

@@ -15,12 +15,12 @@ from motes.studio import commands, messages, pictures
 from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
-from motes.studio.document import Document, DrawnTarget, changed
-from motes.studio.jobs import Desk, Jobs
+from motes.studio.document import Document, DrawnTarget, changed, renumbered
+from motes.studio.jobs import Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
 from motes.studio.processes import Worker
-from motes.studio.renumber import renumbered
+from motes.studio.results import Results
 from motes.studio.safety import Limits
 from motes.studio.store import Store
 from motes.studio.tables import ELLIPSE, Table
@@ -45,11 +45,6 @@ class LiveSession:
         Where it is kept, and what it may use.
     reopen
         Called if the session has to be opened anew: its film is damaged.
-
-    Attributes
-    ----------
-    whole
-        Whether the film is known to be damaged, and is read as a whole.
     """
 
     def __init__(
@@ -64,7 +59,9 @@ class LiveSession:
         self._revision = self._place
         self.clients: set[Client] = set()
         self._closed = False
-        self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
+        self._reopen = reopen
+        self.whole = store.count(name, WHOLE) > 0
+        """Whether the film is known to be damaged, and is read as a whole."""
         workers = partial(Worker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
         self._pictures = WorkerPool(partial(workers, background=False), most=1)
@@ -83,17 +80,17 @@ class LiveSession:
             If it cannot be read.
         """
         async with self._pictures.worker() as worker:
-            opened = msgspec.msgpack.decode(await worker.ready(), type=Opened)
-        self.facts = msgspec.structs.replace(opened.facts, name=self._film)
-        self.times = opened.times
+            facts, self.times = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+        self.facts = msgspec.structs.replace(facts, name=self._film)
         if before := self._store.parts(self.name, WHOLE):
             times = np.frombuffer(before).tolist()
             self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)
             self.document = self._store.document(self.name, self._place)
         self._pool.warm()
         self.board = Board(self.facts.frames)
-        desk = Desk(self.name, self._store, self.facts, self._pool, self.board)
-        self.jobs, self.watching = Jobs(desk), Watching(desk)
+        results = Results(self.name, self._store)
+        self.jobs = Jobs(results, self.facts, self._pool, self.board)
+        self.watching = Watching(self.name, self._store, self.facts.frames, self._pool, self.board)
         self.jobs.update(self.document)
         self._go_on()
         self.watching.go_on()

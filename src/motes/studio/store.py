@@ -10,7 +10,7 @@ import sqlite3
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
@@ -32,15 +32,6 @@ CREATE TABLE IF NOT EXISTS part (
 ) STRICT;
 """
 VERSION = 2
-
-
-class Known(NamedTuple):
-    """A session: its film, the place of its document among all, and the tracked objects."""
-
-    film: str
-    uploaded: bool
-    place: int
-    tracked: list[int]
 
 
 class Store:
@@ -113,14 +104,17 @@ class Store:
         with self._change():
             self._base.execute("DELETE FROM session WHERE id = ?", (session,))
 
-    def known(self, session: str) -> Known:
-        """Return what is known of a session; raise a FormatError if there is none."""
+    def known(self, session: str) -> tuple[str, bool, int, list[int]]:
+        """Return a session's film, and whether that is uploaded; its place; the tracked objects.
+
+        The place is that of its document among all. Raise a FormatError if there is no session.
+        """
         query = "SELECT film, uploaded, place, tracked FROM session WHERE id = ?"
         rows = self._rows(query, session)
         if not rows:
             raise FormatError("There is no such session; choose one of the list.")
         ((film, uploaded, place, tracked),) = rows
-        return Known(film, bool(uploaded), place, msgspec.json.decode(tracked, type=list[int]))
+        return film, bool(uploaded), place, msgspec.json.decode(tracked, type=list[int])
 
     def document(self, session: str, place: int) -> Document:
         """Return a document of a session."""

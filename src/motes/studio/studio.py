@@ -73,8 +73,8 @@ class Studio:
         self._used[name] = time.monotonic()
         async with self._locks.setdefault(name, asyncio.Lock()):
             if name not in self._open:
-                known = self.store.known(name)
-                path = self.films.path(known.film, uploaded=known.uploaded)
+                film, uploaded, *_ = self.store.known(name)
+                path = self.films.path(film, uploaded=uploaded)
                 self._make_room()
                 session = LiveSession(
                     name, path, self.store, self.limits, lambda: self._reopen(name)

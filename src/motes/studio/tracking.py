@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import msgspec
+import numpy as np
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
@@ -19,12 +20,15 @@ from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import messages
-from motes.studio.overlays import overlay_of
+from motes.studio.messages import Overlay
 from motes.studio.plan import RunPass
 from motes.studio.tables import Table, as_pass, line, pack, table_of, tracks
 from motes.studio.workplace import Part, Workplace
 from motes.video.shared import FrameReader, shared
 
+PARTICLES = 200
+"""Particles of an overlay at most."""
+Places = list[tuple[float, float, float, float, float]]
 EVERY = 0.025
 """Seconds between parts: there are up to 40 overlays a second."""
 
@@ -140,3 +144,30 @@ def _run(
 
 def _between(film: FrameReader, start: int, stop: int) -> Iterator[Frame]:
     return film.backward(start, stop) if stop < start else film.forward(start, stop)
+
+
+def overlay_of(info: StepInfo) -> Overlay:
+    """Return what a tracker sees, for the page."""
+    covariance = info.track.covariance
+    particles, weights = _heaviest(info)
+    x, y, a, b, theta = map(float, Ellipse(*info.track.ellipse))
+    return Overlay(
+        number=0,
+        object=0,
+        frame=info.track.frame,
+        ellipse=(x, y, a, b, theta),
+        covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
+        particles=particles,
+        weights=weights,
+    )
+
+
+def _heaviest(info: StepInfo) -> tuple[Places, list[float]]:
+    """Return the heaviest particles of a step, and their weights, of which the largest is 1."""
+    weights = np.asarray(info.weights, np.float64)
+    if not len(weights):
+        return [], []
+    order = np.argsort(-weights, kind="stable")[:PARTICLES]
+    top = max(float(weights[order[0]]), np.finfo(np.float64).tiny)
+    particles = np.round(np.asarray(info.ellipses)[order], 2).tolist()
+    return [tuple(each) for each in particles], np.round(weights[order] / top, 4).tolist()

@@ -10,13 +10,13 @@ import msgspec
 
 from motes.core.errors import MotesError
 from motes.rows.journal import FrameRow
-from motes.studio.board import StudioJob
+from motes.studio.board import Board, StudioJob
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
-from motes.studio.jobs import Desk
 from motes.studio.messages import FoundScene
-from motes.studio.pool import LONG
+from motes.studio.pool import LONG, WorkerPool
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
+from motes.studio.store import Store
 from motes.studio.tracking import watch_film
 from motes.studio.workplace import Part, Task
 
@@ -32,12 +32,21 @@ class Asked(msgspec.Struct, frozen=True):
 
 
 class Watching:
-    """Tracks all that moves in a session's film."""
+    """Tracks all that moves in a session's film.
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-        self._session, self._store = desk.session, desk.store
-        self._board = desk.board
+    Parameters
+    ----------
+    session, store
+        Where parts are kept.
+    frames, pool, board
+        The number of frames of the film, its workers, and what pages see.
+    """
+
+    def __init__(
+        self, session: str, store: Store, frames: int, pool: WorkerPool, board: Board
+    ) -> None:
+        self._session, self._store = session, store
+        self._frames, self._pool, self._board = frames, pool, board
         self.job: StudioJob | None = None
         self._task: asyncio.Task[None] | None = None
         data = self._store.parts(self._session, RUN_OF)
@@ -56,7 +65,7 @@ class Watching:
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
         self._board.extend_scene(reset=True)
         job = self._board.begin_job("watch", [])
-        job.left = self._desk.film.frames
+        job.left = self._frames
         self.job = job
         self._task = asyncio.create_task(self._run(job, task))
         return job
@@ -90,7 +99,7 @@ class Watching:
             self._board.progress(job)
 
         try:
-            async with self._desk.pool.worker(LONG) as worker:
+            async with self._pool.worker(LONG) as worker:
                 if job.status == "waiting":
                     job.status = "running"
                 await worker.run(task, part)

@@ -1,0 +1,118 @@
+"""What a run is asked for: its film, what makes its results, and its outputs."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from motes.cli.annotated_video import AnnotatedVideo, Show
+from motes.cli.frame_loop import Moment, Sink
+from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.watch_outputs import (
+    LABEL,
+    STREAMED,
+    DocumentOutput,
+    MotOutput,
+    RowsOutput,
+    format_of,
+)
+from motes.core.config import Config
+from motes.core.files import is_special, remove_leftovers
+from motes.correction.history import History, Remembered, history_path
+from motes.output.overlay import Draw
+from motes.rows.schema import Form
+from motes.rows.writer import TrackWriter
+
+if TYPE_CHECKING:
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.mot.analytics.regions import Regions
+    from motes.video.film import Film
+    from motes.video.sources import Source
+
+Configuration = TypeVar("Configuration", bound=Config)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(Generic[Configuration]):
+    """A film, its outputs, and how its results are made."""
+
+    source: str
+    frames: FrameOptions
+    """The film and its frames, as they are given."""
+    output: str | None
+    outputs: OutputOptions
+    """The file of the rows, - for standard output, or None without rows; and all options of
+    outputs."""
+    config: Configuration
+    seed: int
+    preset: str
+    """The tracker or the scene, and the name of its preset."""
+    units: RealUnits | None = None
+    places: Regions | None = None
+    """How pixels become metres, and lines and zones, as in `History`."""
+    resume: bool = False
+    """Whether existing rows are the beginning of these, and pictures are made again."""
+
+    @property
+    def overwrite(self) -> bool:
+        """Whether existing files may be replaced."""
+        return self.outputs.overwrite or self.resume
+
+    @property
+    def history_file(self) -> Path | None:
+        """The file that remembers how rows are made; streams and documents have none."""
+        output, form = self.output, self.outputs.format
+        if output is None or output == "-" or is_special(output):
+            return None
+        return history_path(Path(output)) if format_of(output, form) in STREAMED else None
+
+    def pictures(
+        self, film: Source | Film, painter: Callable[[], Callable[[Moment], Draw]]
+    ) -> list[Sink]:
+        """Return the outputs --overlay and --show, each with a painter of its own."""
+        opened: list[Sink] = []
+        if (path := self.outputs.overlay) is not None:
+            stride, anew = self.frames.stride, self.overwrite
+            opened.append(AnnotatedVideo(path, film, stride, painter(), overwrite=anew))
+        if self.outputs.show:
+            opened.append(Show(painter()))
+        return opened
+
+    def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
+        """Return what writes the rows, with further columns; none if they are not asked for.
+
+        Raises
+        ------
+        FormatError
+            If a file exists and must not be overwritten, or cannot be made.
+        """
+        name, options = self.output, self.outputs
+        if name is None:
+            return []
+        form = format_of(name, options.format)
+        if form == "mot":
+            return [MotOutput(name, options.overwrite)]
+        if form not in STREAMED:
+            label, error = options.label or LABEL, options.keyframe_error
+            return [DocumentOutput(name, form, film, label, options.overwrite, error)]
+        kind: Form = "csv" if form == "csv" else "jsonl"
+        writer = TrackWriter(
+            name, kind, overwrite=options.overwrite, resume=self.resume, further=further
+        )
+        return [RowsOutput(writer, resume=self.resume)]
+
+    def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
+        """Return what writes the rows, after what writes their history."""
+        rows, path = self.rows(film, further), self.history_file
+        if path is None:
+            return rows
+        history = History.of_run(
+            film, self.config, self.seed, self.preset, units=self.units, places=self.places,
+            start=self.frames.start, end=self.frames.end, stride=self.frames.stride,
+        )  # fmt: skip
+        if self.resume:  # what a killed run has left of it
+            remove_leftovers(path.with_name(glob.escape(path.name)))
+        return [Remembered(str(self.output), history, overwrite=self.overwrite), *rows]
