@@ -79,6 +79,23 @@ def test_an_exposure_loses_nobody() -> None:
     assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
 
 
+BENT: dict[str, Callable[[Floats], Floats]] = {
+    "more contrast": lambda values: 128 + 1.3 * (values - 128),
+    "less contrast": lambda values: 128 + 0.7 * (values - 128),
+    "a larger gamma": lambda values: 255 * (values / 255) ** 1.4,
+    "a smaller gamma": lambda values: 255 * (values / 255) ** 0.7,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", BENT)
+def test_a_step_of_contrast_or_gamma_makes_no_crowd(change: str) -> None:
+    empty, bend = ground(0), BENT[change]
+    scene = watched(lambda i: bend(walked(empty, i) * 1.0) if i >= CHANGE else walked(empty, i), 75)
+    assert 2 <= scene.created <= 3
+    assert (scene.terminated, scene.warnings) == (0, {})
+
+
 def test_a_first_background_is_of_one_exposure() -> None:
     """Though the film that it is made from grows darker and brighter."""
     empty, detector = ground(0), BackgroundDetector()

@@ -19,9 +19,9 @@ from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.core.types import Floats, Singles
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.blobs import blobs
+from motes.mot.detection.exposure import Exposure, tables_of
 from motes.mot.detection.foreground_memory import ForegroundMemory
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
@@ -36,10 +36,6 @@ from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
 
-SPARSE = 8
-"""The usual brightness is learned from every eighth pixel in x and y."""
-RECENT = 50
-"""Frames over which the usual brightness is learned."""
 BRIGHTEST = 250
 """A camera shows what is brighter than it can show with this value or more."""
 LEARNED = 3
@@ -49,9 +45,6 @@ To learn takes as much time as to compare.
 """
 RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
-EXPOSURE = 0.5
-"""Largest change of the camera's exposure that is corrected, as a share of the brightness; what is
-more is another light."""
 HIGHLIGHT = 1.25
 """Largest share of its brightness that a pixel has in more light: a reflection is fainter than most
 shadows are dark."""
@@ -171,10 +164,10 @@ class BackgroundDetector:
                 if len(pictures) > PREVIEWED:  # every other one stays
                     pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
-            usual = _sparse(sorted(pictures, key=np.mean)[len(pictures) // 2])
+            usual = Exposure(sorted(pictures, key=np.mean)[len(pictures) // 2])
             for picture in pictures:  # the film's exposure may change meanwhile
-                tables = _tables(_gains(usual, _sparse(picture)))
-                picture[:] = planes_of(picture, tables).transpose(1, 2, 0)
+                if (curves := usual.curves(picture)) is not None:
+                    picture[:] = planes_of(picture, tables_of(curves)).transpose(1, 2, 0)
             self._first = densest(pictures)
 
     def observe(self, moved: Sequence[Box]) -> None:
@@ -220,7 +213,7 @@ class BackgroundDetector:
 
     def _begin(self, pixels: Mask, frame: Frame) -> None:
         config, planes = self.config, planes_of(pixels)
-        self._usual = _sparse(pixels)
+        self._exposure = Exposure(pixels)
         self._reference = ReferenceImage(pixels)
         self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
@@ -256,17 +249,12 @@ class BackgroundDetector:
         return boxes[:LIMIT]
 
     def _exposed(self, pixels: Mask) -> Planes:
-        """Return a frame with its usual brightness: cameras change their exposure.
-
-        A channel's gain is the median over pixels, so that moving objects do not change it. If the
-        gain is far from 1, the light has changed, not the exposure.
-        """
-        sparse = _sparse(pixels)
-        gains = _gains(self._usual, sparse)
-        if (np.maximum(gains, 1 / gains) > 1 + EXPOSURE).any():
+        """Return a frame with its usual brightness and contrast."""
+        curves = self._exposure.curves(pixels)
+        if curves is None:
             return planes_of(pixels)
-        self._usual += (gains * sparse - self._usual) / RECENT
-        tables = _tables(gains)
+        self._exposure.learn(pixels, curves)
+        tables = tables_of(curves)
         planes = planes_of(pixels, tables)
         for plane, usual, table in zip(planes, self._background.planes, tables, strict=True):
             if table[BRIGHTEST] < BRIGHTEST:  # what is too bright may be any brighter color
@@ -276,23 +264,6 @@ class BackgroundDetector:
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
-
-
-def _sparse(pixels: Mask) -> Singles:
-    """Return the colors of some pixels, all above 0."""
-    return 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-
-
-def _gains(usual: Singles, sparse: Singles) -> Floats:
-    """Return the gains (3,) that most pixels need for their usual colors."""
-    shares = np.ascontiguousarray((usual / sparse).reshape(-1, 3).T)  # for the median
-    gains: Floats = np.median(shares, axis=1)
-    return gains
-
-
-def _tables(gains: Floats) -> Mask:
-    """Return each color's value of each value, (3, 256), by its gain."""
-    return np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
 
 
 def densest(pictures: Sequence[Mask]) -> Mask:
