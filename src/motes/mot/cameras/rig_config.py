@@ -18,6 +18,8 @@ Triple = tuple[float, float, float]
 
 DISTANCE = 0.6
 """Largest distance between color histograms of the same object in two views."""
+SECONDS = 0.0, 60.0
+"""Least and most time of a passage, where none is given."""
 
 
 class Camera(Config, frozen=True):
@@ -63,7 +65,7 @@ class CameraLink(Config, frozen=True):
         The two places, each as "camera/place".
     seconds
         Shortest and longest time from the last detection at one place to the first report at the
-        other.
+        other. Which times are usual is learned within it.
     distance
         Largest distance between the color histograms of the same object.
     scale
@@ -72,7 +74,7 @@ class CameraLink(Config, frozen=True):
     """
 
     between: tuple[str, str]
-    seconds: tuple[NonNegative, Positive]
+    seconds: tuple[NonNegative, Positive] = SECONDS
     distance: Share = DISTANCE
     scale: Positive | None = None
 
