@@ -1,13 +1,22 @@
-"""Slit scans: the pixels under a line, frame after frame; each crossing is seen at a glance."""
+"""Slit scans: the pixels under a line, frame after frame; each crossing is seen at a glance.
+
+Beside each mark stands what was counted, as it was when it came to the other side of the line.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.frame import as_rgb
+from motes.core.frame import Frame, as_rgb
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.analytics.regions import Point, crossing
+from motes.mot.boxes import foot_of
+from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 
 Pixels = NDArray[np.uint8]
@@ -24,6 +33,12 @@ TICKS = 50
 """Least distance of two times, in pixels."""
 COLORS = (230, 159, 0), (86, 180, 233)
 """Colors of the first and the second direction."""
+SIDE = 96
+"""Width and height of the picture of what was counted, in pixels."""
+AROUND = 0.75
+"""How far such a picture reaches from the object's middle, by the longer side of its box."""
+COUNTED = 2000
+"""Largest number of such pictures; older ones are left out."""
 
 
 class Mark(NamedTuple):
@@ -33,6 +48,13 @@ class Mark(NamedTuple):
     place: float
     identity: int
     second: bool
+
+
+class _Seen(NamedTuple):
+    """Where an object was seen last, and how it looked when it came to that side of the line."""
+
+    foot: Point
+    look: Pixels
 
 
 class SlitScan:
@@ -54,34 +76,58 @@ class SlitScan:
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
         self._marks: list[Mark] = []
+        self._seen: dict[int, _Seen] = {}
+        self._counted = dict[Mark, Pixels]()
 
-    def add(self, pixels: Pixels, frame: int, time: float) -> None:
-        """Add a frame (H, W, 3) with its index, and its time in seconds."""
+    def add(self, frame: Frame, tracks: Sequence[SceneTrack] = ()) -> None:
+        """Add a frame, and the objects in it."""
         if self._frames % self._step == 0:
-            self._rows.append(self._under(as_rgb(pixels)))
-            self._times.append((frame, time))
+            self._rows.append(self._under(as_rgb(frame.pixels)))
+            self._times.append((frame.index, frame.time))
         self._frames += 1
         if len(self._rows) > LONGEST:
             self._rows, self._times = self._rows[::2], self._times[::2]
             self._step *= 2
+        before, self._seen = self._seen, {}
+        for each in tracks:
+            seen, foot = before.get(each.identity), foot_of(each.box)
+            if each.track.status is not Status.TRACKING:
+                self._seen |= {} if seen is None else {each.identity: seen}
+            elif seen is None or crossing(self._points, seen.foot, foot):
+                self._seen[each.identity] = _Seen(foot, _look(frame, each.box))
+            else:
+                self._seen[each.identity] = seen._replace(foot=foot)
 
     def mark(self, frame: int, foot: tuple[float, float], identity: int, *, second: bool) -> None:
         """Mark a crossing, in the first or the second direction of the line."""
         x1, y1, x2, y2 = self._points
         along = (foot[0] - x1) * (x2 - x1) + (foot[1] - y1) * (y2 - y1)
         place = along / ((x2 - x1) ** 2 + (y2 - y1) ** 2)
-        self._marks.append(Mark(frame, min(max(place, 0.0), 1.0), identity, second))
+        mark = Mark(frame, min(max(place, 0.0), 1.0), identity, second)
+        self._marks.append(mark)
+        if identity in self._seen:
+            self._counted[mark] = self._seen[identity].look
+            if len(self._counted) > COUNTED:
+                self._counted.pop(next(iter(self._counted)))
 
     def picture(self) -> Pixels:
         """Return the picture, RGB; at least one frame must have been added."""
         from PIL import Image, ImageDraw
 
         scan = np.stack(self._rows).repeat(SCALE, axis=0).repeat(SCALE, axis=1)
-        height = scan.shape[0] + LEGEND * bool(self._names)
-        image = Image.new("RGB", (MARGIN + scan.shape[1], height))
+        height, across = scan.shape[0] + LEGEND * bool(self._names), MARGIN + scan.shape[1]
+        frames = [frame for frame, _ in self._times]
+        rows = {mark: SCALE * int(np.searchsorted(frames, mark.frame)) for mark in self._marks}
+        looks, ends = list[tuple[Mark, int, int]](), list[int]()
+        for mark in sorted(self._counted):
+            top = max(0, min(rows[mark] - SIDE // 2, scan.shape[0] - SIDE))
+            free = [n for n, end in enumerate(ends) if end <= top]
+            column = free[0] if free else len(ends)
+            ends[column : column + 1] = [top + SIDE]
+            looks.append((mark, across + SIDE * column, top))
+        image = Image.new("RGB", (across + SIDE * len(ends), height))
         image.paste(Image.fromarray(scan), (MARGIN, 0))
         pen, typeface = ImageDraw.Draw(image), font(11)
-        frames = [frame for frame, _ in self._times]
         for row in range(0, len(frames), max(1, TICKS // SCALE)):
             seconds = self._times[row][1]
             text = f"{int(seconds // 60)}:{seconds % 60:04.1f}"
@@ -92,11 +138,18 @@ class SlitScan:
             pen.line((4, y + 7, 18, y + 7), color, 3)
             pen.text((24, y), name, color, typeface)
         for mark in self._marks:
-            y = SCALE * int(np.searchsorted(frames, mark.frame))
+            y = rows[mark]
             x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]
-            pen.line((MARGIN, y, image.width, y), color)
+            pen.line((MARGIN, y, across - 1, y), color)
             pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=color, width=2)
-            pen.text((min(x + 8, image.width - 30), y + 1), str(mark.identity), color, typeface)
+            pen.text((min(x + 8, across - 30), y + 1), str(mark.identity), color, typeface)
+        for mark, x, y in reversed(looks):
+            color = COLORS[mark.second]
+            pen.line((across, rows[mark], x, rows[mark]), color)
+            image.paste(Image.fromarray(self._counted[mark]), (x, y))
+            pen.rectangle((x, y, x + SIDE - 1, y + SIDE - 1), outline=color)
+            text = f"{mark.identity}\nframe {mark.frame}"
+            pen.text((x + 4, y + 2), text, color, typeface, stroke_width=1, stroke_fill=(0, 0, 0))
         return np.array(image)
 
     def _under(self, pixels: Pixels) -> Pixels:
@@ -109,3 +162,14 @@ class SlitScan:
         out = np.zeros((count, 3), np.uint8)
         out[inside] = pixels[y[inside], x[inside]]
         return out
+
+
+def _look(frame: Frame, box: Box) -> Pixels:
+    """Return an object with what is around it."""
+    from PIL import Image
+
+    middle, reach = (box.x + box.width / 2, box.y + box.height / 2), AROUND * max(box[2:])
+    extent = *(each - reach for each in middle), *(each + reach for each in middle)
+    image = Image.fromarray(np.ascontiguousarray(as_rgb(frame.pixels)))
+    seen = image.transform((SIDE, SIDE), Image.Transform.EXTENT, extent, Image.Resampling.BILINEAR)
+    return np.array(seen)
