@@ -16,7 +16,7 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.scene_overlay import color_of
-from motes.output.slit_scan import COLORS, LONGEST, MARGIN, SCALE, SIDE, SlitScan
+from motes.output.slit_scan import COLORS, COLUMNS, LONGEST, MARGIN, SCALE, SIDE, SlitScan
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 from red_box import walk
@@ -75,6 +75,9 @@ def test_beside_each_mark_is_what_was_counted() -> None:
         look = picture[:, alone + n * SIDE :][:, 4 : SIDE - 4]
         assert (look == color).all(axis=2).sum() > 200
         assert not (look == (0, 250, 0)).all(axis=2).any()
+    for n in range(20):  # no picture is wider than a screen
+        scan.mark(40, (30 + n, 20), 1, second=False)
+    assert scan.picture().shape == (SCALE * 100, alone + COLUMNS * SIDE, 3)
 
 
 def test_a_long_run_keeps_a_slit_scan_short() -> None:

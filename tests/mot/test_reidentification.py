@@ -185,12 +185,13 @@ def test_who_comes_far_too_late_is_somebody_else() -> None:
 
 def test_times_are_learned_from_those_without_a_rival() -> None:
     cameras = Watching(RIG.replace("seconds = [1, 4]", ""))
-    (passage,) = cameras.handover._passing_times.values()
+    times = cameras.handover._passing_times
     one, two = cameras.leaves(0.0, identity=1), cameras.leaves(1.0, identity=2)
     assert cameras.tell("office", 2.0, sighting(5)) == [one]
-    assert passage.cost(30.0) == 0.0
+    assert [each.cost(30.0) for each in times.values()] == [0.0]
     assert cameras.tell("office", 3.0, sighting(5), sighting(6)) == [one, two]
-    assert passage.cost(30.0) > 0.0
+    (passage,) = times.values()
+    assert passage.cost(30.0) > 1.0
 
 
 def test_heights_matter_where_the_rig_says_how() -> None:

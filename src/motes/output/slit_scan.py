@@ -37,8 +37,8 @@ SIDE = 96
 """Width and height of the picture of what was counted, in pixels."""
 AROUND = 0.75
 """How far such a picture reaches from the object's middle, by the longer side of its box."""
-COUNTED = 2000
-"""Largest number of such pictures; older ones are left out."""
+COUNTED, COLUMNS = 2000, 8
+"""Largest number of such pictures, of which older ones are left out, and of those side by side."""
 
 
 class Mark(NamedTuple):
@@ -48,13 +48,6 @@ class Mark(NamedTuple):
     place: float
     identity: int
     second: bool
-
-
-class _Seen(NamedTuple):
-    """Where an object was seen last, and how it looked when it came to that side of the line."""
-
-    foot: Point
-    look: Pixels
 
 
 class SlitScan:
@@ -76,7 +69,8 @@ class SlitScan:
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
         self._marks: list[Mark] = []
-        self._seen: dict[int, _Seen] = {}
+        self._seen: dict[int, tuple[Point, Pixels]] = {}
+        """Where each object was last, and how it looked when it came to that side of the line."""
         self._counted = dict[Mark, Pixels]()
 
     def add(self, frame: Frame, tracks: Sequence[SceneTrack] = ()) -> None:
@@ -91,12 +85,11 @@ class SlitScan:
         before, self._seen = self._seen, {}
         for each in tracks:
             seen, foot = before.get(each.identity), foot_of(each.box)
-            if each.track.status is not Status.TRACKING:
-                self._seen |= {} if seen is None else {each.identity: seen}
-            elif seen is None or crossing(self._points, seen.foot, foot):
-                self._seen[each.identity] = _Seen(foot, _look(frame, each.box))
-            else:
-                self._seen[each.identity] = seen._replace(foot=foot)
+            if each.track.status is Status.TRACKING:
+                same = seen is not None and not crossing(self._points, seen[0], foot)
+                seen = foot, seen[1] if seen and same else _look(frame, each.box)
+            if seen is not None:
+                self._seen[each.identity] = seen
 
     def mark(self, frame: int, foot: tuple[float, float], identity: int, *, second: bool) -> None:
         """Mark a crossing, in the first or the second direction of the line."""
@@ -106,7 +99,7 @@ class SlitScan:
         mark = Mark(frame, min(max(place, 0.0), 1.0), identity, second)
         self._marks.append(mark)
         if identity in self._seen:
-            self._counted[mark] = self._seen[identity].look
+            self._counted[mark] = self._seen[identity][1]
             if len(self._counted) > COUNTED:
                 self._counted.pop(next(iter(self._counted)))
 
@@ -115,17 +108,17 @@ class SlitScan:
         from PIL import Image, ImageDraw
 
         scan = np.stack(self._rows).repeat(SCALE, axis=0).repeat(SCALE, axis=1)
-        height, across = scan.shape[0] + LEGEND * bool(self._names), MARGIN + scan.shape[1]
-        frames = [frame for frame, _ in self._times]
+        across, frames = MARGIN + scan.shape[1], [frame for frame, _ in self._times]
         rows = {mark: SCALE * int(np.searchsorted(frames, mark.frame)) for mark in self._marks}
-        looks, ends = list[tuple[Mark, int, int]](), list[int]()
+        looks, ends = list[tuple[Mark, int, int]](), [0] * COLUMNS
         for mark in sorted(self._counted):
             top = max(0, min(rows[mark] - SIDE // 2, scan.shape[0] - SIDE))
-            free = [n for n, end in enumerate(ends) if end <= top]
-            column = free[0] if free else len(ends)
-            ends[column : column + 1] = [top + SIDE]
-            looks.append((mark, across + SIDE * column, top))
-        image = Image.new("RGB", (across + SIDE * len(ends), height))
+            column = next((n for n, end in enumerate(ends) if end <= top), None)
+            if column is not None:
+                ends[column] = top + SIDE
+                looks.append((mark, across + SIDE * column, top))
+        height = max(scan.shape[0] + LEGEND * bool(self._names), *ends)
+        image = Image.new("RGB", (across + SIDE * np.count_nonzero(ends), height))
         image.paste(Image.fromarray(scan), (MARGIN, 0))
         pen, typeface = ImageDraw.Draw(image), font(11)
         for row in range(0, len(frames), max(1, TICKS // SCALE)):

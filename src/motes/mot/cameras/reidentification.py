@@ -71,7 +71,7 @@ class CrossCameraAssociation:
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
-        self._passing_times = {each: PassageTimes(*each.seconds) for each in rig.passage}
+        self._passing_times: defaultdict[CameraLink, PassageTimes] = defaultdict(PassageTimes)
         self._grounds: defaultdict[str, list[CommonGround]] = defaultdict(list)
         for overlap in rig.overlap:
             ground = CommonGround(overlap)
