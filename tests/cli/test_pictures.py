@@ -16,7 +16,7 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.scene_overlay import color_of
-from motes.output.slit_scan import COLORS, LONGEST, MARGIN, SCALE, SlitScan
+from motes.output.slit_scan import COLORS, COLUMNS, LONGEST, MARGIN, SCALE, SIDE, SlitScan
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 from red_box import walk
@@ -33,7 +33,7 @@ def frame(index: int, height: int = 40) -> np.ndarray[tuple[int, int, int], np.d
 def test_a_slit_scan_has_time_downwards_and_the_line_across() -> None:
     scan = SlitScan((5, 20, 54, 20))
     for index in range(50):
-        scan.add(frame(index), index, index / 25)
+        scan.add(Frame(index, index / 25, frame(index)))
     picture = scan.picture()
     assert picture.shape == (SCALE * 50, MARGIN + SCALE * 50, 3)
     for index in range(6, 50):  # the column is under the line's pixel index - 5
@@ -47,17 +47,44 @@ def test_a_slit_scan_has_time_downwards_and_the_line_across() -> None:
     assert (marked[SCALE * 30, MARGIN:] != picture[SCALE * 30, MARGIN:]).any(axis=1).mean() > 0.9
     assert (marked[: SCALE * 20] == picture[: SCALE * 20]).all()
     named = SlitScan((5, 20, 54, 20), ("in", "out"))
-    named.add(frame(0), 0, 0.0)
+    named.add(Frame(0, 0.0, frame(0)))
     below = named.picture()[SCALE:]
     for color in COLORS:  # a stroke in the color of the marks before each name
         assert (below == color).all(axis=2).sum() > 40
+
+
+def test_beside_each_mark_is_what_was_counted() -> None:
+    """As it was when it came to the other side; two at about the same time are side by side."""
+    scan, looks = SlitScan((5, 20, 54, 20)), {1: (250, 0, 0), 2: (0, 0, 250)}
+    for index in range(100):
+        pixels, feet = np.full((40, 60, 3), 90, np.uint8), {1: index - 20, 2: index - 30}
+        for identity, y in feet.items():  # it turns green later
+            color = looks[identity] if y < 24 else (0, 250, 0)
+            pixels[max(0, y - 10) : max(0, y + 1), 30 * identity - 15 : 30 * identity - 4] = color
+        scan.add(
+            Frame(index, index / 25, pixels),
+            [seen(index, (30 * n - 10, y), identity=n) for n, y in feet.items() if y > 9],
+        )
+    alone = scan.picture().shape[1]
+    for identity, y in feet.items():
+        scan.mark(99 - y + 21, (30, 20), identity, second=identity == 2)
+    scan.mark(3, (30, 20), 9, second=False)  # of an object that was never seen
+    picture = scan.picture()
+    assert picture.shape[1] == alone + 2 * SIDE
+    for n, color in enumerate(looks.values()):
+        look = picture[:, alone + n * SIDE :][:, 4 : SIDE - 4]
+        assert (look == color).all(axis=2).sum() > 200
+        assert not (look == (0, 250, 0)).all(axis=2).any()
+    for n in range(20):  # no picture is wider than a screen
+        scan.mark(40, (30 + n, 20), 1, second=False)
+    assert scan.picture().shape == (SCALE * 100, alone + COLUMNS * SIDE, 3)
 
 
 def test_a_long_run_keeps_a_slit_scan_short() -> None:
     scan = SlitScan((0, 0, 3, 0))
     small = np.zeros((2, 4, 3), np.uint8)
     for index in range(LONGEST + 100):
-        scan.add(small, index, float(index))
+        scan.add(Frame(index, float(index), small))
     assert scan.picture().shape[0] <= SCALE * LONGEST
     assert scan.picture().shape[0] >= SCALE * LONGEST / 2
 
@@ -108,10 +135,16 @@ def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
     lines = ["--line", "80,0,80,95", "--line", "0,20,159,20"]
     assert main(["watch", str(film), *lines, *pictures]) == 0
     assert "s-line-1.png" in capsys.readouterr().err
-    for name, shape in (("s-line-1", (134, 252)), ("s-line-2", (134, 380)), ("h", (96, 160))):
+    for name, shape in (
+        ("s-line-1", (134, 252 + SIDE)),
+        ("s-line-2", (134, 380)),
+        ("h", (96, 160)),
+    ):
         assert np.array(Image.open(tmp_path / f"{name}.png")).shape[:2] == shape
     blue = np.array(Image.open(tmp_path / "s-line-1.png")).astype(int)
-    assert ((blue[:, MARGIN:] == (230, 159, 0)).all(axis=2).mean(axis=1) > 0.8).sum() == 1  # a mark
+    assert (
+        (blue[:, MARGIN:252] == (230, 159, 0)).all(axis=2).mean(axis=1) > 0.8
+    ).sum() == 1  # a mark
     assert main(["watch", str(film), "--slit", str(tmp_path / "x.png")]) != 0
     assert "give one with --line" in capsys.readouterr().err
     assert main(["watch", str(film), "--paths", str(tmp_path / "x.jpg")]) != 0

@@ -114,13 +114,22 @@ def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
     assert len(found) <= 2 * len(TEAM)
 
 
-def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
-    """The camera pans by most of a player's width a frame; players walk, one of them stands."""
+def panned(index: int, *players: tuple[int, int, tuple[int, int, int]]) -> Frame:
+    """Return a frame of a camera that pans by most of a player's width, over a pitch of corners."""
     rng = np.random.default_rng(1)
     ground = np.full((180, 700, 3), LAWN, np.int16)
     ground[:, ::37] += 40
     ground[::29] += 40
     ground += rng.integers(-8, 9, ground.shape, np.int16)
+    for x, y, shirt in players:
+        ground[y : y + 18, x : x + 14] = shirt
+        ground[y + 18 : y + 30, x + 3 : x + 11] = (20, 20, 20)
+    pixels = ground[:, 6 * index : 6 * index + 360].clip(0, 255).astype(np.uint8)
+    return Frame(index, index / 25, np.ascontiguousarray(pixels))
+
+
+def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
+    """Players walk, one of them stands."""
     starts = [
         (150, 20, BLUE),
         (260, 120, BLUE),
@@ -130,14 +139,8 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
     ]
     scene = Scene(LookalikeDetector((150, 20, *SIZE)))
     for index in range(20):
-        wide = ground.copy()
-        for n, (x, y, shirt) in enumerate(starts):
-            place = x + (2 * index if n else 0)
-            wide[y : y + 18, place : place + 14] = shirt
-            wide[y + 18 : y + 30, place + 3 : place + 11] = (20, 20, 20)
-        left = 6 * index
-        pixels = wide[:, left : left + 360].clip(0, 255).astype(np.uint8)
-        tracks = scene.update(Frame(index, index / 25, np.ascontiguousarray(pixels)))
+        players = [(x + (2 * index if n else 0), y, s) for n, (x, y, s) in enumerate(starts)]
+        tracks = scene.update(panned(index, *players))
     seen = {t.identity: t.track.ellipse[:2] for t in tracks if t.track.status is Status.TRACKING}
     places = [
         (x + (38 if n else 0) - 114 + 6.5, y + 14.5) for n, (x, y, _) in enumerate(starts[:3])
@@ -145,6 +148,18 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
     assert sorted(seen) == [1, 2, 3]
     for expected, found in zip(sorted(places), sorted(seen.values()), strict=True):
         assert found == pytest.approx(expected, abs=6)
+
+
+def test_writing_that_looks_like_a_player_is_none() -> None:
+    """It stays in the picture while the camera pans; before it did, it may have been one."""
+    detector = LookalikeDetector((150, 20, *SIZE))
+    for index in range(20):
+        player = 150 + 2 * index, 20, BLUE
+        frame = panned(index, player, (220 + 6 * index, 140, BLUE))
+        found = detector(frame)
+        if index >= 6:
+            assert len(found) == 1
+            assert iou((player[0] - 6 * index, 20, *SIZE), found[0].box) > 0.5
 
 
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:

@@ -148,6 +148,52 @@ def test_an_identity_is_handed_over_once() -> None:
     assert cameras.tell("office", 2.6, sighting(7)) == [who + 2]
 
 
+def test_a_time_need_not_be_given() -> None:
+    cameras = Watching(RIG.replace("seconds = [1, 4]", ""))
+    who = cameras.leaves()
+    assert cameras.tell("office", 41.0, sighting(5)) == [who]
+    who = cameras.leaves(100.0, identity=2)
+    assert cameras.tell("office", 161.0, sighting(6)) == [who + 1]
+
+
+def walked(cameras: Watching, *seconds: float) -> float:
+    """Have people walk through the passage, one at a time; return when the last one is gone."""
+    now = 0.0
+    for n, took in enumerate(seconds, start=10):
+        who = cameras.leaves(now, identity=n)
+        assert cameras.tell("office", now + took, sighting(n)) == [who]
+        cameras.tell("office", now + took + 0.3, sighting(n, at=(), status="lost"))
+        now += 100
+    return now
+
+
+def test_who_comes_in_the_usual_time_is_known_before_who_comes_late() -> None:
+    """Both look alike. Without a usual time it is the older one."""
+    for known, chosen in (((), 0), ((2.0, 2.4, 1.7), 1)):
+        cameras = Watching(RIG.replace("seconds = [1, 4]", ""))
+        now = walked(cameras, *known)
+        both = cameras.leaves(now, identity=1), cameras.leaves(now + 10, identity=2)
+        assert cameras.tell("office", now + 12, sighting(5)) == [both[chosen]]
+
+
+def test_who_comes_far_too_late_is_somebody_else() -> None:
+    cameras = Watching(RIG.replace("seconds = [1, 4]", ""))
+    now = walked(cameras, 2.0, 2.4, 1.7)
+    who = cameras.leaves(now, identity=1)
+    assert cameras.tell("office", now + 50, sighting(5)) == [who + 1]
+
+
+def test_times_are_learned_from_those_without_a_rival() -> None:
+    cameras = Watching(RIG.replace("seconds = [1, 4]", ""))
+    times = cameras.handover._passing_times
+    one, two = cameras.leaves(0.0, identity=1), cameras.leaves(1.0, identity=2)
+    assert cameras.tell("office", 2.0, sighting(5)) == [one]
+    assert [each.cost(30.0) for each in times.values()] == [0.0]
+    assert cameras.tell("office", 3.0, sighting(5), sighting(6)) == [one, two]
+    (passage,) = times.values()
+    assert passage.cost(30.0) > 1.0
+
+
 def test_heights_matter_where_the_rig_says_how() -> None:
     for scale, height, same in ((0.5, 20, True), (0.5, 45, False), (2.0, 20, False)):
         cameras = Watching(f"{RIG}scale = {scale}\n")

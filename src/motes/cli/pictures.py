@@ -97,7 +97,7 @@ class Slits(_Pictures):
         """Add a frame's pixels, and its crossings."""
         self._begun = True
         for scan in self._scans.values():
-            scan.add(moment.frame.pixels, moment.frame.index, moment.frame.time)
+            scan.add(moment.frame, moment.tracks)
         for event in moment.events:
             if event.event == "crosses" and event.place is not None:
                 second = event.direction == self._lines[event.place].label[1]

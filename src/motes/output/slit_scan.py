@@ -1,11 +1,22 @@
-"""Slit scans: the pixels under a line, frame after frame; each crossing is seen at a glance."""
+"""Slit scans: the pixels under a line, frame after frame; each crossing is seen at a glance.
+
+Beside each mark stands what was counted, as it was when it came to the other side of the line.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.frame import as_rgb
+from motes.core.frame import Frame, as_rgb
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.analytics.regions import Point, crossing
+from motes.mot.boxes import foot_of
+from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 
 Pixels = NDArray[np.uint8]
@@ -22,6 +33,21 @@ TICKS = 50
 """Least distance of two times, in pixels."""
 COLORS = (230, 159, 0), (86, 180, 233)
 """Colors of the first and the second direction."""
+SIDE = 96
+"""Width and height of the picture of what was counted, in pixels."""
+AROUND = 0.75
+"""How far such a picture reaches from the object's middle, by the longer side of its box."""
+COUNTED, COLUMNS = 2000, 8
+"""Largest number of such pictures, of which older ones are left out, and of those side by side."""
+
+
+class Mark(NamedTuple):
+    """A counted crossing: frame, place on the line from 0 to 1, identity, if the second way."""
+
+    frame: int
+    place: float
+    identity: int
+    second: bool
 
 
 class SlitScan:
@@ -42,35 +68,59 @@ class SlitScan:
         self._rows: list[Pixels] = []
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
-        self._marks: list[tuple[int, float, int, bool]] = []
+        self._marks: list[Mark] = []
+        self._seen: dict[int, tuple[Point, Pixels]] = {}
+        """Where each object was last, and how it looked when it came to that side of the line."""
+        self._counted = dict[Mark, Pixels]()
 
-    def add(self, pixels: Pixels, frame: int, time: float) -> None:
-        """Add a frame (H, W, 3) with its index, and its time in seconds."""
+    def add(self, frame: Frame, tracks: Sequence[SceneTrack] = ()) -> None:
+        """Add a frame, and the objects in it."""
         if self._frames % self._step == 0:
-            self._rows.append(self._under(as_rgb(pixels)))
-            self._times.append((frame, time))
+            self._rows.append(self._under(as_rgb(frame.pixels)))
+            self._times.append((frame.index, frame.time))
         self._frames += 1
         if len(self._rows) > LONGEST:
             self._rows, self._times = self._rows[::2], self._times[::2]
             self._step *= 2
+        before, self._seen = self._seen, {}
+        for each in tracks:
+            seen, foot = before.get(each.identity), foot_of(each.box)
+            if each.track.status is Status.TRACKING:
+                same = seen is not None and not crossing(self._points, seen[0], foot)
+                seen = foot, seen[1] if seen and same else _look(frame, each.box)
+            if seen is not None:
+                self._seen[each.identity] = seen
 
     def mark(self, frame: int, foot: tuple[float, float], identity: int, *, second: bool) -> None:
         """Mark a crossing, in the first or the second direction of the line."""
         x1, y1, x2, y2 = self._points
         along = (foot[0] - x1) * (x2 - x1) + (foot[1] - y1) * (y2 - y1)
         place = along / ((x2 - x1) ** 2 + (y2 - y1) ** 2)
-        self._marks.append((frame, min(max(place, 0.0), 1.0), identity, second))
+        mark = Mark(frame, min(max(place, 0.0), 1.0), identity, second)
+        self._marks.append(mark)
+        if identity in self._seen:
+            self._counted[mark] = self._seen[identity][1]
+            if len(self._counted) > COUNTED:
+                self._counted.pop(next(iter(self._counted)))
 
     def picture(self) -> Pixels:
         """Return the picture, RGB; at least one frame must have been added."""
         from PIL import Image, ImageDraw
 
         scan = np.stack(self._rows).repeat(SCALE, axis=0).repeat(SCALE, axis=1)
-        height = scan.shape[0] + LEGEND * bool(self._names)
-        image = Image.new("RGB", (MARGIN + scan.shape[1], height))
+        across, frames = MARGIN + scan.shape[1], [frame for frame, _ in self._times]
+        rows = {mark: SCALE * int(np.searchsorted(frames, mark.frame)) for mark in self._marks}
+        looks, ends = list[tuple[Mark, int, int]](), [0] * COLUMNS
+        for mark in sorted(self._counted):
+            top = max(0, min(rows[mark] - SIDE // 2, scan.shape[0] - SIDE))
+            column = next((n for n, end in enumerate(ends) if end <= top), None)
+            if column is not None:
+                ends[column] = top + SIDE
+                looks.append((mark, across + SIDE * column, top))
+        height = max(scan.shape[0] + LEGEND * bool(self._names), *ends)
+        image = Image.new("RGB", (across + SIDE * np.count_nonzero(ends), height))
         image.paste(Image.fromarray(scan), (MARGIN, 0))
         pen, typeface = ImageDraw.Draw(image), font(11)
-        frames = [frame for frame, _ in self._times]
         for row in range(0, len(frames), max(1, TICKS // SCALE)):
             seconds = self._times[row][1]
             text = f"{int(seconds // 60)}:{seconds % 60:04.1f}"
@@ -80,12 +130,19 @@ class SlitScan:
             y = scan.shape[0] + 4 + 14 * row
             pen.line((4, y + 7, 18, y + 7), color, 3)
             pen.text((24, y), name, color, typeface)
-        for frame, place, identity, second in self._marks:
-            y = SCALE * int(np.searchsorted(frames, frame))
-            x, color = MARGIN + place * (scan.shape[1] - 1), COLORS[second]
-            pen.line((MARGIN, y, image.width, y), color)
+        for mark in self._marks:
+            y = rows[mark]
+            x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]
+            pen.line((MARGIN, y, across - 1, y), color)
             pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=color, width=2)
-            pen.text((min(x + 8, image.width - 30), y + 1), str(identity), color, typeface)
+            pen.text((min(x + 8, across - 30), y + 1), str(mark.identity), color, typeface)
+        for mark, x, y in reversed(looks):
+            color = COLORS[mark.second]
+            pen.line((across, rows[mark], x, rows[mark]), color)
+            image.paste(Image.fromarray(self._counted[mark]), (x, y))
+            pen.rectangle((x, y, x + SIDE - 1, y + SIDE - 1), outline=color)
+            text = f"{mark.identity}\nframe {mark.frame}"
+            pen.text((x + 4, y + 2), text, color, typeface, stroke_width=1, stroke_fill=(0, 0, 0))
         return np.array(image)
 
     def _under(self, pixels: Pixels) -> Pixels:
@@ -98,3 +155,14 @@ class SlitScan:
         out = np.zeros((count, 3), np.uint8)
         out[inside] = pixels[y[inside], x[inside]]
         return out
+
+
+def _look(frame: Frame, box: Box) -> Pixels:
+    """Return an object with what is around it."""
+    from PIL import Image
+
+    middle, reach = (box.x + box.width / 2, box.y + box.height / 2), AROUND * max(box[2:])
+    extent = *(each - reach for each in middle), *(each + reach for each in middle)
+    image = Image.fromarray(np.ascontiguousarray(as_rgb(frame.pixels)))
+    seen = image.transform((SIDE, SIDE), Image.Transform.EXTENT, extent, Image.Resampling.BILINEAR)
+    return np.array(seen)

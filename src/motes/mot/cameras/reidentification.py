@@ -18,6 +18,7 @@ from motes.mot.cameras.arrivals import at_place, in_overlap
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, unpacked
 from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.known_objects import KnownObject, KnownObjects
+from motes.mot.cameras.passage_times import PassageTimes
 from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig, neighbors_of, ways_of
 
 CAMERA_TIMEOUT = 1.0
@@ -32,8 +33,11 @@ ANNOUNCED = 1.0
 """Seconds for which an overlapping camera is asked for an object that it should see."""
 MERGED_AFTER = 1.0
 """Seconds in which two objects of overlapping cameras coincide, after which they are one."""
-PARTIAL = 0.5
-"""A part of an object is recognized within this share of the largest distance."""
+ALIKE = 0.5
+"""Within this share of the largest distance a part of an object is recognized, and a whole one for
+sure."""
+DEVIATIONS = 3.0
+"""Standard deviations of color and time, together, up to which a pair may be the same object."""
 CLEAR = 1.5
 """Two objects look the same if all others are this many times farther from either of them."""
 
@@ -67,6 +71,7 @@ class CrossCameraAssociation:
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
+        self._passing_times: defaultdict[CameraLink, PassageTimes] = defaultdict(PassageTimes)
         self._grounds: defaultdict[str, list[CommonGround]] = defaultdict(list)
         for overlap in rig.overlap:
             ground = CommonGround(overlap)
@@ -194,7 +199,11 @@ class CrossCameraAssociation:
                 ]
         identities = list(costs)
         if others and costs:
-            for i, j in assign(np.array(list(costs.values()))):
+            matrix = np.array(list(costs.values()))
+            pairs, possible = assign(matrix), np.isfinite(matrix)
+            for i, j in pairs:
+                if possible[i].sum() == possible[:, j].sum() == 1:
+                    self._learn_time(identities[i], camera, now, others[j])
                 found[others[j].identity] = identities[i]
         for identity in found.values():
             self.handed += 1
@@ -205,8 +214,8 @@ class CrossCameraAssociation:
     def _cost(self, known: KnownObject, camera: str, now: float, born: ObjectReport) -> float:
         """Return the cost of giving a new object a known one's identity; infinite if ruled out.
 
-        It is from 0 to 1 if an overlapping camera sees the known one in the same place, and from 1
-        to 2 if the known one is expected here.
+        It is from 0 to 1 if an overlapping camera sees the known one in the same place. If the
+        known one is expected here, it is 1 and more: a negative log-likelihood of color and time.
         """
         off = math.inf
         if now - known.seen <= FRESH:
@@ -215,27 +224,39 @@ class CrossCameraAssociation:
             off = min((_apart(ground, known, one, now) for ground in grounds), default=off)
         if off <= 1 or known.last.seen or known.passed:
             return off if off <= 1 else math.inf
-        limits = [
-            passage.distance
+        since, most = now - known.seen, DEVIATIONS**2 / 2
+        passages = self._passages(known, camera, now, born)
+        ways = [(each.distance, self._passing_times[each].cost(since)) for each in passages]
+        if known.interrupted and known.camera == camera and since <= REIDENTIFICATION_WINDOW:
+            ways.append((DISTANCE, 0.0))
+        unlike = _unlike(known, born) / (ALIKE if born.partial else 1)
+        cost = min((most * (unlike / limit) ** 2 + late for limit, late in ways), default=math.inf)
+        return 1 + cost if cost <= most else math.inf
+
+    def _passages(
+        self, known: KnownObject, camera: str, now: float, born: ObjectReport
+    ) -> list[CameraLink]:
+        """Return the passages through which a known object may have come to a camera."""
+        return [
+            passage
             for passage, first, second in self._ways.get((known.camera, camera), ())
             if first in known.tracked.places
             and second in born.places
             and passage.seconds[0] <= now - known.seen <= passage.seconds[1]
             and _fits(passage, known, camera, born)
         ]
-        if (
-            known.interrupted
-            and known.camera == camera
-            and now - known.seen <= REIDENTIFICATION_WINDOW
-        ):
-            limits.append(DISTANCE)
-        if not limits:
-            return math.inf
-        assert born.histogram is not None
-        look = unpacked(born.histogram)[None]
-        distance = float(bhattacharyya(look, unpacked(known.histogram))[0])
-        limit = max(limits) * (PARTIAL if born.partial else 1)
-        return 1 + distance / limit if distance <= limit else math.inf
+
+    def _learn_time(self, identity: int, camera: str, now: float, born: ObjectReport) -> None:
+        """Learn how long an object took that has no rival, if it looks like itself."""
+        ways = [
+            (self._passing_times[passage], now - known.seen)
+            for known in self._known.named(identity)
+            if not (known.last.seen or known.passed)
+            for passage in self._passages(known, camera, now, born)
+            if _unlike(known, born) <= ALIKE * passage.distance
+        ]
+        for times, seconds in ways if len(ways) == 1 else ():
+            times.learn(seconds)
 
     def _compare(self, ground: CommonGround, now: float) -> None:
         """Learn from what two overlapping cameras see now, and merge objects that coincide.
@@ -311,6 +332,12 @@ def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: floa
     if there is None:
         return math.inf
     return math.dist(there, other.foot(now)) / (overlap.reach * other.tracked.box.width)
+
+
+def _unlike(known: KnownObject, born: ObjectReport) -> float:
+    """Return the distance between the histograms of a known object and a new one."""
+    assert born.histogram is not None
+    return float(bhattacharyya(unpacked(born.histogram)[None], unpacked(known.histogram))[0])
 
 
 def _fits(passage: CameraLink, known: KnownObject, camera: str, born: ObjectReport) -> bool:

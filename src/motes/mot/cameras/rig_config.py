@@ -18,6 +18,8 @@ Triple = tuple[float, float, float]
 
 DISTANCE = 0.6
 """Largest distance between color histograms of the same object in two views."""
+SECONDS = 0.0, 60.0
+"""Least and most time of a passage, where none is given."""
 
 
 class Camera(Config, frozen=True):
@@ -47,9 +49,9 @@ class CameraLink(Config, frozen=True):
 
     between: tuple[str, str]
     """The two places, each as "camera/place"."""
-    seconds: tuple[NonNegative, Positive]
+    seconds: tuple[NonNegative, Positive] = SECONDS
     """Shortest and longest time from the last detection at one place to the first report at the
-    other."""
+    other. Which times are usual is learned within it."""
     distance: Share = DISTANCE
     """Largest distance between the color histograms of the same object."""
     scale: Positive | None = None

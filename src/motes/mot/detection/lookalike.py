@@ -141,16 +141,23 @@ class LookalikeDetector:
         for i in order[rho[order] > self._least].tolist():
             if looks == LIMIT:
                 break
-            if not any(_meet(places[i], each.box) for each in found):
-                looks += 1
-                place = self._sized(frame, self._shifted(frame, Ellipse(*places[i].tolist())))
-                distance = self._apart(frame, place)
-                taken = any(_meet(np.array(place), each.box) for each in found)
-                if distance < self._distance and not taken and not self._stood(frame, place):
-                    found.append(Detection(place.box))
+            place = Ellipse(*places[i].tolist())
+            if any(_meet(places[i], each.box) for each in found) or self._stays(place):
+                continue
+            looks += 1
+            place = self._sized(frame, self._shifted(frame, place))
+            distance = self._apart(frame, place)
+            if distance >= self._distance or self._stays(place) or self._stood(frame, place):
+                continue
+            if not any(_meet(np.array(place), each.box) for each in found):
+                found.append(Detection(place.box))
         self._last = [each.box for each in found]
         self._past.append((frame, np.eye(3)))
         return found
+
+    def _stays(self, place: Ellipse) -> bool:
+        """Return whether a place is writing, which stays in the picture while the camera moves."""
+        return self._background is not None and self._background.stays(place.box)
 
     def _stood(self, frame: Frame, place: Ellipse) -> bool:
         """Return whether the ground at a place where nobody was known looked alike before.

@@ -90,8 +90,9 @@ class PannedDetector:
         self.motion = self._background.motion
         if self.motion is None or mask.mean() > config.most:
             return []
-        boxes = blobs(mask, config.least, [_scaled(box, scale) for box in self._moved])
-        return [Detection(_scaled(box, 1 / scale)) for box in boxes[:LIMIT]]
+        found = blobs(mask, config.least, [_scaled(box, scale) for box in self._moved])
+        boxes = [_scaled(box, 1 / scale) for box in found[:LIMIT]]
+        return [Detection(box) for box in boxes if not self._background.stays(box)]
 
 
 def _scaled(box: Box, scale: float) -> Box:

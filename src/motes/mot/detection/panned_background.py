@@ -1,6 +1,7 @@
 """The background of a camera that pans and zooms: a model that moves along with the picture.
 
-The mean and the variance of each pixel are moved by the camera's motion.
+The mean and the variance of each pixel are moved by the camera's motion. A broadcaster's writing
+stays in the picture, so before this background it moves; `PannedBackground.stays` tells it.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, unreduced
 from motes.mot.detection.illumination import Background, without_tremble
@@ -20,6 +22,8 @@ HISTORY = 50
 """Frames over which the background is learned."""
 SLOWER = 5.0
 """Foreground is learned more slowly by this factor, so that mistakes heal."""
+LEARNED = 250
+"""Frames over which foreground is learned; the motions of so many are known."""
 
 
 class PannedBackground:
@@ -63,13 +67,17 @@ class PannedBackground:
         small, scale = reduced(pixels)
         height, width = small.shape[:2]
         motion = self._camera.update_reduced(small)
-        self.motion = None if motion is None else unreduced(motion, scale)
+        self._scale, self.motion = scale, None if motion is None else unreduced(motion, scale)
         if motion is None:
+            self._still, self._shown = np.zeros((height, width), np.int32), small.copy()
+            self._motions = np.eye(3)[None]
+            self._moves = np.ones((height, width), np.bool_)
             self._mean = small.astype(np.float32)
             self._variance = np.full((height, width), self._noise**2, np.float32)
             self._age = np.ones((height, width), np.float32)
             self._clear = np.full((height, width), time, np.float32)
-            return np.ones((height, width), np.bool_)
+            return self._moves
+        self._compare(small, motion)
         size = width, height
         self._mean = cv2.warpPerspective(self._mean, motion, size)
         self._variance = cv2.warpPerspective(self._variance, motion, size)
@@ -92,4 +100,38 @@ class PannedBackground:
         self._mean += rate[:, :, None] * off
         self._variance += rate * (squared - self._variance)
         self._age += 1
+        self._moves = moves
         return moves
+
+    def stays(self, box: Box) -> bool:
+        """Return whether what moves in a box of the latest frame stays in the picture.
+
+        Most of its edges have been where they are since the ground below was elsewhere, farther
+        away than the box is wide or high: it is writing on the film. A camera that follows an
+        object holds it less exactly, and limbs move.
+        """
+        x, y, width, height = (self._scale * value for value in box)
+        middle = np.array((x + width / 2, y + height / 2, 1))
+        ground = self._motions @ middle
+        away = np.abs(ground[:, :2] / ground[:, 2:] - middle[:2]) > (width, height)
+        ago = np.flatnonzero(away.any(axis=1)[::-1])
+        if not len(ago):
+            return False
+        rows = slice(max(0, round(y)), max(0, round(y + height)))
+        part = rows, slice(max(0, round(x)), max(0, round(x + width)))
+        edges = self._moves[part] & self._edges[part]
+        return bool(2 * (edges & (self._still[part] >= ago[0])).sum() > edges.sum())
+
+    def _compare(self, small: Mask, motion: Floats) -> None:
+        """Note where edges are, for how many frames they have stayed, and where their ground was.
+
+        An edge is where a pixel would change if the picture moved by one.
+        """
+        cv2 = opencv()
+        self._motions = np.concatenate([motion @ self._motions[-LEARNED:], np.eye(3)[None]])
+        limits = (0.0,) * 3, (self._deviations * self._noise,) * 3
+        around = cv2.morphologyEx(small, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
+        self._edges = cv2.inRange(around, *limits) == 0
+        same = cv2.inRange(cv2.absdiff(small, self._shown), *limits)
+        self._still = (self._still + 1) * (self._edges & (same > 0))
+        cv2.copyTo(small, cv2.bitwise_not(same), self._shown)
