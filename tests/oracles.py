@@ -16,10 +16,18 @@ from PIL import Image
 
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
+from motes.cues.sampling import Checkerboard, EveryPixel, Sampling
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 Bins = tuple[int, int, int]
+
+SHARES: dict[str, Sampling] = {
+    "all": EveryPixel(),
+    "half": Checkerboard(share="half"),
+    "quarter": Checkerboard(share="quarter"),
+}
+"""Samplings of pixels, by the shares of a `checkerboard`."""
 
 
 @cache
@@ -74,6 +82,11 @@ def radii(shape: Sequence[int], ellipse: Sequence[float]) -> tuple[Floats, Float
     off = np.stack([columns - x, rows - y], axis=-1)
     inner = np.einsum("hwi,ij,hwj->hw", off, form, off)
     return np.hypot(off[..., 0], off[..., 1]), np.sqrt(np.maximum(inner, 0))
+
+
+def on_a_border(shape: Sequence[int], ellipse: Sequence[float]) -> bool:
+    """Tell whether a pixel lies so near the ellipse that rounding decides whether it counts."""
+    return bool((np.abs(radii(shape, ellipse)[1] - 1) < 1e-9).any())
 
 
 def kernel(r: Floats) -> Floats:
@@ -317,6 +330,17 @@ def frame(pixels: Pixels, index: int = 0) -> Frame:
     return Frame(index, index * FRAME_INTERVAL, pixels)
 
 
+def edge(slope: tuple[float, float], contrast: float = 60) -> Frame:
+    """Return a picture, 60 on one side of a straight edge through its middle, more beyond."""
+    y, x = np.mgrid[:41, :41] - 20
+    gray = np.where(slope[0] * x + slope[1] * y > 0, 60 + contrast, 60).astype(np.uint8)
+    return frame(np.repeat(gray[:, :, None], 3, axis=2))
+
+
+MIDDLE = Ellipse(20, 20, 12, 12)
+"""A disk in the middle of a picture of an `edge`."""
+
+
 def scene(
     index: int,
     center: tuple[float, float] | None,
@@ -358,6 +382,11 @@ regions = st.builds(
     *(st.floats(-6, 22), st.floats(-6, 22), st.floats(0.3, 30), st.floats(0.3, 30)),
     st.floats(-4, 4),
 )
+extents = st.floats(0.3, 12) | st.floats(12, 400)
+wide_regions = st.builds(
+    Ellipse, st.floats(-15, 40), st.floats(-15, 40), extents, extents, st.floats(-4, 4)
+)
+"""From a part of a pixel to far larger than the picture."""
 
 
 def rows(*ellipses: Ellipse) -> NDArray[np.float64]:
