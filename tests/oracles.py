@@ -317,6 +317,19 @@ def bhattacharyya(p: Floats, q: Floats) -> float:
     return math.sqrt(max(0.0, 1 - sum(math.sqrt(u * v) for u, v in zip(p, q, strict=True))))
 
 
+def moments(weights: Floats, ellipses: Floats) -> tuple[Floats, Floats]:
+    """Return mean (5,) and covariance (5, 5) of ellipses, one at a time; angles modulo pi."""
+    weights = weights / weights.sum()
+    doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(weights, ellipses, strict=True))
+    mean = np.array([*(weights @ ellipses[:, :4]), np.angle(doubled) / 2])
+    found = np.zeros((5, 5))
+    for w, row in zip(weights, ellipses, strict=True):
+        off = row - mean
+        off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
+        found += w * np.outer(off, off)
+    return mean, found
+
+
 def mosaic(seed: int, height: int, width: int, colors: int = 24) -> Pixels:
     """Return an image of a few random colors, with the corners of the color cube among them."""
     rng = np.random.default_rng(seed)

@@ -50,13 +50,6 @@ def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> Non
         assert learned.memory is None
 
 
-@pytest.mark.parametrize("anchor", [0.0, 0.4, 1.0])
-def test_in_the_long_run_the_anchor_keeps_its_share(anchor: float) -> None:
-    first, seen = series(0, 9, 2)
-    *_, last = lessons(ExponentialForgetting(learning_rate=0.1, anchor=anchor), first, [seen] * 400)
-    np.testing.assert_allclose(last.histogram, anchor * first + (1 - anchor) * seen, atol=1e-9)
-
-
 # In the filter
 
 
