@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
 from clips import Codec, clip
 
-KINDS: dict[str, tuple[Codec, str, dict[str, str]]] = {
+KINDS: dict[str, tuple[str, str, dict[str, str]]] = {
     "h264": ("libx264", "mp4", {"g": "8", "bf": "2"}),
     "open_groups": ("libx264", "mkv", {"g": "8", "bf": "2", "x264-params": "open-gop=1"}),
     "one_group": ("libx264", "mp4", {"g": "250"}),
@@ -17,7 +18,7 @@ KINDS: dict[str, tuple[Codec, str, dict[str, str]]] = {
 }
 
 
-def video(path: Path, codec: Codec, options: dict[str, str], frames: int = 30) -> Path:
+def video(path: Path, codec: str, options: dict[str, str], frames: int = 30) -> Path:
     """Write a film whose pictures all differ."""
     form = "yuvj420p" if codec == "mjpeg" else "yuv420p"
-    return clip(path, frames, codec=codec, pix_fmt=form, options=options)
+    return clip(path, frames, codec=cast(Codec, codec), pix_fmt=form, options=options)
