@@ -105,17 +105,20 @@ def test_whole_numbers_are_read_as_any(cue: Any) -> None:
 # Planes
 
 
-@on_planes
+@pytest.mark.parametrize(
+    "cue", [*ON_PLANES, Orientation(scale=0.15)], ids=lambda cue: type(cue).__name__
+)
 @given(pictures, regions)
 def test_a_part_is_computed_as_in_the_whole(cue: Any, pixels: Any, ellipse: Ellipse) -> None:
     """Bit for bit: what is kept of a frame must not depend on who asked first."""
     each = read(cue, EveryPixel())
+    model = each.learn(frame(pixels), Ellipse(8, 8, 6, 5, 0.4))
     whole, part = frame(pixels), frame(pixels)
-    each.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
+    each.distances(model, whole, rows(Ellipse(8, 8, 99, 99)))
     [plane] = whole.cache.values()
     assert plane.bins.shape == pixels.shape[:2]
-    expected = each.histograms(whole, rows(ellipse))
-    np.testing.assert_array_equal(each.histograms(part, rows(ellipse)), expected)
+    expected = each.observe(model, whole, ellipse)
+    np.testing.assert_array_equal(each.observe(model, part, ellipse), expected)
 
 
 @pytest.mark.parametrize(

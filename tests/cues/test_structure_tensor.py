@@ -653,24 +653,6 @@ def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
         assert len(calls) == len(planes(picture)) == 1
 
 
-@given(pictures, st.lists(wide_regions, min_size=1, max_size=4), st.sampled_from(SAMPLINGS))
-def test_what_was_computed_before_changes_nothing(
-    pixels: Pixels, ellipses: list[Ellipse], sampling: Sampling
-) -> None:
-    """To the last bit, whether a plane is new, as large as need be, or of the whole frame."""
-    cue = Orientation(sampling=sampling, scale=0.15)
-    model = cue.learn(frame(pixels), Ellipse(9, 8, 12, 9, 0.4))
-    fresh, whole = frame(pixels), frame(pixels)
-    everything = rows(Ellipse(pixels.shape[1] / 2, pixels.shape[0] / 2, 999, 999))
-    cue.distances(model, whole, everything)
-    [before] = planes(whole)
-    assert before.certainty.shape == blocks(pixels, before.step)
-    np.testing.assert_array_equal(
-        cue.distances(model, fresh, rows(*ellipses)), cue.distances(model, whole, rows(*ellipses))
-    )
-    assert planes(whole)[0] is before
-
-
 # In a tracker
 
 
