@@ -11,6 +11,7 @@ import pytest
 
 from evaluations import Floats, outcome, sequence, shifted, trace
 from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse, iou
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace
@@ -80,6 +81,32 @@ def test_score_from_a_later_start() -> None:
     found = score(trace(shifted([0, 0, 90]), start=7), sequence(frames=10))
     assert found["lost_frame"] == 9
     assert found["frames"] == 3
+
+
+def test_score_frame_by_frame() -> None:
+    """A second implementation, a frame at a time."""
+    rng = np.random.default_rng(0)
+    there = sequence(frames=60, absent=[5, 6, 30])
+    boxes = shifted(rng.normal(0, 12, 60).tolist()) + rng.uniform(-3, 3, (60, 4))
+    confidence, lost = rng.uniform(0, 1, 60), rng.uniform(size=60) < 0.3
+    found = score(trace(boxes, confidence.tolist(), lost.tolist()), there)
+    overlaps, distances, hits, said, missed = [], [], 0, 0, 0
+    for i in range(60):
+        gone = bool(np.isnan(there.boxes[i, 0]))
+        overlap = 0.0 if gone else float(iou(boxes[i], there.boxes[i]))
+        if not gone:
+            overlaps.append(overlap)
+            ours, true = Ellipse.from_box(boxes[i]), Ellipse.from_box(there.boxes[i])
+            distances.append(math.dist(ours[:2], true[:2]))
+        wrong = overlap < 0.1
+        hits, said, missed = hits + (lost[i] and wrong), said + lost[i], missed + wrong
+    assert found["iou"] == pytest.approx(sum(overlaps) / 57)
+    assert found["auc"] == pytest.approx(
+        sum(overlap > k / 20 for overlap in overlaps for k in range(21)) / 21 / 57
+    )
+    assert found["precision_20"] == pytest.approx(sum(d <= 20 for d in distances) / 57)
+    assert found["lost_recall"] == pytest.approx(hits / missed)
+    assert found["lost_precision"] == pytest.approx(hits / said)
 
 
 def test_score_of_losses() -> None:
