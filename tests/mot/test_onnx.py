@@ -15,7 +15,7 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
-from motes.mot.detection.onnx_heads import KINDS, Boxes, suppressed
+from motes.mot.detection.onnx_heads import IMAGENET, KINDS, Boxes, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save
 
@@ -185,3 +185,8 @@ def save_odd(path: Path) -> Path:
     odd = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
     onnx.save(odd, str(path))
     return path
+
+
+def test_imagenet_is_in_units_of_bytes() -> None:
+    assert IMAGENET[0] == pytest.approx(np.array([0.485, 0.456, 0.406]) * 255)
+    assert IMAGENET[1] == pytest.approx(np.array([0.229, 0.224, 0.225]) * 255)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from arena import wait_for
@@ -31,10 +31,9 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.tracked_object import SceneTrack
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
+from scene_objects import quick
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]
@@ -187,7 +186,7 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
             found[:] = [Detection(Box(*box), float(rng.random())) for box in boxes.tolist()]
         return found if frame.index % 10 < 4 else []
 
-    scene, sizes, most = Scene(detector, scene_config(small())), [], 0
+    scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
     for index, pixels in zip(range(2000), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
         if index in (500, 1999):
@@ -196,13 +195,6 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     assert scene.created >= scene.terminated > 50
     assert most < 20  # who is not seen again is gone after some seconds
     assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
-
-
-def small() -> ParticleFilter:
-    """Return a quick tracker."""
-    config = PRESETS["nummiaro"]
-    assert isinstance(config, ParticleFilter)
-    return replace(config, particles=5, presence=replace(config.presence, max_positions=20))
 
 
 def test_frames_must_fit() -> None:
