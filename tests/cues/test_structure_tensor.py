@@ -12,7 +12,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels
+from motes import kernels, synthetic
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
@@ -643,30 +643,11 @@ def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
     config = configure(
         preset("maggio"), {"orientation": {"scale_selection": False}, "presence": {"contrast": 0.0}}
     )
-    pictures = film(6)
+    (first, (truth,)), *others = synthetic.growing((160, 120), 6)
     tracker = Tracker(config)
-    tracker.init(pictures[0], START)
+    tracker.init(first, truth.ellipse)
     monkeypatch.setattr(kernels.structure_tensor, "structure_tensor", counted)
-    for picture in pictures[1:]:
+    for picture, _ in others:
         calls.clear()
         tracker.update(picture)
         assert len(calls) == len(planes(picture)) == 1
-
-
-# In a tracker
-
-
-def film(count: int) -> list[Frame]:
-    """Return a target that moves, turns and grows."""
-    moves = []
-    for index in range(count):
-        zoom = 1.02**index
-        ellipse = Ellipse(60 + index, 58, 24 * zoom, 15 * zoom, 0.05 * index)
-        picture = texture(ellipse, zoom=zoom)
-        outside = radii(picture.pixels.shape, ellipse)[1] > 1
-        picture.pixels[outside] = mosaic(index, 120, 120)[outside] // 4 + 90
-        moves.append(Frame(index, index / 25, picture.pixels))
-    return moves
-
-
-START = Ellipse(60, 58, 24, 15)
