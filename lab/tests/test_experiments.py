@@ -256,20 +256,9 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 14
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
-    papers = (
-        " et al., ",
-        " Ng and Delp, ",
-        "Zhao and Pei, ",
-        "Effort of",
-        "Masks of",
-        "Claims of",
-        "Hard films",
-    )
-    assert all(any(paper in line for paper in papers) for line in out.splitlines())
     assert max(map(len, out.splitlines())) <= 80
 
 

@@ -96,13 +96,6 @@ def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) ->
         assert "\n" not in str(error.value)
 
 
-def test_frozen_and_checked() -> None:
-    with pytest.raises(AttributeError):
-        Gaussian().sigma = 1.0  # type: ignore[misc]
-    with pytest.raises(TypeError):
-        Gaussian(sgima=0.1)  # type: ignore[call-arg]
-
-
 def test_every_part_survives_plain_values_and_toml() -> None:
     for config in CONFIGS.values():
         plain = to_dict(config)
