@@ -768,8 +768,7 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 
 
 def test_any_callable_is_a_detector() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    box = clip[1][1][0].ellipse.box
+    box = region(path(1)).box
     seen: list[int] = []
 
     def detector(frame: Frame) -> list[Detection]:
@@ -780,43 +779,35 @@ def test_any_callable_is_a_detector() -> None:
         ]
 
     tracker = Tracker()
-    assert tracker.detect(clip[0][0], detector) is None
+    assert tracker.detect(FRAMES[0], detector) is None
     with pytest.raises(ConfigError, match="no target yet"):
-        tracker.update(clip[1][0])
-    track = tracker.detect(clip[1][0], detector)
+        tracker.update(FRAMES[1])
+    track = tracker.detect(FRAMES[1], detector)
     assert track is not None
     assert track.box == pytest.approx(box)
     assert seen == [0, 1]
 
 
 def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=3)
     tracker, alone = Tracker(), Tracker()
     for each in (tracker, alone):
-        each.init(clip[0][0], clip[0][1][0].ellipse)
-    assert tracker.detect(clip[1][0], lambda frame: []) is None
-    assert tracker.update(clip[2][0]).ellipse == alone.update(clip[2][0]).ellipse
+        each.init(FRAMES[0], TARGET)
+    assert tracker.detect(FRAMES[1], lambda frame: []) is None
+    assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
 
 
 def test_a_background_image_sets_the_appearance_rule() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    frame, truth = clip[0][0], clip[0][1][0].ellipse
-    target = KnownTarget.learn(Color(), frame, truth)
-    plain = Frame(0, 0.0, np.zeros_like(frame.pixels))
-    assert isinstance(preset("nummiaro"), ParticleFilter)
     appearing: list[Any] = []
-    for background in (None, plain):
+    for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):
         tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
-        tracker.search(frame, target, background=background)
+        tracker.search(FRAMES[0], known("nummiaro"), background=background)
         appearing.append(tracker.info.n_supporting)
     assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
 
 
 def test_a_target_saved_to_a_missing_folder(tmp_path: Path) -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=1)
-    target = KnownTarget.learn(Color(), clip[0][0], clip[0][1][0].ellipse)
     with pytest.raises(FormatError, match="cannot be written"):
-        target.save(tmp_path / "none" / "target.json")
+        known("nummiaro").save(tmp_path / "none" / "target.json")
 
 
 @pytest.mark.parametrize("config", [None, 5, {}])
