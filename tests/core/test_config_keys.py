@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -15,6 +16,8 @@ import motes
 from motes.core.config import Config, Count, Positive, Share
 from motes.core.config_keys import all_keys, alternatives, keys, meanings
 from motes.core.type_words import words
+from motes.mot.pipeline_config import WatchConfig
+from motes.sot.presets import PRESETS
 
 
 class Small(Config, frozen=True, tag="small"):
@@ -131,3 +134,13 @@ def test_every_field_of_every_configuration_has_a_meaning() -> None:
     for kind in found:
         missing = {field.name for field in msgspec.structs.fields(kind)} - set(meanings(kind))
         assert not missing, f"{kind.__qualname__}: write {missing} into its section Attributes"
+
+
+def test_every_meaning_is_a_sentence_that_stands_alone() -> None:
+    listed = [*keys(WatchConfig), *(key for each in PRESETS.values() for key in keys(type(each)))]
+    found = {(key.path, key.meaning) for key in all_keys(listed) if key.meaning}
+    assert len(found) > 200
+    for path, meaning in found:
+        assert meaning.endswith("."), f"{path}: {meaning}"
+        begins = re.match(r"([a-z]|(Of|As|At|By|Over|Range|That|Those|Who)\b)", meaning)
+        assert not begins, f"{path}: {meaning}"
