@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 Pixels = NDArray[np.uint8]
 Codec = Literal[
-    "libx264", "libvpx", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg2video", "wrapped_avframe"
+    "libx264", "libvpx", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg1video", "mpeg2video",
+    "wrapped_avframe",
 ]  # fmt: skip
 
 

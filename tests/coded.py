@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import cast
 
-import av
-import numpy as np
-
-from oracles import mosaic
+from clips import Codec, clip
 
 KINDS: dict[str, tuple[str, str, dict[str, str]]] = {
     "h264": ("libx264", "mp4", {"g": "8", "bf": "2"}),
@@ -23,12 +20,5 @@ KINDS: dict[str, tuple[str, str, dict[str, str]]] = {
 
 def video(path: Path, codec: str, options: dict[str, str], frames: int = 30) -> Path:
     """Write a film whose pictures all differ."""
-    with av.open(str(path), "w") as container:
-        stream: Any = container.add_stream(codec, 25, options=options)
-        stream.width, stream.height = 64, 48
-        stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
-        for i in range(frames):
-            pixels = np.roll(mosaic(3, 48, 64), 2 * i, axis=1)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
-        container.mux(stream.encode(None))
-    return path
+    form = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+    return clip(path, frames, codec=cast(Codec, codec), pix_fmt=form, options=options)

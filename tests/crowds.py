@@ -38,6 +38,69 @@ FIELDS: Mapping[str, tuple[str, str]] = {
 }
 """What a tally has, and its name in TrackEval."""
 
+TRACKERS = '''
+"""Trackers of many objects that a test evaluates."""
+
+from motes import Box, Detection
+
+
+class Echo:
+    """Says what it is told, numbered from the left."""
+
+    def __init__(self, info):
+        assert info.name in ("film", "a", "b")
+        assert (info.frames, info.rate, info.width, info.height) == (12, 25, 160, 120)
+        self.seed = 0
+
+    def update(self, frame, detections):
+        assert frame.pixels.shape == (120, 160, 3)
+        boxes = sorted(each.box for each in detections)
+        frame.pixels[:] = 0  # as some do; the next pass shall not see it
+        return [(i, (x + self.seed, *box), 0.5) for i, (x, *box) in enumerate(boxes)]
+
+
+class Seeded(Echo):
+    def __init__(self, info, seed):
+        super().__init__(info)
+        self.seed = seed
+
+
+class Raises(Echo):
+    def update(self, frame, detections):
+        if frame.index == 6:
+            raise ValueError("no more\\nof this")
+        return super().update(frame, detections)
+
+
+class Blind:
+    value = None
+
+    def __init__(self, info):
+        pass
+
+    def update(self, frame, detections):
+        return [(0, (1, 2, 3, 4), 0)] if detections is None else Blind.value
+
+
+def useless(info):
+    return 3
+
+
+class Corner:
+    """A detector."""
+
+    def __call__(self, frame):
+        return [Detection(Box(frame.index, 2, 3, 4), 0.25)]
+
+
+class Nothing:
+    """Another one."""
+
+    def __call__(self, frame):
+        assert frame.pixels.any()
+        return []
+'''
+
 
 def trackeval() -> Any:
     """Return the module; it says what it cannot import, which does not matter here."""

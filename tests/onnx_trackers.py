@@ -69,15 +69,17 @@ def save_pair(folder: Path, *, opset: int = 17, channels: int = 4) -> tuple[str,
     return str(paths[0]), str(paths[1])
 
 
-def save_vit(folder: Path) -> str:
+def save_vit(
+    folder: Path, sizes: NDArray[np.float32] = SIZES, offsets: NDArray[np.float32] = OFFSETS
+) -> str:
     """Write a network of one file, and return its path."""
     graph = Graph()
     template, search = (_mean_colors(graph, name) for name in ("template", "search"))
     logit = _logits(graph, template, search, SHARP_VIT)
     graph.add("Sigmoid", logit, name="output1")
     nothing = graph.add("Mul", logit, np.zeros(1, np.float32))
-    graph.add("Add", nothing, SIZES[None], name="output2")
-    graph.add("Add", nothing, OFFSETS[None], name="output3")
+    graph.add("Add", nothing, sizes[None], name="output2")
+    graph.add("Add", nothing, offsets[None], name="output3")
     outputs = {"output1": (1, 16), "output2": (2, 16), "output3": (2, 16)}
     path = folder / "vit.onnx"
     _save(path, graph, {"template": (3, 128), "search": (3, 256)}, outputs, 17)

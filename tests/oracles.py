@@ -16,10 +16,18 @@ from PIL import Image
 
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
+from motes.cues.sampling import Checkerboard, EveryPixel, Sampling
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 Bins = tuple[int, int, int]
+
+SHARES: dict[str, Sampling] = {
+    "all": EveryPixel(),
+    "half": Checkerboard(share="half"),
+    "quarter": Checkerboard(share="quarter"),
+}
+"""Samplings of pixels, by the shares of a `checkerboard`."""
 
 
 @cache
@@ -74,6 +82,11 @@ def radii(shape: Sequence[int], ellipse: Sequence[float]) -> tuple[Floats, Float
     off = np.stack([columns - x, rows - y], axis=-1)
     inner = np.einsum("hwi,ij,hwj->hw", off, form, off)
     return np.hypot(off[..., 0], off[..., 1]), np.sqrt(np.maximum(inner, 0))
+
+
+def on_a_border(shape: Sequence[int], ellipse: Sequence[float]) -> bool:
+    """Tell whether a pixel lies so near the ellipse that rounding decides whether it counts."""
+    return bool((np.abs(radii(shape, ellipse)[1] - 1) < 1e-9).any())
 
 
 def kernel(r: Floats) -> Floats:
@@ -304,6 +317,19 @@ def bhattacharyya(p: Floats, q: Floats) -> float:
     return math.sqrt(max(0.0, 1 - sum(math.sqrt(u * v) for u, v in zip(p, q, strict=True))))
 
 
+def moments(weights: Floats, ellipses: Floats) -> tuple[Floats, Floats]:
+    """Return mean (5,) and covariance (5, 5) of ellipses, one at a time; angles modulo pi."""
+    weights = weights / weights.sum()
+    doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(weights, ellipses, strict=True))
+    mean = np.array([*(weights @ ellipses[:, :4]), np.angle(doubled) / 2])
+    found = np.zeros((5, 5))
+    for w, row in zip(weights, ellipses, strict=True):
+        off = row - mean
+        off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
+        found += w * np.outer(off, off)
+    return mean, found
+
+
 def mosaic(seed: int, height: int, width: int, colors: int = 24) -> Pixels:
     """Return an image of a few random colors, with the corners of the color cube among them."""
     rng = np.random.default_rng(seed)
@@ -315,6 +341,17 @@ def mosaic(seed: int, height: int, width: int, colors: int = 24) -> Pixels:
 def frame(pixels: Pixels, index: int = 0) -> Frame:
     """Return an image as a frame of a film of 25 frames a second."""
     return Frame(index, index * FRAME_INTERVAL, pixels)
+
+
+def edge(slope: tuple[float, float], contrast: float = 60) -> Frame:
+    """Return a picture, 60 on one side of a straight edge through its middle, more beyond."""
+    y, x = np.mgrid[:41, :41] - 20
+    gray = np.where(slope[0] * x + slope[1] * y > 0, 60 + contrast, 60).astype(np.uint8)
+    return frame(np.repeat(gray[:, :, None], 3, axis=2))
+
+
+MIDDLE = Ellipse(20, 20, 12, 12)
+"""A disk in the middle of a picture of an `edge`."""
 
 
 def scene(
@@ -358,6 +395,11 @@ regions = st.builds(
     *(st.floats(-6, 22), st.floats(-6, 22), st.floats(0.3, 30), st.floats(0.3, 30)),
     st.floats(-4, 4),
 )
+extents = st.floats(0.3, 12) | st.floats(12, 400)
+wide_regions = st.builds(
+    Ellipse, st.floats(-15, 40), st.floats(-15, 40), extents, extents, st.floats(-4, 4)
+)
+"""From a part of a pixel to far larger than the picture."""
 
 
 def rows(*ellipses: Ellipse) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.tracked_object import TrackedObject
 from motes.sot.particle_filter import ParticleFilter
@@ -21,12 +22,24 @@ SIZE = 200, 120
 DT = 0.04
 
 
-def config() -> SceneConfig:
-    """Return a scene whose filters have few particles."""
+def quick(particles: int = 20, places: int = 20) -> ParticleFilter:
+    """Return a filter that takes little time."""
     tracker = PRESETS["nummiaro"]
     assert isinstance(tracker, ParticleFilter)
-    presence = replace(tracker.presence, max_positions=20)
-    return scene_config(replace(tracker, particles=20, presence=presence))
+    presence = replace(tracker.presence, max_positions=places)
+    return replace(tracker, particles=particles, presence=presence)
+
+
+def config() -> SceneConfig:
+    """Return a scene whose filters have few particles."""
+    return scene_config(quick())
+
+
+def grid(count: int, share: float) -> Floats:
+    """Return boxes (count, 4) that cover a share of a frame of 640x480, however many they are."""
+    across = int(np.ceil((count * 4 / 3) ** 0.5))
+    places = np.stack([np.arange(count) % across, np.arange(count) // across], axis=1) + 0.2
+    return np.hstack([places, np.full((count, 2), share**0.5)]) * (640 / across)
 
 
 def picture(index: int, *painted: tuple[Box, Color]) -> Frame:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 RATE = 50
 Paint = Callable[[int], NDArray[np.uint8]]
+Answer = Callable[[socket.socket, int], None]
 
 
 class _Wire:
@@ -92,3 +93,26 @@ def camera(paint: Paint) -> Iterator[Stream]:
         yield stream
     finally:
         stream.close()
+
+
+@contextlib.contextmanager
+def server(answer: Answer) -> Iterator[str]:
+    """Call `answer` with each connection and its number from 0, in a thread; yield the address."""
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def one(connection: socket.socket, number: int) -> None:
+        with connection, contextlib.suppress(OSError):
+            connection.recv(4096)
+            answer(connection, number)
+
+    def serve() -> None:
+        with contextlib.suppress(OSError):
+            for number in range(1000):
+                each = listener.accept()[0], number
+                threading.Thread(target=one, args=each, daemon=True).start()
+
+    threading.Thread(target=serve, daemon=True).start()
+    try:
+        yield f"http://user:secret@127.0.0.1:{listener.getsockname()[1]}/camera"
+    finally:
+        listener.close()

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "benchmarks" / "same_tracks.py"
+from scripts import script
 
 
 def test_the_same_machine_has_the_same_tracks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    spec = importlib.util.spec_from_file_location("same_tracks", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    same_tracks = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(same_tracks)
+    same_tracks = script("benchmarks/same_tracks.py")
     monkeypatch.setattr(same_tracks, "FRAMES", 2)
     monkeypatch.setattr(same_tracks, "NAMES", ("nummiaro",))
     file = tmp_path / "tracks.npz"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,19 +12,12 @@ from motes.cues.sampling import Checkerboard, EveryPixel
 from motes.sot.presets import NG_DELP
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
-
-SCRIPT = Path(__file__).parents[1] / "benchmarks" / "slow_core.py"
+from scripts import script
 
 
 @pytest.fixture(name="slow_core", scope="module")
 def _slow_core() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("slow_core", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["slow_core"] = module
-    spec.loader.exec_module(module)
-    return module
+    return script("benchmarks/slow_core.py")
 
 
 def test_the_variants_are_the_papers(slow_core: Any) -> None:

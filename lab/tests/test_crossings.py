@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from motes.video.writer import VideoWriter
 from motes_lab.cli import main
 from motes_lab.papers.zhao_pei_figure10 import compare_crossings, figure10, parse_crossings
+from red_box import walk
 
 TRUTH = Path(__file__).parent / "truth" / "crossings.toml"
 
@@ -28,13 +27,7 @@ def test_crossings_are_compared_one_to_one() -> None:
 def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a film of a box that goes to the right over x = 80 in frame 33."""
     folder = tmp_path_factory.mktemp("films")
-    rng = np.random.default_rng(0)
-    with VideoWriter(folder / "walk.mkv", 25) as writer:
-        for index in range(60):
-            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
-            x = 4 * (index - 15)
-            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
-            writer.write(pixels)
+    walk(folder / "walk.mkv", frames=60, enters=11)
     return folder
 
 

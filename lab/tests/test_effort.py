@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
+import arena
 from motes.core.geometry import Ellipse
 from motes.correction.keyframes import Keyframes
 from motes.correction.passes import run_pass
@@ -26,13 +26,7 @@ FRAMES = 30
 def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a sequence whose target goes back and forth."""
     folder = tmp_path_factory.mktemp("dataset") / "walk"
-    (folder / "img").mkdir(parents=True)
-    boxes = []
-    for frame, (truth, *_) in occluded((96, 72), frames=FRAMES):
-        Image.fromarray(frame.pixels).save(folder / "img" / f"{frame.index + 1:04}.png")
-        boxes.append(truth.ellipse.box)
-    rows = [f"{x + 1},{y + 1},{width},{height}" for x, y, width, height in boxes]
-    (folder / "groundtruth_rect.txt").write_text("\n".join(rows) + "\n")
+    arena.write_sequence(folder, occluded((96, 72), frames=FRAMES))
     return folder
 
 

@@ -327,7 +327,6 @@ REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
 def test_what_callables_return(
     value: Any, ellipse: Ellipse | None, confidence: float, lost: bool, home: Path
 ) -> None:
-    Path("odd.py").write_text(ODD)
     answer = _odd(value)
     assert answer.ellipse == ellipse
     assert answer.lost == lost
@@ -339,7 +338,6 @@ def test_what_callables_return(
     [(np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)), (np.zeros((5, 5)), (np.nan,) * 3)],
 )
 def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
-    Path("odd.py").write_text(ODD)
     answer = _odd(Track(1, 0.1, REGION, covariance, 0.7, Status.TRACKING, 0.1, 9))
     np.testing.assert_equal(answer.covariance, position)
     np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
@@ -354,7 +352,6 @@ def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -
     ],
 )
 def test_what_callables_must_not_return(value: Any, home: Path) -> None:
-    Path("odd.py").write_text(ODD)
     with pytest.raises(ConfigError, match="update of odd:Odd returned"):
         _odd(value)
 
@@ -374,7 +371,6 @@ def test_what_callables_must_not_return(value: Any, home: Path) -> None:
 def test_tracks_that_make_no_sense(
     region: Ellipse, confidence: float, error: str, home: Path
 ) -> None:
-    Path("odd.py").write_text(ODD)
     with pytest.raises(ConfigError, match=error):
         _odd(Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9))
 
@@ -388,6 +384,7 @@ def mute(): return 3
 
 
 def _odd(value: Any) -> Answer:
+    Path("odd.py").write_text(ODD)
     sys.modules.pop("odd", None)
     contestant = tracker_spec("odd:Odd").begin(0)
     contestant.init(*film()[0])

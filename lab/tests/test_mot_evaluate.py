@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arena import at_home
-from crowds import rows, write_crowd
+from crowds import TRACKERS, rows, write_crowd
 from motes.cluster.local import LocalPool
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
@@ -41,62 +41,6 @@ from motes_lab.report.mot_sections import details, overall, tables
 from motes_lab.report.sections import per_sequence
 from motes_lab.runner import Pass, plan, run, unfinished
 
-MODULE = '''
-"""Trackers of many objects that a test evaluates."""
-
-from motes import Box, Detection
-
-
-class Echo:
-    """Says what it is told, numbered from the left."""
-
-    def __init__(self, info):
-        assert (info.name, info.frames, info.rate) == ("film", 12, 25)
-        assert (info.width, info.height) == (160, 120)
-
-    def update(self, frame, detections):
-        assert frame.pixels.shape == (120, 160, 3)
-        boxes = sorted(each.box for each in detections)
-        return [(number, box, 0.5) for number, box in enumerate(boxes)]
-
-
-class Shifted(Echo):
-    def __init__(self, info, seed):
-        super().__init__(info)
-        self.seed = seed
-
-    def update(self, frame, detections):
-        said = super().update(frame, detections)
-        return [(i, (x + self.seed, *box), 1) for i, (x, *box), _ in said]
-
-
-class Raises(Echo):
-    def update(self, frame, detections):
-        if frame.index == 6:
-            raise ValueError("no more\\nof this")
-        return super().update(frame, detections)
-
-
-class Blind:
-    value = None
-
-    def __init__(self, info):
-        pass
-
-    def update(self, frame, detections):
-        return [(0, (1, 2, 3, 4), 0)] if detections is None else Blind.value
-
-
-def useless(info):
-    return 3
-
-
-class Corner:
-    """A detector."""
-
-    def __call__(self, frame):
-        return [Detection(Box(frame.index, 2, 3, 4), 0.25)]
-'''
 DOCUMENT = Path(__file__).parents[1] / "docs" / "evaluate.md"
 MANY = DOCUMENT.read_text(encoding="utf-8").partition("## Many objects")[2]
 INFO = SequenceInfo("film", 12, 25, 160, 120)
@@ -106,7 +50,7 @@ INFO = SequenceInfo("film", 12, 25, 160, 120)
 def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder: a sequence, and some trackers."""
     write_crowd(tmp_path / "data" / "film", shift=1)
-    (tmp_path / "many.py").write_text(MODULE)
+    (tmp_path / "many.py").write_text(TRACKERS)
     with at_home(tmp_path, "many"):
         yield tmp_path
 
@@ -243,9 +187,9 @@ def test_peers_that_measure_the_camera_get_frames_in_bgr(
 def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
     found = followed(crowd, "many:Echo", "many:Corner").rows
     assert found.boxes.tolist() == [[index + 1, 3, 3, 4] for index in range(12)]
-    entry = with_detector([mot_tracker_spec("many:Shifted")], "many:Corner")[0]
+    entry = with_detector([mot_tracker_spec("many:Seeded")], "many:Corner")[0]
     assert entry.begin(3).update is not None
-    assert followed(crowd, "many:Shifted", "many:Corner", seed=5).rows.boxes[0, 0] == 6
+    assert followed(crowd, "many:Seeded", "many:Corner", seed=5).rows.boxes[0, 0] == 6
 
 
 def test_the_background_detector(home: Path) -> None:
@@ -262,7 +206,7 @@ def test_the_background_detector(home: Path) -> None:
     ("name", "error"),
     [
         ("backgrond", "There is no detector backgrond; give background, MODULE:NAME or an "),
-        ("many:Nothing", "The detector many:Nothing: It cannot be imported: AttributeError"),
+        ("many:Missing", "The detector many:Missing: It cannot be imported: AttributeError"),
         (
             "mani:Corner",
             "The detector mani:Corner: There is neither such a name here nor a module m",
@@ -348,12 +292,12 @@ def test_a_callable_that_makes_no_tracker(crowd: MotSequence) -> None:
 
 def test_names(home: Path) -> None:
     entries, problems = resolve(
-        ["many:Echo", "many:Shifted", "nummiaro", "trackers:sor", "no:Such", "results=no",
+        ["many:Echo", "many:Seeded", "nummiaro", "trackers:sor", "no:Such", "results=no",
          "results=data"], mot_tracker_spec,
     )  # fmt: skip
     assert [(entry.name, entry.stochastic) for entry in entries] == [
         ("many:Echo", False),
-        ("many:Shifted", True),
+        ("many:Seeded", True),
     ]
     found = [(problem.where, problem.what) for problem in problems]
     assert [where.removeprefix("tracker ") for where, _ in found] == [
@@ -431,7 +375,7 @@ def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run(home: Path, crowd: MotSequence) -> None:
-    entries, _ = resolve(["many:Shifted", "many:Raises"], mot_tracker_spec)
+    entries, _ = resolve(["many:Seeded", "many:Raises"], mot_tracker_spec)
     jobs, problems = plan(entries, [crowd], ["mot"], 2)
     assert problems == []
     assert [len(job.passes) for job in jobs] == [2, 1]
@@ -450,7 +394,7 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
     assert (broken.trace, broken.error) == (None, why)
     assert set(broken.scores.values()) == {None}
     assert broken.seconds.shape == (0,)
-    (home / "out" / "tracks" / "many%3AShifted" / "film" / "mot-1.txt").write_text("x\n")
+    (home / "out" / "tracks" / "many%3ASeeded" / "film" / "mot-1.txt").write_text("x\n")
     _, damaged = MotOutcome.of(jobs[0], home / "out", {})
     assert damaged.trace is None
     assert re.search(r"line 1: 1 numbers.*Delete it and --resume\.", damaged.error)

@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-from types import ModuleType
-
 import pytest
 
 from motes.sot.presets import PRESETS
+from scripts import script
 
-ROOT = Path(__file__).parents[2]
-
-
-def load() -> ModuleType:
-    """Return docs/generate/paper_values.py, which is no part of a package."""
-    path = ROOT / "docs/generate/paper_values.py"
-    spec = importlib.util.spec_from_file_location("paper_values", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-values = load()
+values = script("docs/generate/paper_values.py")
 
 
 def test_the_page_has_the_values_of_the_presets() -> None:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import json
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import IO
 
 import pytest
@@ -20,23 +17,12 @@ from motes_lab.cli import experiment
 from motes_lab.cli.app import app
 from motes_lab.cli.bench import bench
 from motes_lab.cli.evaluate import evaluate
+from scripts import ROOT, script
 
-ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "lab/docs").glob("*.md")])
 
 
-def load() -> ModuleType:
-    """Return docs/generate/results.py, which is no part of a package."""
-    spec = importlib.util.spec_from_file_location("results", ROOT / "docs/generate/results.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["results"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-results = load()
+results = script("docs/generate/results.py")
 BLOCKS = results.blocks(PAGES)
 BY_NAME = {block.name: block for block in BLOCKS}
 PAGE = """Before.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import shutil
+from collections.abc import Callable
 from collections.abc import Sequence as Rows
 from pathlib import Path
 
@@ -14,14 +16,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes import Tracker, open_source
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Ellipse
 from motes.formats.regions import ABSENT, TruthRegion, read_regions
 from motes.rows.writer import TrackWriter
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
 from motes_lab.datasets.truth import read_mask
+from oracles import radii
 
 NAN = [math.nan] * 4
+ROW = "1,1,5,5\n"
 
 
 def frames(folder: Path, names: Rows[str] | int = 2) -> None:
@@ -101,6 +105,10 @@ def test_rows_without_target(row: str) -> None:
         ("m1,2,2,2,1,4", "do not fit into its 2x2"),
         ("m1,2,2,2,-1,2", "do not fit"),
         ("0,0,4,4,4,0,0,4", "crosses itself"),
+        ("1e300,0,5,5", "is too large a number"),
+        ("0,0,-1e300,5", "is too large a number"),
+        ("m0,0,1e200,2,3", "is too large a number"),
+        ("1e16,0,9,0,9,9,0,9", "is too large a number"),
     ],
 )
 def test_rows_that_are_none(tmp_path: Path, row: str, said: str) -> None:
@@ -158,22 +166,13 @@ def test_four_corners_that_are_no_rectangle_keep_their_area() -> None:
     assert region.box == (0, 0, 70, 50)
 
 
-def lit(ellipse: Ellipse, width: int, height: int) -> NDArray[np.bool_]:
-    """Return the mask of the pixels in an ellipse."""
-    y, x = np.mgrid[:height, :width]
-    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    u = (x - ellipse.x) * cos + (y - ellipse.y) * sin
-    v = (y - ellipse.y) * cos - (x - ellipse.x) * sin
-    return np.asarray((u / ellipse.a) ** 2 + (v / ellipse.b) ** 2 <= 1)
-
-
 TURNED = Ellipse(150.0, 90.0, 80.0, 30.0, 0.4)
 
 
 def test_an_ellipse_is_found_again_in_its_outline_and_mask(tmp_path: Path) -> None:
     outline = only(written(TURNED.polygon(400) + 0.5))
     np.testing.assert_allclose(outline.ellipse, TURNED, rtol=1e-3)
-    Image.fromarray(lit(TURNED, 300, 200)).save(tmp_path / "1.png")
+    Image.fromarray(radii((200, 300), TURNED)[1] <= 1).save(tmp_path / "1.png")
     mask = read_mask(tmp_path / "1.png")
     np.testing.assert_allclose(mask.ellipse, TURNED, rtol=2e-3)
     np.testing.assert_allclose(outline.box, mask.box, atol=1)
@@ -490,77 +489,60 @@ def test_annotation_that_is_none(tmp_path: Path, text: str, said: str) -> None:
 # Bad input: named, while the others go on.
 
 
-def broken(folder: Path, how: str) -> None:
-    row = "1,1,5,5\n"
-    otb(folder, row * 4, 4)
-    truth = folder / "groundtruth_rect.txt"
-    match how:
-        case "no truth":
-            truth.unlink()
-        case "empty truth":
-            truth.write_text("\n")
-        case "no text":
-            truth.write_bytes(b"\xff\xfe1\x00")
-        case "truth is a folder":
-            truth.unlink()
-            truth.mkdir()
-        case "few rows":
-            truth.write_text(row * 3)
-        case "many rows":
-            truth.write_text(row * 5)
-        case "gap":
-            (folder / "img" / "00000003.jpg").unlink()
-        case "no frames":
-            for path in (folder / "img").iterdir():
-                path.unlink()
-        case "no img":
-            for path in (folder / "img").iterdir():
-                path.unlink()
-            (folder / "img").rmdir()
-        case "no target":
-            truth.write_text("0,0,0,0\n" * 4)
-        case "empty":
-            broken(folder, "no img")
-            truth.unlink()
-        case "JPEG masks":
-            truth.unlink()
-            masks(folder / "masks", 4, "jpg")
-        case "bad mask":
-            truth.unlink()
-            masks(folder / "masks", 4)
-            (folder / "masks" / "00002.png").write_bytes(b"none")
-        case "few masks":
-            truth.unlink()
-            masks(folder / "masks", 3)
+TRUTH = "groundtruth_rect.txt"
+Spoil = Callable[[Path], object]
 
 
-BROKEN = {
-    "no truth": "it has no truth; add groundtruth_rect.txt",
-    "empty truth": "groundtruth_rect.txt is for 0 frames, but there are 4",
-    "no text": "groundtruth_rect.txt is not text; save it as UTF-8",
-    "truth is a folder": "there are no pictures in groundtruth_rect.txt/",
-    "few rows": "groundtruth_rect.txt is for 3 frames, but there are 4",
-    "many rows": "groundtruth_rect.txt is for 5 frames, but there are 4",
-    "gap": "the frame 00000003.jpg is missing after 00000002.jpg",
-    "no frames": "there are no pictures in img/",
-    "no img": "there are no pictures in bad/",
-    "no target": "groundtruth_rect.txt has no frame with a target",
-    "empty": "the folder is empty",
-    "JPEG masks": "the mask 00000.jpg is JPEG, which alters zeros; save masks as PNG",
-    "bad mask": "the mask 00002.png cannot be read; replace it",
-    "few masks": "masks is for 3 frames, but there are 4",
-}
+def saying(text: str) -> Spoil:
+    """Return what writes another truth."""
+    return lambda folder: (folder / TRUTH).write_text(text, encoding="latin-1")
 
 
-@pytest.mark.parametrize("how", BROKEN)
-def test_a_bad_sequence_is_named_and_the_others_go_on(tmp_path: Path, how: str) -> None:
-    broken(tmp_path / "bad", how)
-    otb(tmp_path / "good", "1,1,5,5\n" * 2)
+def nothing(folder: Path) -> None:
+    """Leave a sequence as it is."""
+
+
+def one_bad_mask(folder: Path) -> None:
+    masks(folder / "masks", 4)
+    (folder / "masks" / "00002.png").write_bytes(b"none")
+
+
+@pytest.mark.parametrize(
+    ("gone", "spoil", "what"),
+    [
+        ("", saying("\n"), f"{TRUTH} is for 0 frames, but there are 4"),
+        ("", saying(ROW * 3), f"{TRUTH} is for 3 frames, but there are 4"),
+        ("", saying(ROW * 5), f"{TRUTH} is for 5 frames, but there are 4"),
+        ("", saying("0,0,0,0\n" * 4), f"{TRUTH} has no frame with a target"),
+        ("", saying("\xff\xfe1\x00"), f"{TRUTH} is not text; save it as UTF-8"),
+        (TRUTH, nothing, f"it has no truth; add {TRUTH}"),
+        (TRUTH, lambda bad: (bad / TRUTH).mkdir(), f"there are no pictures in {TRUTH}/"),
+        ("img/00000003.jpg", nothing, "the frame 00000003.jpg is missing after 00000002.jpg"),
+        ("img", lambda bad: (bad / "img").mkdir(), "there are no pictures in img/"),
+        ("img", nothing, "there are no pictures in bad/"),
+        (f"img {TRUTH}", nothing, "the folder is empty"),
+        (
+            TRUTH,
+            lambda bad: masks(bad / "masks", 4, "jpg"),
+            "the mask 00000.jpg is JPEG, which alters zeros; save masks as PNG",
+        ),
+        (TRUTH, one_bad_mask, "the mask 00002.png cannot be read; replace it"),
+        (TRUTH, lambda bad: masks(bad / "masks", 3), "masks is for 3 frames, but there are 4"),
+    ],
+)
+def test_a_bad_sequence_is_named_and_the_others_go_on(
+    tmp_path: Path, gone: str, spoil: Spoil, what: str
+) -> None:
+    bad = otb(tmp_path / "bad", ROW * 4, 4)
+    for path in map(bad.joinpath, gone.split()):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    spoil(bad)
+    otb(tmp_path / "good", ROW * 2)
     sequences, problems = load_dataset(tmp_path)
     assert [s.name for s in sequences] == ["good"]
     (problem,) = problems
     assert problem.where == "sequence bad"
-    assert problem.what.startswith(BROKEN[how])
+    assert problem.what.startswith(what)
 
 
 def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
@@ -621,11 +603,3 @@ def test_real_sequences(data: Path) -> None:
         np.testing.assert_allclose(boxes, sequence.boxes[there], atol=1e-9)
         with open_source(sequence.source) as source:
             assert source.frame_count == len(sequence.boxes)
-
-
-@pytest.mark.parametrize(
-    "row", ["1e300,0,5,5", "0,0,-1e300,5", "m0,0,1e200,2,3", "1e16,0,9,0,9,9,0,9"]
-)
-def test_numbers_of_no_picture_are_refused(row: str) -> None:
-    with pytest.raises(FormatError, match=r"line 2: .* is too large a number"):
-        read_regions(f"1,2,3,4\n{row}\n")

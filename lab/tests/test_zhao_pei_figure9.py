@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import shutil
 from collections.abc import Iterator
 from itertools import permutations
 from pathlib import Path
@@ -167,35 +166,3 @@ def test_lookalikes_are_associated_as_motes_watch_does(
     for more in ([], ["--like", "10,10,9,9"]):
         assert main([*line, *more]) == 0
     assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "why"),
-    [
-        (["."], 3, "has 2 sequences; give the folder of one."),
-        (["nowhere"], 3, "no file or folder nowhere"),
-        (["empty"], 3, "No sequence of empty can be used. sequence empty: it has no seqinfo.ini"),
-        (["a", "--detector", "dog"], 2, "A detector is mog2"),
-    ],
-)
-def test_bad_input_is_answered_in_one_line(
-    options: list[str],
-    code: int,
-    why: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for name in "ab":
-        write_crowd(tmp_path / name)
-    (tmp_path / "empty" / "gt").mkdir(parents=True)
-    (tmp_path / "empty" / "gt" / "gt.txt").write_text("")
-    if options == ["."]:
-        shutil.rmtree("empty")
-    assert main(["experiment", "zhao-figure9", *options]) == code
-    out, error = capfd.readouterr()
-    assert out == ""
-    assert error.startswith("motes: error: ")
-    assert why in error
-    assert error.count("\n") == 1

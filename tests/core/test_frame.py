@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from motes import kernels
@@ -135,13 +134,6 @@ def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
 def test_no_images(image: Any, message: str) -> None:
     with pytest.raises(SourceError, match=message):
         as_rgb(image)
-
-
-@given(st.integers(1, 5), st.integers(1, 5), st.sampled_from([1, 3, 4]))
-def test_always_rgb(height: int, width: int, channels: int) -> None:
-    rgb = as_rgb(np.zeros((height, width, channels), np.uint8))
-    assert rgb.shape == (height, width, 3)
-    assert rgb.dtype == np.uint8
 
 
 @pytest.mark.parametrize("time", [None, "0.5", [1.0]])

@@ -255,37 +255,34 @@ def test_only_ctrl_c_cuts_the_end_short() -> None:
         send(signal.SIGHUP)
 
 
-def test_an_interrupt_that_python_drops_comes_again() -> None:
+class Fragile:
     """What is raised in a destructor, Python only prints."""
 
-    class Fragile:
-        def __del__(self) -> None:
-            send(signal.SIGTERM)
+    def __del__(self) -> None:
+        send(signal.SIGTERM)
 
+
+class Late(threading.Timer):
+    """A timer whose first signal comes while it begins."""
+
+    begun = False
+
+    def start(self) -> None:
+        """Start, and wait for the first one."""
+        super().start()
+        if not Late.begun:
+            Late.begun = True
+            self.join()
+
+
+@pytest.mark.parametrize("timer", [threading.Timer, Late])
+def test_an_interrupt_that_python_drops_comes_again(
+    timer: type[threading.Timer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(threading, "Timer", timer)
     with pytest.raises(Interrupt) as caught:
         call_and_wait(Fragile)
     assert caught.value.number == signal.SIGTERM
-
-
-def test_an_interrupt_comes_again_however_late_its_timer_begins(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    class Fragile:
-        def __del__(self) -> None:
-            send(signal.SIGTERM)
-
-    class Late(threading.Timer):
-        begun = False
-
-        def start(self) -> None:
-            super().start()
-            if not Late.begun:
-                Late.begun = True
-                self.join()  # the signal comes here
-
-    monkeypatch.setattr(threading, "Timer", Late)
-    with pytest.raises(Interrupt):
-        call_and_wait(Fragile)
 
 
 def test_other_exceptions_that_python_drops_go_where_they_went(

@@ -151,7 +151,7 @@ def test_values_that_cannot_be_are_refused(
 @pytest.mark.parametrize(
     "data",
     [
-        b"\x91" * 100_000,
+        *(b"", b"no tracker", b"\x80", b"\xc0", b"\x01", b"\x90", b"\x91" * 100_000),
         msgspec.msgpack.encode({"motes": FORMAT, "config": {}, "seed": 0}),
         msgspec.msgpack.encode([2]),
         changed(example("nummiaro", "started"), ("random",), "[" * 100_000),

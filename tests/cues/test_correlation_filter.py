@@ -273,29 +273,6 @@ def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
 
 
-def test_box_means_are_those_of_the_samples() -> None:
-    rng = np.random.default_rng(0)
-    values = rng.random((40, 50))
-    integral = np.zeros((41, 51))
-    integral[1:, 1:] = values.cumsum(0).cumsum(1)
-    out = np.empty(1)
-    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 8, 5]]), out)
-    assert out[0] == pytest.approx(values[10:20, 12:28].mean())
-    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 2, 1.5]]), out)
-    assert out[0] == pytest.approx(_mean(values, 18, 22, 13.5, 16.5))
-    pooled = np.array([0.4])
-    kernels.bilinear.pool(integral, (8.0, 5.0), 0.25, np.array([[-5.0, -5]]), pooled)
-    assert pooled[0] == pytest.approx(0.75 * 0.4 + 0.25 * values[10:20, 12:28].mean())
-
-
-def _mean(values: Floats, left: float, right: float, top: float, bottom: float) -> float:
-    """Return the mean over a part with half samples at its edges."""
-    fine = values.repeat(2, axis=0).repeat(2, axis=1)
-    return float(
-        fine[round(2 * top) : round(2 * bottom), round(2 * left) : round(2 * right)].mean()
-    )
-
-
 # The size
 
 

@@ -33,6 +33,9 @@ SAMPLINGS: tuple[Sampling, ...] = (
 )
 
 cues = pytest.mark.parametrize("cue", CUES, ids=repr)
+all_cues = pytest.mark.parametrize(
+    "cue", [*CUES, Orientation(), Orientation(form="fourier")], ids=repr
+)
 on_planes = pytest.mark.parametrize("cue", ON_PLANES, ids=lambda cue: type(cue).__name__)
 samplings = pytest.mark.parametrize("sampling", SAMPLINGS, ids=repr)
 WHERE = Ellipse(14, 15, 8, 6, 0.2)
@@ -42,7 +45,7 @@ def read(cue: Any, sampling: Sampling) -> Any:
     return msgspec.structs.replace(cue, sampling=sampling)
 
 
-@cues
+@all_cues
 @given(pictures, st.lists(regions, min_size=1, max_size=4), regions)
 def test_distances(cue: Any, pixels: Any, candidates: list[Ellipse], target: Ellipse) -> None:
     """Over all bins, though a kernel may sum over occupied ones only."""
@@ -51,7 +54,7 @@ def test_distances(cue: Any, pixels: Any, candidates: list[Ellipse], target: Ell
         each = read(cue, sampling)
         model = each.learn(picture, target)
         found = each.distances(model, picture, rows(*candidates))
-        histograms = each.histograms(picture, rows(*candidates))
+        histograms = [each.observe(model, picture, candidate) for candidate in candidates]
         # Near 0 the distance is the root of what rounding leaves of 1 - rho.
         expected = [bhattacharyya(p, model.histogram) for p in histograms]
         np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
@@ -73,13 +76,16 @@ def test_what_a_model_learns_from_is_the_region_s_histogram(cue: Any) -> None:
 
 
 @samplings
-@pytest.mark.parametrize("cue", [*CUES, Orientation(), Orientation(form="fourier")], ids=repr)
+@all_cues
 def test_nothing_is_seen_outside_and_in_no_ellipse(cue: Any, sampling: Sampling) -> None:
     picture, nothing = frame(mosaic(0, 30, 30)), Ellipse(*[np.nan] * 5)
     each = read(cue, sampling)
     model = each.learn(picture, WHERE)
     ellipses = rows(nothing, WHERE, WHERE._replace(x=90.0), WHERE._replace(x=-1e12, y=1e12))
-    found = each.distances(model, picture, ellipses)
+    broken = np.tile(ellipses[1], (8, 1))
+    broken[range(5), range(5)] = np.nan
+    broken[range(5, 8), (0, 1, 4)] = np.inf
+    found = each.distances(model, picture, np.concatenate([ellipses, broken]))
     assert found[1] == pytest.approx(each.distances(model, picture, rows(WHERE))[0], abs=1e-7)
     np.testing.assert_array_equal(np.delete(found, 1), 1)
     for ellipse in (nothing, WHERE._replace(x=90.0)):
@@ -99,17 +105,20 @@ def test_whole_numbers_are_read_as_any(cue: Any) -> None:
 # Planes
 
 
-@on_planes
+@pytest.mark.parametrize(
+    "cue", [*ON_PLANES, Orientation(scale=0.15)], ids=lambda cue: type(cue).__name__
+)
 @given(pictures, regions)
 def test_a_part_is_computed_as_in_the_whole(cue: Any, pixels: Any, ellipse: Ellipse) -> None:
     """Bit for bit: what is kept of a frame must not depend on who asked first."""
     each = read(cue, EveryPixel())
+    model = each.learn(frame(pixels), Ellipse(8, 8, 6, 5, 0.4))
     whole, part = frame(pixels), frame(pixels)
-    each.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
+    each.distances(model, whole, rows(Ellipse(8, 8, 99, 99)))
     [plane] = whole.cache.values()
     assert plane.bins.shape == pixels.shape[:2]
-    expected = each.histograms(whole, rows(ellipse))
-    np.testing.assert_array_equal(each.histograms(part, rows(ellipse)), expected)
+    expected = each.observe(model, whole, ellipse)
+    np.testing.assert_array_equal(each.observe(model, part, ellipse), expected)
 
 
 @pytest.mark.parametrize(

@@ -60,24 +60,6 @@ def test_ancestors() -> None:
     assert (weights[chosen] > 0).all()
 
 
-@pytest.mark.parametrize("epsilon", [0.0, 1e-3])
-def test_gaussian(epsilon: float) -> None:
-    distances, sigmas = RNG.random((2, 30)), np.array([0.2, 0.4])
-    logs = np.empty_like(distances)
-    kernels.particles.gaussian(distances, sigmas, epsilon, logs)
-    assert_close(logs, np.log(np.exp(-(distances**2) / (2 * sigmas[:, None] ** 2)) + epsilon))
-
-
-def test_normalize() -> None:
-    logs, values = np.append(RNG.normal(0, 300, 20), [np.nan, np.inf, -np.inf]), np.empty(23)
-    expected = np.where(np.isfinite(logs), np.exp(logs - logs[:20].max()), 0)
-    assert not kernels.particles.normalize(logs, values)
-    assert_close(values, expected / expected.sum())
-    assert (logs[20:] == -np.inf).all()
-    assert kernels.particles.normalize(np.full(4, np.nan), values[:4])
-    assert_close(values[:4], 0.25)
-
-
 def test_combine_and_appearing() -> None:
     distances, shares, weights = RNG.random((3, 40)), RNG.random(3), RNG.random(40)
     out = np.empty(40)
@@ -87,18 +69,6 @@ def test_combine_and_appearing() -> None:
     count, support = kernels.particles.appearing(distances[0], weights, 0.4)
     assert count == np.count_nonzero(seen)
     assert_close(support, weights[seen].sum())
-
-
-def test_moments() -> None:
-    ellipses = np.column_stack([RNG.normal(20, 5, (60, 4)), RNG.normal(1.5, 0.3, 60)])
-    ellipses[::3, 4] -= math.pi
-    weights, mean, covariance = RNG.dirichlet(np.ones(60)), np.empty(5), np.empty((5, 5))
-    kernels.particles.moments(ellipses, weights, mean, covariance)
-    turn = np.angle(weights @ np.exp(2j * ellipses[:, 4])) / 2
-    assert_close(mean, [*(weights @ ellipses[:, :4]), turn])
-    off = ellipses - mean
-    off[:, 4] -= math.pi * np.round(off[:, 4] / math.pi)
-    assert_close(covariance, (off.T * weights) @ off)
 
 
 def test_ridge_regression_on_spectra() -> None:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from motes.core.detection import Detection, Detector, best
+from motes.core.detection import Detection, best
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou, region_within
 from motes.core.track import Status
 from motes.mot.detection.pretrained import FaceDetector
 from motes.sot.tracker import Tracker
-from oracles import region, scene, sequence
+from oracles import sequence
 
 FRAME = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))
 
@@ -56,23 +55,6 @@ def test_what_is_taken_is_a_region(box: Box) -> None:
     found = best([Detection(box)], FRAME)
     assert found is not None
     region_within(found.box, FRAME.width, FRAME.height)
-
-
-def test_any_callable_is_a_detector() -> None:
-    def red(frame: Frame) -> Sequence[Detection]:
-        pixels = frame.pixels.astype(int)
-        rows, columns = np.nonzero(pixels[:, :, 0] > pixels[:, :, 1] + 80)
-        x, y = float(columns.min()), float(rows.min())
-        return [Detection(Box(x, y, np.ptp(columns) + 1.0, np.ptp(rows) + 1.0))]
-
-    detector: Detector = red
-    picture = scene(0, (40, 30))
-    found = best(detector(picture), picture)
-    assert found is not None
-    assert iou(found.box, region((40, 30)).box) > 0.8
-    tracker = Tracker()
-    tracker.init(picture, found.box)
-    assert iou(tracker.update(scene(1, (41, 30))).box, region((41, 30)).box) > 0.5
 
 
 def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

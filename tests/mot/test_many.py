@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
@@ -18,8 +17,7 @@ from motes.mot import track_initiation
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
+from scene_objects import grid, quick
 
 GRAY = np.full((480, 640, 3), 100, np.uint8)
 BORN, HIDDEN, FRAMES = 3, 4, 7
@@ -41,22 +39,12 @@ class Work(NamedTuple):
 
 def config(**changes: object) -> SceneConfig:
     """Return a scene whose objects take little time of their own."""
-    tracker = PRESETS["nummiaro"]
-    assert isinstance(tracker, ParticleFilter)
-    presence = replace(tracker.presence, max_positions=5)
-    return replace(SceneConfig(replace(tracker, particles=2, presence=presence)), **changes)
-
-
-def grid(count: int) -> NDArray[np.float64]:
-    """Return boxes (count, 4) that cover the same share of the frame, however many they are."""
-    across = int(np.ceil((count * 4 / 3) ** 0.5))
-    places = np.stack([np.arange(count) % across, np.arange(count) // across], axis=1) + 0.2
-    return np.hstack([places, np.full((count, 2), 0.6)]) * (640 / across)
+    return replace(SceneConfig(quick(particles=2, places=5)), **changes)
 
 
 def found(index: int, count: int) -> list[Detection]:
     """Return objects, a double of each, and things that are born nowhere."""
-    boxes, rng = grid(count), np.random.default_rng(index)
+    boxes, rng = grid(count, 0.36), np.random.default_rng(index)
     shown = boxes[::2] if index == HIDDEN else boxes
     noise = np.hstack([rng.uniform(0, 400, (count, 2)), boxes[:, 2:]])
     kinds = [(shown, 1.0), (shown + 0.01, 0.9)] + [(noise, 0.5)] * (index >= BORN)
@@ -103,7 +91,7 @@ def test_four_times_the_objects_take_four_times_the_work() -> None:
 
 
 def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> None:
-    there = [Detection(Box(*box), score) for score, box in enumerate(grid(12).tolist())]
+    there = [Detection(Box(*box), score) for score, box in enumerate(grid(12, 0.36).tolist())]
     eight = config(detections=DetectionSelection(limit=8))
     scene = Scene(lambda _: there, eight)
     for index in range(4):
@@ -120,6 +108,6 @@ def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
     """The surest come first, so that the last ones alone would let too many pass."""
     monkeypatch.setattr(track_initiation, "LOWEST", 0.1)
     births, count = TrackInitiation(), 4 * SCORES
-    scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
+    scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count, 0.36).tolist())]
     after, _ = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
     assert len(after.candidates) == 0.9 * count

@@ -166,14 +166,6 @@ def test_a_bad_file_beside_it_is_refused(toml: str, words: str, tmp_path: Path) 
     assert "\n" not in str(caught.value)
 
 
-def test_files_that_are_no_models_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SourceError, match=r"There is no file none\.onnx"):
-        named_detector("none.onnx")
-    (tmp_path / "text.onnx").write_text("text")
-    with pytest.raises(SourceError, match="cut off or no ONNX file"):
-        named_detector(str(tmp_path / "text.onnx"))
-
-
 def test_unknown_outputs_are_named(tmp_path: Path) -> None:
     """With one cell more, the boxes of no grid fit."""
     path = model(tmp_path, "yolo")

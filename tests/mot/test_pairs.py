@@ -12,6 +12,7 @@ from motes.mot.association import PART, near
 from motes.mot.boxes import intersection_over_first
 from motes.mot.overlaps import overlapping_pairs, without_duplicates
 from motes.mot.pairs import candidates, meeting
+from scene_objects import grid
 
 Floats = NDArray[np.float64]
 
@@ -111,19 +112,10 @@ def test_assignment_of_pairs_is_that_of_a_matrix(
 # Growth
 
 
-def grid(count: int, fill: float = 0.5) -> Floats:
-    """Return boxes (count, 4) in a frame of 640x480, that cover the same share however many."""
-    across = int(np.ceil((count * 4 / 3) ** 0.5))
-    places = np.stack([np.arange(count) % across, np.arange(count) // across], axis=1) + 0.2
-    pitch = 640 / across
-    size = pitch * fill**0.5
-    return np.hstack([places * pitch, np.full((count, 2), size)])
-
-
 @pytest.mark.parametrize("outlier", [None, (0, 0, 640, 480), (1e6, -1e6, 30, 30)])
 def test_candidates_grow_with_the_boxes(outlier: tuple[float, ...] | None) -> None:
     def count(boxes: int) -> int:
-        first = grid(boxes) + np.random.default_rng(0).normal(0, 1, (boxes, 4))
+        first = grid(boxes, 0.5) + np.random.default_rng(0).normal(0, 1, (boxes, 4))
         second = first if outlier is None else np.vstack([first, outlier])
         return len(candidates(first, second)[0])
 

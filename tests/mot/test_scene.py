@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from arena import wait_for
@@ -31,10 +31,9 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.tracked_object import SceneTrack
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
+from scene_objects import quick
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]
@@ -153,17 +152,6 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
         assert (memories[0] != memories[-1]) == (learns and remembers)
 
 
-def test_a_blob_of_two_is_divided_between_them() -> None:
-    stage, still = Stage(), [Box(60, 30, 16, 30), Box(78, 30, 16, 30)]
-    for _ in range(6):
-        stage.show(still)
-    moved = [Box(63, 30, 16, 30), Box(81, 30, 16, 30)]
-    said = stage.show(moved, [Box(63, 30, 34, 30)])
-    assert [each.detected for each in said] == [True, True]
-    for each, left in zip(said, (63, 78), strict=True):  # as near as can be to where they were
-        assert each.track.box == pytest.approx((left, 30, 16, 30))
-
-
 def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     stage, said = Stage(), []
     for i in range(50):
@@ -173,19 +161,6 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     assert said[25][0].track.status is Status.OCCLUDED
     assert said[25][0].occluded_by is None
     assert said[40][0].track.status is Status.TRACKING
-
-
-def test_colors_bridge_a_gap_of_detections() -> None:
-    stage = Stage()
-    for i in range(20):
-        stage.show([walker(i)])
-    for i in range(20, 22):  # less than the 0.12 s that an object may be alone
-        (said,) = stage.show([walker(i)], [])
-        assert (said.track.status, said.detected) == (Status.TRACKING, False)
-        assert iou(said.track.box, walker(i)) > 0.6
-    for i in range(22, 30):
-        (said,) = stage.show([walker(i)], [])
-    assert said.track.status is Status.OCCLUDED
 
 
 def test_tracks_of_one_object_do_not_depend_on_others() -> None:
@@ -211,7 +186,7 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
             found[:] = [Detection(Box(*box), float(rng.random())) for box in boxes.tolist()]
         return found if frame.index % 10 < 4 else []
 
-    scene, sizes, most = Scene(detector, scene_config(small())), [], 0
+    scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
     for index, pixels in zip(range(2000), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
         if index in (500, 1999):
@@ -220,13 +195,6 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     assert scene.created >= scene.terminated > 50
     assert most < 20  # who is not seen again is gone after some seconds
     assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
-
-
-def small() -> ParticleFilter:
-    """Return a quick tracker."""
-    config = PRESETS["nummiaro"]
-    assert isinstance(config, ParticleFilter)
-    return replace(config, particles=5, presence=replace(config.presence, max_positions=20))
 
 
 def test_frames_must_fit() -> None:
@@ -427,23 +395,3 @@ def test_what_is_ruled_out() -> None:
     off, far = [1.01, 0.5, 0.5, 1.0], [0.0, 0.69, 0.71, 0.39]
     costs = rule.recovery_costs(np.array(off), np.array(far))
     np.testing.assert_allclose(costs, [np.inf, 1.19, np.inf, 1.39])
-
-
-@pytest.mark.parametrize("own", [0, 1])
-def test_of_two_places_as_near_an_object_is_where_it_looks_like_itself(own: int) -> None:
-    colors = np.array([(200, 30, 30), (30, 30, 200)], np.uint8)
-    places = [Box(30 + shift, 30, 24, 30) for shift in (-8, 8)]
-    still, found = Box(30, 30, 24, 30), list[Detection]()
-    scene = Scene(lambda _: found)
-    pixels = np.full((90, 120, 3), 100, np.uint8)
-    for index in range(6):
-        shown = pixels.copy()
-        shown[30:60, 30:54] = colors[own]
-        found = [Detection(still)]
-        scene.update(Frame(index, index / 25, shown))
-    shown = pixels.copy()
-    shown[30:60, 22:42], shown[30:60, 42:62] = colors
-    found = [Detection(place) for place in places]
-    (track, *_) = scene.update(Frame(6, 6 / 25, shown))
-    assert track.identity == 1
-    assert track.track.ellipse.x == pytest.approx(places[own].x + 11.5)

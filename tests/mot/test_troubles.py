@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
-from motes.mot.detection import blobs
-from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.scene import Scene
 from motes.synthetic.scenery import noise, to_bytes
@@ -142,26 +141,6 @@ def test_after_a_camera_has_moved_it_must_stand_still() -> None:
     assert found[CHANGE : CHANGE + 11] == [0] * 11
     assert min(found[30:CHANGE]) >= 2
     assert min(found[CHANGE + 11 :]) >= 1
-
-
-@pytest.mark.slow
-def test_a_flood_is_limited_and_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """150 patches flicker; a hundred of them are taken in each frame."""
-    empty, rng = ground(0), np.random.default_rng(1)
-
-    def picture(index: int) -> Picture:
-        out = empty.copy()
-        for k in range(150 if index >= 20 else 0):
-            y, x = 10 * (k // 15) + 2, 13 * (k % 15) + 2
-            out[y : y + 5, x : x + 6] = rng.choice((20, 220))
-        return out
-
-    monkeypatch.setattr(blobs, "GAP", (0.0, 0.0))
-    scene, most = Scene(BackgroundDetector(BackgroundConfig(least=0.0005))), 0
-    for _, tracks in scene.watch(film(picture, 35)):
-        most = max(most, len(tracks))
-    assert LIMIT <= most <= scene.created <= 160
-    assert list(scene.warnings) == ["flood"]
 
 
 def test_an_anchor_slips_with_the_picture_alone() -> None:

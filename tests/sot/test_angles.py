@@ -13,6 +13,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.correction.correct import correct
 from motes.video.writer import VideoWriter
+from oracles import radii
 
 FIRST = (60, 60, 30, 12, 1.4)
 STEP = 0.05
@@ -21,11 +22,9 @@ STEP = 0.05
 
 def picture(index: int) -> np.ndarray:
     """Return a red ellipse, three times as long as wide, that turns over noise."""
-    y, x = np.mgrid[:120, :120] - 60.0
-    angle = FIRST[4] + STEP * index
-    u, v = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
     pixels = np.random.default_rng(index).integers(90, 110, (120, 120, 3)).astype(np.uint8)
-    pixels[(u / 30) ** 2 + (v / 10) ** 2 < 1] = (220, 40, 40)
+    inside = radii((120, 120), (60, 60, 30, 10, FIRST[4] + STEP * index))[1] < 1
+    pixels[inside] = (220, 40, 40)
     return pixels
 
 

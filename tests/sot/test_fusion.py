@@ -32,7 +32,7 @@ from motes.sot.filtering.resampling import Multinomial
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.step_info import StepInfo
-from oracles import frame, region, scene
+from oracles import frame, moments, region, scene
 
 Floats = NDArray[np.float64]
 
@@ -40,27 +40,14 @@ FIRST = Ellipse(40, 30, 12, 6, 0.2)
 NAMES = ["color", "orientation", "edges", "shape"]
 
 
-def covariance(weights: Floats, ellipses: Floats) -> Floats:
-    """Return the covariance of ellipses under weights, one particle at a time: equation 8."""
-    weights = weights / weights.sum()
-    doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(weights, ellipses, strict=True))
-    mean = np.array([*(weights @ ellipses[:, :4]), np.angle(doubled) / 2])
-    found = np.zeros((5, 5))
-    for w, row in zip(weights, ellipses, strict=True):
-        off = row - mean
-        off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
-        found += w * np.outer(off, off)
-    return found
-
-
 def determinants(prior: Floats, likelihoods: Floats, ellipses: Floats, floor: float) -> Floats:
     """Return U of each cue: equation 9 for the share of the predicted covariance."""
-    predicted = covariance(prior, ellipses)
+    predicted = moments(prior, ellipses)[1]
     units = np.sqrt(np.diag(predicted))
     units[units == 0] = 1
     out = []
     for likelihood in likelihoods:
-        found = covariance(prior * likelihood, ellipses) + floor**2 * predicted
+        found = moments(prior * likelihood, ellipses)[1] + floor**2 * predicted
         out.append(np.linalg.det(found / np.outer(units, units) + 1e-9 * np.eye(5)))
     return np.array(out)
 
@@ -169,9 +156,6 @@ def test_particles_without_a_likelihood(bad: float) -> None:
     for fusion in (PrintedMixture(), Fixed()):
         weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
         assert np.isfinite([*weights.values, *found]).all()
-
-
-# Likelihoods
 
 
 # The filter

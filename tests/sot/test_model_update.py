@@ -50,13 +50,6 @@ def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> Non
         assert learned.memory is None
 
 
-@pytest.mark.parametrize("anchor", [0.0, 0.4, 1.0])
-def test_in_the_long_run_the_anchor_keeps_its_share(anchor: float) -> None:
-    first, seen = series(0, 9, 2)
-    *_, last = lessons(ExponentialForgetting(learning_rate=0.1, anchor=anchor), first, [seen] * 400)
-    np.testing.assert_allclose(last.histogram, anchor * first + (1 - anchor) * seen, atol=1e-9)
-
-
 # In the filter
 
 
@@ -211,26 +204,24 @@ def test_keys_of_the_first_strategy_need_no_type() -> None:
             from_flag("adaptation.learning_rate", "0.2"),
             from_toml("[adaptation]\nlearning_rate = 0.2", "text"),
         ):
-            config = configure(preset(name), change)
+            config: Any = configure(preset(name), change)
             base: Any = preset(name)
-            assert isinstance(config, ParticleFilter)
             anchor = base.adaptation.anchor
             assert config.adaptation == ExponentialForgetting(learning_rate=0.2, anchor=anchor)
 
 
 def test_strategies_from_flags() -> None:
-    kalman = configure(
+    kalman: Any = configure(
         preset("nummiaro"),
         from_flag("adaptation.type", "kalman"),
         from_flag("adaptation.frames", "5"),
     )
-    assert isinstance(kalman, ParticleFilter)
     assert kalman.adaptation == KalmanBins(frames=5)
-    zhao = configure(preset("zhao_pei:printed"), from_flag("adaptation.cues.color.alpha", "0.05"))
-    assert isinstance(zhao, ParticleFilter)
+    zhao: Any = configure(
+        preset("zhao_pei:printed"), from_flag("adaptation.cues.color.alpha", "0.05")
+    )
     expected: dict[str, Strategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
     assert zhao.adaptation == PerCue(cues=expected)
-    still = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
-    assert isinstance(still, ParticleFilter)
+    still: Any = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
     assert still.adaptation == ExponentialForgetting()
     assert configure(preset("nummiaro"), from_toml(to_toml(zhao), "text")) == zhao

@@ -149,57 +149,15 @@ def test_info(name: str) -> None:
 
 
 @of_algorithms
-@pytest.mark.parametrize(
-    "form",
-    [
-        Box(20.5, 29.5, 20, 14),
-        (20.5, 29.5, 20, 14),
-        [20.5, 29.5, 20, 14],
-        np.array([20.5, 29.5, 20, 14]),
-        np.array([20.5, 29.5, 20, 14], np.float32),
-        Ellipse(30, 36, 10, 7),
-        np.array([30, 36, 10, 7, 0.0]),
-    ],
-)
-def test_every_form_of_a_region(name: str, form: Any) -> None:
-    first, second = Tracker(CONFIGS[name]), Tracker(CONFIGS[name])
-    assert same(first.init(FRAMES[0], form), second.init(FRAMES[0], TARGET))
-    assert same(first.update(FRAMES[1]), second.update(FRAMES[1]))
-
-
-@of_algorithms
-@pytest.mark.parametrize(
-    ("convert", "plain"),
-    [
-        (lambda rgb: rgb[:, :, 0], lambda rgb: np.dstack([rgb[:, :, 0]] * 3)),
-        (lambda rgb: rgb[:, :, :1], lambda rgb: np.dstack([rgb[:, :, 0]] * 3)),
-        (lambda rgb: np.dstack([rgb, rgb[:, :, :1]]), np.copy),
-        (lambda rgb: rgb.astype(np.uint16) << 8, np.copy),
-        (lambda rgb: rgb / 255, np.copy),
-        (lambda rgb: (rgb / 255).astype(np.float32), np.copy),
-        (lambda rgb: rgb > 128, lambda rgb: np.where(rgb > 128, 255, 0).astype(np.uint8)),
-        (lambda rgb: rgb[:, ::-1], lambda rgb: np.ascontiguousarray(rgb[:, ::-1])),
-        (np.asfortranarray, np.copy),
-    ],
-    ids=["gray", "one", "alpha", "16 bits", "float64", "float32", "bool", "flipped", "fortran"],
-)
-def test_images_of_every_kind(name: str, convert: Any, plain: Any) -> None:
-    """Each is tracked as the RGB image that shows the same, to the last bit."""
-    images, frames, expected = (Tracker(CONFIGS[name]) for _ in range(3))
-    for picture in FRAMES[:4]:
-        given, shown = convert(picture.pixels), plain(picture.pixels)
-        tracks = []
-        for tracker, form in (
-            (images, given),
-            (frames, Frame(picture.index, picture.time, given)),
-            (expected, shown),
-        ):
-            start = picture.index == 0
-            tracks.append(tracker.init(form, TARGET) if start else tracker.update(form))
-        assert same(tracks[0], sound(tracks[2], expected.config))
-        assert tracks[1].ellipse == pytest.approx(tracks[2].ellipse)
-        assert (tracks[1].frame, tracks[1].status) == (tracks[2].frame, tracks[2].status)
-        assert tracks[1].time == pytest.approx(tracks[2].time)
+def test_an_image_is_tracked_as_the_frame_that_shows_it(name: str) -> None:
+    tracks = []
+    for form in (lambda index: FRAMES[index].pixels / 255, FRAMES.__getitem__):
+        tracker = Tracker(CONFIGS[name])
+        tracker.init(form(0), TARGET)
+        tracks.append([tracker.update(form(index)) for index in (1, 2, 3)])
+    for one, other in zip(*tracks, strict=True):
+        assert one.ellipse == pytest.approx(other.ellipse)
+        assert (one.frame, one.time) == (other.frame, pytest.approx(other.time))
 
 
 def flat(value: int, height: int = 40, width: int = 50) -> Any:
@@ -248,7 +206,7 @@ def test_odd_inputs_work(name: str) -> None:
 
 
 @of_kinds
-@pytest.mark.parametrize("gap", [1e-6, 86400.0])
+@pytest.mark.parametrize("gap", [1e-6, 86400.0, 3e7])
 def test_odd_times_work(name: str, gap: float) -> None:
     tracker = Tracker(CONFIGS[name])
     tracker.init(FRAMES[0], TARGET)
@@ -256,6 +214,7 @@ def test_odd_times_work(name: str, gap: float) -> None:
         picture = Frame(index, index * gap, FRAMES[index].pixels)
         track = sound(tracker.update(picture), tracker.config)
         assert (track.frame, track.time) == (index, index * gap)
+        assert np.abs(tracker.info.ellipses[:, :4]).max() < 1e4  # near the frame
     # No gap does lasting harm.
     sound(tracker.correct(region(path(4))), tracker.config)
     for index in range(5, 8):
@@ -273,14 +232,7 @@ def test_odd_times_work(name: str, gap: float) -> None:
     [
         ((200, 10, 10, 10), "outside the frame"),
         ((10, 10, 0, 10), "no area"),
-        ((10, 10, 10, -1), "no area"),
-        ((10, math.nan, 10, 10), "not finite"),
-        ((10, 10, math.inf, 10), "not finite"),
-        ((0, 0, 97, 20), "larger than the frame"),
-        ((10, 10, 1, 10), "less than two pixels"),
-        ((10, 10), "got 2"),
         ("face", "A region is"),
-        (None, "A region is"),
     ],
 )
 def test_regions_that_are_refused(name: str, target: Any, message: str) -> None:
@@ -414,6 +366,7 @@ def test_saved_and_loaded_it_goes_on_the_same(name: str, tmp_path: Path) -> None
         tracker.save(tmp_path / "state")
         loaded = Tracker.load(tmp_path / "state")
     assert loaded.config == tracker.config
+    assert same(loaded.correct(TARGET), tracker.correct(TARGET))  # in the frame that was saved
     # And the seed is there too.
     first, again = (follow(one, FRAMES[:5]) for one in (tracker, loaded))
     assert all(same(one, other) for one, other in zip(first, again, strict=True))
@@ -433,15 +386,6 @@ def test_saved_and_loaded_it_goes_on_searching(name: str, tmp_path: Path) -> Non
 
 
 # Files
-
-
-@pytest.mark.parametrize("content", [b"", b"no tracker", b"\x80", b"\xc0", b"\x01", b"\x90"])
-def test_files_that_are_no_trackers(content: bytes, tmp_path: Path) -> None:
-    (tmp_path / "state").write_bytes(content)
-    with pytest.raises(FormatError, match="state is not a saved tracker"):
-        Tracker.load(tmp_path / "state")
-    with pytest.raises(FormatError, match="Cannot read the tracker"):
-        Tracker.load(tmp_path / "none")
 
 
 def test_any_cut_or_changed_file_is_refused(tmp_path: Path) -> None:
@@ -808,48 +752,15 @@ def test_the_algorithms_are_all_there_are() -> None:
     assert {type(CONFIGS[name]) for name in ALGORITHMS} == {type(c) for c in CONFIGS.values()}
 
 
-def test_correct_after_load_sees_the_saved_frame(tmp_path: Path) -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=3)
-    tracker = Tracker(seed=1)
-    tracker.init(clip[0][0], clip[0][1][0].ellipse)
-    tracker.update(clip[1][0])
-    tracker.save(tmp_path / "tracker")
-    region = clip[1][1][0].ellipse
-    again = Tracker.load(tmp_path / "tracker")
-    assert again.correct(region).distance == tracker.correct(region).distance < 0.3
-    assert again.update(clip[2][0]).ellipse == tracker.update(clip[2][0]).ellipse
-
-
-def test_correct_keeps_the_model_of_an_adaptive_tracker() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    tracker = Tracker("nummiaro:adaptive")
-    tracker.init(clip[0][0], clip[0][1][0].ellipse)
-    tracker.update(clip[1][0])
-    tracker.correct(clip[1][1][0].ellipse)
-    compared_with = tracker.info.models["color"].histogram
-    tracker.correct((5, 5, 40, 40))
-    np.testing.assert_array_equal(tracker.info.models["color"].histogram, compared_with)
-
-
-@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
-def test_a_long_gap_keeps_particles_near_the_frame(name: str) -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    tracker = Tracker(CONFIGS[name])
-    tracker.init(clip[0][0], clip[0][1][0].ellipse)
-    track = tracker.update(Frame(1, 3.0e7, clip[1][0].pixels))
-    assert np.abs(tracker.info.ellipses[:, :4]).max() < 5000
-    assert np.isfinite(track.ellipse).all()
-    with pytest.raises(SourceError, match="finite time"):
-        tracker.update(Frame(2, float("inf"), clip[1][0].pixels))
-
-
 @pytest.mark.parametrize("seed", [-1, 1.5, "1"])
 def test_seeds_that_are_none(seed: Any) -> None:
     with pytest.raises(ConfigError, match="A seed is a whole number"):
         Tracker(seed=seed)
 
 
-def test_save_to_a_missing_folder(tmp_path: Path) -> None:
+def test_files_that_are_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="Cannot read the tracker"):
+        Tracker.load(tmp_path / "none")
     tracker = Tracker()
     tracker.init(np.zeros((40, 40, 3), np.uint8), (5, 5, 20, 20))
     with pytest.raises(FormatError, match="Cannot write the tracker"):
@@ -857,8 +768,7 @@ def test_save_to_a_missing_folder(tmp_path: Path) -> None:
 
 
 def test_any_callable_is_a_detector() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    box = clip[1][1][0].ellipse.box
+    box = region(path(1)).box
     seen: list[int] = []
 
     def detector(frame: Frame) -> list[Detection]:
@@ -869,43 +779,35 @@ def test_any_callable_is_a_detector() -> None:
         ]
 
     tracker = Tracker()
-    assert tracker.detect(clip[0][0], detector) is None
+    assert tracker.detect(FRAMES[0], detector) is None
     with pytest.raises(ConfigError, match="no target yet"):
-        tracker.update(clip[1][0])
-    track = tracker.detect(clip[1][0], detector)
+        tracker.update(FRAMES[1])
+    track = tracker.detect(FRAMES[1], detector)
     assert track is not None
     assert track.box == pytest.approx(box)
     assert seen == [0, 1]
 
 
 def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=3)
     tracker, alone = Tracker(), Tracker()
     for each in (tracker, alone):
-        each.init(clip[0][0], clip[0][1][0].ellipse)
-    assert tracker.detect(clip[1][0], lambda frame: []) is None
-    assert tracker.update(clip[2][0]).ellipse == alone.update(clip[2][0]).ellipse
+        each.init(FRAMES[0], TARGET)
+    assert tracker.detect(FRAMES[1], lambda frame: []) is None
+    assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
 
 
 def test_a_background_image_sets_the_appearance_rule() -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
-    frame, truth = clip[0][0], clip[0][1][0].ellipse
-    target = KnownTarget.learn(Color(), frame, truth)
-    plain = Frame(0, 0.0, np.zeros_like(frame.pixels))
-    assert isinstance(preset("nummiaro"), ParticleFilter)
     appearing: list[Any] = []
-    for background in (None, plain):
+    for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):
         tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
-        tracker.search(frame, target, background=background)
+        tracker.search(FRAMES[0], known("nummiaro"), background=background)
         appearing.append(tracker.info.n_supporting)
     assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
 
 
 def test_a_target_saved_to_a_missing_folder(tmp_path: Path) -> None:
-    clip = synthetic.still((160, 120), target=(30, 40), frames=1)
-    target = KnownTarget.learn(Color(), clip[0][0], clip[0][1][0].ellipse)
     with pytest.raises(FormatError, match="cannot be written"):
-        target.save(tmp_path / "none" / "target.json")
+        known("nummiaro").save(tmp_path / "none" / "target.json")
 
 
 @pytest.mark.parametrize("config", [None, 5, {}])

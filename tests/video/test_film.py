@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from clips import spoil
 from coded import KINDS, video
 from motes.core.errors import ConfigError, SourceError
 from motes.video import film as film_module
@@ -127,14 +128,7 @@ def test_a_quick_film_decodes_only_a_picture(
 
 
 def test_damage_shows_when_a_quick_film_meets_it(tmp_path: Path) -> None:
-    path = video(tmp_path / "film.mp4", "libx264", {"g": "8"})
-    with av.open(str(path)) as container:
-        packet = [each for each in container.demux(video=0) if each.size][14]
-        assert packet.pos is not None
-        where = slice(packet.pos, packet.pos + packet.size)
-    data = bytearray(path.read_bytes())
-    data[where] = bytes(len(data[where]))
-    path.write_bytes(data)
+    path = spoil(video(tmp_path / "film.mp4", "libx264", {"g": "8"}), 14, 1)
     film, whole = Film(path, quick=True), Film(path)
     assert len(whole.times) < len(film.times)
     for first, last in ((0, len(film.times) - 1), (10, 20)):

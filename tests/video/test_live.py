@@ -37,6 +37,23 @@ def gray(index: int) -> NDArray[np.uint8]:
     return np.full((64, 96, 3), 20 + index % 200, np.uint8)
 
 
+class Camera:
+    """A source of frames."""
+
+    name = "camera 0"
+
+    def __init__(self, frames: Iterator[Frame]) -> None:
+        self._frames = frames
+
+    def __enter__(self) -> Camera:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self._frames
+
+
 def frames(film: Source | Live) -> Iterator[Frame | str]:
     """Yield what comes, for no more than some time."""
     begun = time.monotonic()
@@ -94,23 +111,15 @@ def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others(
     clock, burst, taken = SimpleNamespace(now=100.0), threading.Semaphore(0), threading.Event()
     monkeypatch.setattr(live, "time", SimpleNamespace(monotonic=lambda: clock.now))
 
-    class Scripted:
-        name = "camera 0"
+    def scripted() -> Iterator[Frame]:
+        for index in range(100):
+            if index % 5 == 0:
+                taken.set()  # all of the last burst
+                burst.acquire()
+            clock.now += 0.04
+            yield Frame(index, index / 25, gray(index))
 
-        def __enter__(self) -> Scripted:
-            return self
-
-        def __exit__(self, *_: object) -> None: ...
-
-        def __iter__(self) -> Iterator[Frame]:
-            for index in range(100):
-                if index % 5 == 0:
-                    taken.set()  # all of the last burst
-                    burst.acquire()
-                clock.now += 0.04
-                yield Frame(index, index / 25, gray(index))
-
-    with Live("0", Scripted()) as film:  # type: ignore[arg-type]
+    with Live("0", Camera(scripted())) as film:  # type: ignore[arg-type]
         news = iter(film)
         assert taken.wait(LONG)
         for count in range(1, 7):
@@ -130,20 +139,12 @@ def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
     """Drivers may hang where FFmpeg's timeout does not reach."""
     noticed = threading.Event()
 
-    class Silent:
-        name = "camera 0"
+    def silent() -> Iterator[Frame]:
+        yield Frame(0, 0.0, gray(0))
+        noticed.wait()
+        yield Frame(1, 0.0, gray(0))
 
-        def __enter__(self) -> Silent:
-            return self
-
-        def __exit__(self, *_: object) -> None: ...
-
-        def __iter__(self) -> Iterator[Frame]:
-            yield Frame(0, 0.0, gray(0))
-            noticed.wait()
-            yield Frame(1, 0.0, gray(0))
-
-    with Live("0", Silent()) as film:  # type: ignore[arg-type]
+    with Live("0", Camera(silent())) as film:  # type: ignore[arg-type]
         news = frames(film)
         picture(news)
         assert words(news, "no pictures").startswith("camera 0 sends no pictures")

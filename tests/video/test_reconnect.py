@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,35 +21,14 @@ from motes.video import decoder, newest, pace, reconnect
 from motes.video.live import Live, open_watched
 from motes.video.pace import Pace
 from motes.video.sources import open_source
-from streams import camera
+from streams import camera, server
 
-Answer = Callable[[socket.socket, int], None]
 HEAD = b"HTTP/1.0 200 OK\r\n"
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reconnect, "FIRST_PAUSE", 0.02)
-
-
-@contextlib.contextmanager
-def server(answer: Answer) -> Iterator[str]:
-    """Call `answer` with each connection, and its number from 0, and close the connection."""
-    listener = socket.create_server(("127.0.0.1", 0))
-
-    def serve() -> None:
-        with contextlib.suppress(OSError):
-            for number in range(1000):
-                connection, _ = listener.accept()
-                with connection, contextlib.suppress(OSError):
-                    connection.recv(4096)
-                    answer(connection, number)
-
-    threading.Thread(target=serve, daemon=True).start()
-    try:
-        yield f"http://user:secret@127.0.0.1:{listener.getsockname()[1]}/camera"
-    finally:
-        listener.close()
 
 
 def jpegs(connection: socket.socket, number: int) -> None:

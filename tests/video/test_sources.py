@@ -45,8 +45,8 @@ from motes.video.decoder import MAX_BAD_PACKETS
 from motes.video.image_files import read_image
 from motes.video.report import Report
 from motes.video.sources import open_source
+from streams import server
 
-DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[3] / "shared" / "data")) / "video"
 KNOWN = {
     "car_traffic_small.mp4": (640, 360),
     "ethz_cond_video1.wmv": (160, 120),
@@ -56,7 +56,6 @@ KNOWN = {
     "pycv_movie.mpg": (384, 288),
     "sam2_cups.mp4": (1280, 720),
 }
-need_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real videos in {DATA}")
 
 
 def read(source: str | Path, **selection: Any) -> tuple[list[Frame], Report]:
@@ -656,37 +655,26 @@ def test_a_camera_is_a_live_source(
 
 
 @contextlib.contextmanager
-def server(data: bytes, length: int, pause: float | None = None) -> Iterator[str]:
+def sending(data: bytes, length: int, pause: float | None = None) -> Iterator[str]:
     """Serve data over HTTP as the start of `length` bytes, then say nothing, or trickle."""
     done = threading.Event()
-    listener = socket.create_server(("127.0.0.1", 0))
 
-    def answer(connection: socket.socket) -> None:
-        with connection, contextlib.suppress(OSError):
-            connection.recv(4096)
-            if data:
-                head = f"HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n"
-                connection.sendall(head.encode() + data)
-            if len(data) < length:
-                while not done.wait(pause):
-                    connection.sendall(b"\0")
+    def answer(connection: socket.socket, number: int) -> None:
+        if data:
+            head = f"HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n"
+            connection.sendall(head.encode() + data)
+        if len(data) < length:
+            while not done.wait(pause):
+                connection.sendall(b"\0")
 
-    def serve() -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                threading.Thread(target=answer, args=(listener.accept()[0],), daemon=True).start()
-
-    threading.Thread(target=serve, daemon=True).start()
-    try:
-        yield f"http://user:secret@127.0.0.1:{listener.getsockname()[1]}/clip"
-    finally:
-        done.set()
-        listener.close()
+    with server(answer) as url:
+        yield url
+    done.set()
 
 
 def test_a_video_from_a_server(whole: Path) -> None:
     data = whole.read_bytes()
-    with server(data, len(data)) as url, open_source(url) as source:
+    with sending(data, len(data)) as url, open_source(url) as source:
         assert "secret" not in source.name
         assert not source.live
         assert len(list(source)) == 12
@@ -701,7 +689,7 @@ def test_a_server_that_stops_sending_is_noticed(
     codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
     path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
     data = path.read_bytes()
-    with server(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
+    with sending(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
         with pytest.raises(SourceError, match="does not answer") as caught:
             list(source)
         assert source.report.decoded > 20
@@ -715,7 +703,7 @@ def test_a_server_that_never_answers_is_noticed(
 ) -> None:
     monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    with server(b"", 1000, pause) as url:
+    with sending(b"", 1000, pause) as url:
         assert "does not answer" in error_of(url)
 
 
@@ -729,10 +717,9 @@ def test_a_server_that_is_not_there_is_noticed() -> None:
 # Real videos
 
 
-@need_data
 @pytest.mark.parametrize("name", KNOWN)
-def test_real_videos_begin(name: str) -> None:
-    frames, report = read(DATA / name, end=5)
+def test_real_videos_begin(name: str, data: Path) -> None:
+    frames, report = read(data / "video" / name, end=5)
     assert [frame.index for frame in frames] == list(range(5))
     assert {(frame.width, frame.height) for frame in frames} == {KNOWN[name]}
     assert report.problems is None
@@ -740,13 +727,12 @@ def test_real_videos_begin(name: str) -> None:
 
 
 @pytest.mark.slow
-@need_data
 @pytest.mark.parametrize(
     ("name", "count"),
     [("car_traffic_small.mp4", 917), ("pycv_movie.mpg", 485), ("sam2_cups.mp4", 300)],
 )
-def test_real_videos_are_complete(name: str, count: int) -> None:
-    with open_source(DATA / name, stride=10) as source:
+def test_real_videos_are_complete(name: str, count: int, data: Path) -> None:
+    with open_source(data / "video" / name, stride=10) as source:
         frames = list(source)
     assert source.report.decoded == count
     assert source.report.problems is None

@@ -350,16 +350,3 @@ def test_a_film_does_not_replace_what_appeared(tmp_path: Path) -> None:
     assert writer.result is not None
     with open_source(writer.result) as source:
         assert len(list(source)) == 1
-
-
-def test_others_files_are_left_alone(tmp_path: Path) -> None:
-    """These were the names of partial files once."""
-    names = ["out.mp4.partial.mkv", "out.mp4.partial.mp4"]
-    for name in names:
-        (tmp_path / name).write_text("precious")
-    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
-        writer.write(picture(0))
-    assert sorted(os.listdir(tmp_path)) == ["out.mp4", *names]
-    assert writer.result == tmp_path / "out.mp4"
-    for name in names:
-        assert (tmp_path / name).read_text() == "precious"

@@ -11,40 +11,9 @@ import pytest
 
 import arena
 from arena import Go, at_home, evaluating, table
-from crowds import write_crowd
+from crowds import TRACKERS, write_crowd
 from motes_lab.cli import main
 from motes_lab.mot_scores import COLUMNS
-
-TRACKERS = '''
-"""Trackers of many objects that a test evaluates."""
-
-class Echo:
-    def __init__(self, info):
-        self.seed = 0
-
-    def update(self, frame, detections):
-        frame.pixels[:] = 0  # as some do; the next pass shall not see it
-        boxes = [detection.box for detection in detections]
-        return [(i, (x + self.seed, *box), 1) for i, (x, *box) in enumerate(boxes)]
-
-
-class Seeded(Echo):
-    def __init__(self, info, seed):
-        self.seed = seed
-
-
-class Raises(Echo):
-    def update(self, frame, detections):
-        raise ValueError("no more of this")
-
-
-class Nothing:
-    """A detector."""
-
-    def __call__(self, frame):
-        assert frame.pixels.any()
-        return []
-'''
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +92,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
         "motes: tracker nix: There is no tracker of this name for many objects; known are "
         "motes:scene, trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort, "
         "trackers:cbiou, trackers:mcbyte.",
-        "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
+        "motes: crowds_of:Raises on a, mot, seed 0: At frame 6: ValueError: no more of this",
         "motes: 2 passes, 1 failed; wrote failing/summary.md.",
     ]
     assert "0 of 1" in out
