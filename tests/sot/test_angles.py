@@ -59,6 +59,8 @@ def test_a_tracked_angle_does_not_jump_by_half_a_turn(tmp_path: Path, start: int
     following = Frame(20, 20 / 25, picture(20))
     again = Tracker.load(tmp_path / "tracker").update(following)
     assert again.ellipse == tracker.update(following).ellipse
+    theta = FIRST[4] + 20 * STEP + 3 * math.pi  # what a user says is not turned back
+    assert tracker.correct((*FIRST[:4], theta)).ellipse.theta == pytest.approx(theta)
 
 
 def test_corrected_angles_go_on_from_the_keyframe(tmp_path: Path) -> None:
