@@ -109,7 +109,7 @@ async def command(session: LiveSession, about: Question) -> exports.Reproduction
     asked = session.watching.asked
     if asked is None:
         raise ConfigError("Nothing was tracked yet; draw an object, or track all that moves.")
-    return exports.watch_command(session.facts, asked.watch, asked.places)
+    return exports.watch_command(session.facts, *asked)
 
 
 async def film(session: LiveSession, about: Question) -> File:

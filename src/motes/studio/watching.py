@@ -24,13 +24,6 @@ PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 """Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
 
 
-class Asked(msgspec.Struct, frozen=True):
-    """What was asked for: the command, and the places then."""
-
-    watch: Watch
-    places: Places
-
-
 class Watching:
     """Tracks all that moves in a session's film.
 
@@ -50,7 +43,7 @@ class Watching:
         self.job: StudioJob | None = None
         self._task: asyncio.Task[None] | None = None
         data = self._store.parts(self._session, RUN_OF)
-        self.asked = msgspec.json.decode(data, type=Asked) if data else None
+        self.asked = msgspec.json.decode(data, type=tuple[Watch, Places]) if data else None
 
     def begin(self, watch: Watch, places: Places) -> StudioJob:
         """Begin a run; an earlier one ends, and its objects go."""
@@ -59,7 +52,7 @@ class Watching:
         )
         if self.job is not None:
             self.stop(self.job)
-        self.asked = Asked(watch, places)
+        self.asked = watch, places
         for key in (PARTS, RUN_OF, ENDED):
             self._store.forget(self._session, key)
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
@@ -73,7 +66,7 @@ class Watching:
     def go_on(self) -> None:
         """Begin the run again that was under way when the session was closed."""
         if self.asked is not None and not self._store.count(self._session, ENDED):
-            self.begin(self.asked.watch, self.asked.places)
+            self.begin(*self.asked)
 
     def stop(self, job: StudioJob) -> None:
         """End the run; what it has found stays."""

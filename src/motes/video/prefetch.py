@@ -7,7 +7,6 @@ import os
 import queue
 import threading
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TypeVar
 
 from motes.core.interrupts import deferred
@@ -38,25 +37,26 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
     if os.environ.get("MOTES_THREADS") == "1":
         yield iter(items)
         return
-    ready: queue.Queue[T | _End] = queue.Queue(ahead)
+    # Items, each in a tuple; last the error that has ended them, or None.
+    ready: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(ahead)
     stopped = threading.Event()
 
     def produce() -> None:
         error: BaseException | None = None
         try:
             for item in items:
-                ready.put(item)
+                ready.put((item,))
                 if stopped.is_set():
                     return
         except BaseException as raised:
             error = raised
-        ready.put(_End(error))
+        ready.put(error)
 
     def items_in_order() -> Iterator[T]:
-        while not isinstance(item := ready.get(), _End):
-            yield item
-        if item.error is not None:
-            raise item.error
+        while isinstance(got := ready.get(), tuple):
+            yield got[0]
+        if got is not None:
+            raise got
 
     thread = threading.Thread(target=produce, name="prefetch", daemon=True)
     try:
@@ -71,9 +71,4 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
                     ready.get(timeout=0.01)
             while not ready.empty():
                 ready.get()
-            ready.put(_End(None))
-
-
-@dataclass(frozen=True, slots=True)
-class _End:
-    error: BaseException | None
+            ready.put(None)
