@@ -180,8 +180,9 @@ def test_features_of_a_slope_are_its_sector(turn: int) -> None:
     slope = 128 + 3 * (np.cos(angle) * (x - 16) + np.sin(angle) * (y - 16))
     found = features(np.tile(slope, (3, 1, 1)).astype(np.float32))[:, 2:-2, 2:-2]
     assert (found[:9].argmax(axis=0) == turn % 9).all()
+    assert (found[9:27].argmax(axis=0) == turn).all()
     gray = slope.reshape(8, 4, 8, 4).mean((1, 3))[2:-2, 2:-2] / 255 - 0.5
-    np.testing.assert_allclose(found[9], gray, atol=1e-5)
+    np.testing.assert_allclose(found[27], gray, atol=1e-5)
 
 
 # The correlation filter

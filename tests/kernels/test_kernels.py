@@ -75,7 +75,7 @@ def calls(compiled: Any) -> dict[str, Any]:
     )
     samples = found["cut"] = np.empty((3, 24, 32), np.float32)
     compiled.search_window.cut(PIXELS, (3.0, 4.0), (1.7, 0.0), (0.0, 0.6), samples)
-    cells = found["cells"] = np.empty((12, 6, 8), np.float32)
+    cells = found["cells"] = np.empty((30, 6, 8), np.float32)
     compiled.search_window.gradient_cells(samples, 4, sectors(), cells)
     spectra = (samples[:2] + 1j * samples[1:]).reshape(2, -1).astype(np.complex64)
     learned, power = np.zeros_like(spectra), np.ones(spectra.shape[1], np.float32)

@@ -104,7 +104,7 @@ def test_a_response_is_padded_and_centered() -> None:
 def test_cells_of_sizes_are_those_of_each_size() -> None:
     pixels, place = mosaic(3, 60, 80), (38.0, 31.0, 11.0, 16.0, 0.2)
     factors, tapers = np.array([0.8, 1.0, 1.3]), np.array([0.1, 1.0, 0.4], np.float32)
-    out, window = np.empty((12 * 4 * 3, 3), np.float32), np.empty((3, 16, 12), np.float32)
+    out, window = np.empty((30 * 4 * 3, 3), np.float32), np.empty((3, 16, 12), np.float32)
     kernels.search_window.cells_of_sizes(
         pixels, place, factors, tapers, 4, 3, CELL_SIZE, sectors(), out
     )

@@ -41,7 +41,7 @@ class CorrelationModel(WindowModel, frozen=True, eq=False, tag="correlation"):
     Attributes
     ----------
     numerator, first_numerator
-        (12, h, w // 2 + 1): conjugate label times features.
+        (30, h, w // 2 + 1): conjugate label times features.
     power, first_power
         (h, w // 2 + 1): energy of the features.
     """
@@ -102,7 +102,7 @@ class Correlation(Cue, Config, frozen=True):
         return self.updated(model, spectra, 0.5)
 
     def spectra(self, samples: SampleGrid, window: Singles) -> Spectra:
-        """Return the transform (12, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
+        """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
         from scipy import fft  # takes a third of a second to import
 
         cells = features(window)

@@ -26,7 +26,7 @@ from motes.cues.fourier_ridge import (
     updated,
     vertex,
 )
-from motes.cues.search_window import CELL_SIZE, FEATURES, sectors
+from motes.cues.search_window import CELL_SIZE, sectors
 
 SIDE = 32
 """Mean side of a target in samples; a target with fewer pixels has one sample to a pixel."""
@@ -68,7 +68,7 @@ class ScaleFilter(Config, frozen=True):
         rows, columns = (
             max(round(2 * half * shrink / CELL_SIZE), 2) for half in (ellipse.b, ellipse.a)
         )
-        nothing = np.zeros((FEATURES * rows * columns, self.count // 2 + 1), np.complex64)
+        nothing = np.zeros((30 * rows * columns, self.count // 2 + 1), np.complex64)
         model = ScaleModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
         return self.updated(model, self.spectra(model, frame, ellipse), 1.0)
 

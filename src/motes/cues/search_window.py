@@ -32,8 +32,6 @@ WIDEST = 2.5
 
 A wider taper would learn little but the surroundings of a thin target.
 """
-FEATURES = 12
-"""Numbers of a cell: nine directions of gradients, gray and two differences of color."""
 FINEST = CELL_SIZE
 """Largest number of samples per pixel, in x and in y: then a cell has the size of a pixel."""
 LEAST_MARGIN = 8
@@ -164,23 +162,21 @@ def cut(
 
 @cache
 def sectors() -> Bytes:
-    """Return the sector, of 9 of half a turn, of each gradient (dy, dx), for `gradient_cells`."""
+    """Return the sector, of 18 of a whole turn, of each gradient (dy, dx), for `gradient_cells`."""
     dy, dx = np.mgrid[-256:256, -256:256]
-    numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 9
+    numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
     out: Bytes = numbers.astype(np.uint8)
     return out
 
 
 def features(samples: Singles) -> Singles:
-    """Return the features (12, h, w) of the cells of samples (3, H, W).
+    """Return the features (30, h, w) of the cells of samples (3, H, W).
 
-    Histograms of gradient directions without their sign, after Felzenszwalb et al., Object
-    detection with discriminatively trained part-based models, PAMI 2010, section 6; gray and two
-    color differences beside them.
+    Histograms of oriented gradients after Felzenszwalb et al., Object detection with
+    discriminatively trained part-based models, PAMI 2010, section 6, without their texture
+    features; gray and two color differences beside them.
     """
-    out = np.empty(
-        (FEATURES, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32
-    )
+    out = np.empty((30, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32)
     kernels.search_window.gradient_cells(samples, CELL_SIZE, sectors(), out)
     return out
 

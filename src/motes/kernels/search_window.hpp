@@ -241,17 +241,12 @@ inline void brightness(Samples samples, Plane<float> out) {
     }
 }
 
-// Sectors of half a turn: a gradient and its opposite are in one.
-constexpr Index SECTORS = 9;
-// Features of a cell: a share for each sector, gray and two differences of color.
-constexpr Index FEATURES = SECTORS + 3;
-
-// Writes the votes of samples' gradients, each for the four cells around, (h + 2, 9 (w + 2)): of
+// Writes the votes of samples' gradients, each for the four cells around, (h + 2, 18 (w + 2)): of
 // each row of cells all of one sector, then all of the next.
 inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                  Plane<float> votes) {
     const Index height = samples.rows, width = samples.columns;
-    const auto cells = std::int32_t(votes.columns / SECTORS);
+    const auto cells = std::int32_t(votes.columns / 18);
     ScratchPlane<float> bright(height + 2, width + 2), shares(3, width);
     Scratch<float> line(votes.columns);
     ScratchPlane<std::int32_t> places(3, width);
@@ -289,16 +284,19 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
     }
 }
 
-// Writes the energy (h + 2, w + 2) of cells: squared votes of all sectors; those at the border
+// Writes the energy (h + 2, w + 2) of cells: squared votes of 9 orientations; those at the border
 // are repeated.
 inline void energies(Plane<const float> votes, Plane<float> energy) {
     const Index rows = energy.rows - 2, columns = energy.columns - 2, cells = energy.columns;
     std::fill_n(energy.data, energy.rows * energy.columns, 0.0f);
     for (Index i = 1; i <= rows; ++i) {
         float* __restrict line = energy[i];
-        for (Index k = 0; k < SECTORS; ++k) {
-            const float* one = votes[i] + k * cells;
-            for (Index j = 1; j <= columns; ++j) line[j] += one[j] * one[j];
+        for (Index k = 0; k < 9; ++k) {
+            const float *one = votes[i] + k * cells, *opposite = one + 9 * cells;
+            for (Index j = 1; j <= columns; ++j) {
+                const float both = one[j] + opposite[j];
+                line[j] += both * both;
+            }
         }
     }
     for (Index j = 1; j <= columns; ++j)
@@ -307,7 +305,7 @@ inline void energies(Plane<const float> votes, Plane<float> energy) {
         energy[i][0] = energy[i][1], energy[i][columns + 1] = energy[i][columns];
 }
 
-// Writes gray and two differences of color, the last planes of `gradient_cells`.
+// Writes gray and two differences of color, the planes 27 to 29 of `gradient_cells`.
 inline void colors(Samples samples, Index cell, Volume<float> out) {
     const auto scale = float(1.0 / (double(cell * cell) * 255.0));
     for (Index i = 0; i < out.rows; ++i) {
@@ -317,28 +315,30 @@ inline void colors(Samples samples, Index cell, Volume<float> out) {
                 for (Index column = j * cell; column < (j + 1) * cell; ++column)
                     for (Index c = 0; c < 3; ++c) sums[c] += samples[c][row][column];
             const auto [red, green, blue] = sums;
-            out[SECTORS][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
-            out[SECTORS + 1][i][j] = (red - green) * scale;
-            out[SECTORS + 2][i][j] = (0.5f * (red + green) - blue) * scale;
+            out[27][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
+            out[28][i][j] = (red - green) * scale;
+            out[29][i][j] = (0.5f * (red + green) - blue) * scale;
         }
     }
 }
 
-// Writes the features (12, h, w) of cells of samples (3, H, W), H = cell * h, W = cell * w.
+// Writes the features (30, h, w) of cells of samples (3, H, W), H = cell * h, W = cell * w.
 //
-// 9 orientations of gradients without their sign, each normalized by the energy of the four blocks
-// of 2x2 cells around, truncated at 0.2 and averaged (Felzenszwalb et al., section 6); then gray
-// and two color differences. `sectors` (512, 512) has the number of a gradient's sector at row 256
-// + dy / 3 and column 256 + dx / 3, the derivatives being those of R + G + B.
+// 9 orientations of gradients without and 18 with their sign, each normalized by the energy of the
+// four blocks of 2x2 cells around, truncated at 0.2 and averaged (Felzenszwalb et al., section 6);
+// then gray and two color differences. `sectors` (512, 512) has the number of a gradient's sector,
+// 18 to the turn, at row 256 + dy / 3 and column 256 + dx / 3, the derivatives being those of
+// R + G + B.
 inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                            Volume<float> out) {
     const Index rows = out.rows, columns = out.columns;
     // One cell more on each side, into which the outermost samples' votes fall.
-    ScratchPlane<float> votes(rows + 2, SECTORS * (columns + 2)), energy(rows + 2, columns + 2);
+    ScratchPlane<float> votes(rows + 2, 18 * (columns + 2)), energy(rows + 2, columns + 2);
     vote(samples, cell, sectors, votes);
-    energies({votes[0], rows + 2, SECTORS * (columns + 2)}, energy);
+    energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
-    float* __restrict n0 = norms[0], * __restrict n1 = norms[1];
+    Scratch<float> scratch(columns);
+    float* __restrict line = scratch, * __restrict n0 = norms[0], * __restrict n1 = norms[1];
     float* __restrict n2 = norms[2], * __restrict n3 = norms[3];
     for (Index i = 0; i < rows; ++i) {
         const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
@@ -350,8 +350,13 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
             n2[j] = 1.0f / std::sqrt(below[j] + below[j + 1] + here[j] + middle);
             n3[j] = 1.0f / std::sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle);
         }
-        for (Index k = 0; k < SECTORS; ++k) {
-            const float* line = votes[i + 1] + k * (columns + 2) + 1;
+        for (Index k = 0; k < 27; ++k) {
+            const float* one = votes[i + 1] + (k < 9 ? k : k - 9) * (columns + 2) + 1;
+            const float* opposite = one + 9 * (columns + 2);
+            if (k < 9)
+                for (Index j = 0; j < columns; ++j) line[j] = one[j] + opposite[j];
+            else
+                std::copy_n(one, columns, line);
             float* __restrict to = out[k][i];
             for (Index j = 0; j < columns; ++j)
                 to[j] = 0.5f * (std::min(line[j] * n0[j], 0.2f) + std::min(line[j] * n1[j], 0.2f) +
@@ -361,7 +366,7 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
     colors(samples, cell, out);
 }
 
-// Writes the features (12 h w, N) of the `rows` x `columns` cells of a target of N sizes, factors
+// Writes the features (30 h w, N) of the `rows` x `columns` cells of a target of N sizes, factors
 // of the one at its place; those of a size are weighted by its taper.
 inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, Taps tapers,
                            Index rows, Index columns, Index cell, Plane<const std::uint8_t> sectors,
@@ -372,8 +377,7 @@ inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, 
         const Pair step{2 * place.a * factors[n] / double(width),
                         2 * place.b * factors[n] / double(height)};
         cut_around(picture, place, step, {window, 3, height, width});
-        gradient_cells({window, 3, height, width}, cell, sectors,
-                       {features, FEATURES, rows, columns});
+        gradient_cells({window, 3, height, width}, cell, sectors, {features, 30, rows, columns});
         for (Index k = 0; k < out.rows; ++k) out[k][n] = tapers[n] * features[k];
     }
 }
