@@ -86,6 +86,12 @@ def test_who_leaves_by_a_door_comes_in_by_the_other() -> None:
     assert cameras.tell("office", 3.04, sighting(5), sighting(6)) == [who, who + 1]
 
 
+def test_where_no_distance_is_allowed_nobody_is_known() -> None:
+    cameras = Watching(RIG + "distance = 0\n")
+    who = cameras.leaves()
+    assert cameras.tell("office", 3.0, sighting(5)) == [who + 1]
+
+
 def test_and_back_again() -> None:
     cameras = Watching()
     who = cameras.leaves()

@@ -230,7 +230,8 @@ class CrossCameraAssociation:
         if known.interrupted and known.camera == camera and since <= REIDENTIFICATION_WINDOW:
             ways.append((DISTANCE, 0.0))
         unlike = _unlike(known, born) / (ALIKE if born.partial else 1)
-        cost = min((most * (unlike / limit) ** 2 + late for limit, late in ways), default=math.inf)
+        costs = (most * (unlike / limit) ** 2 + late for limit, late in ways if limit)
+        cost = min(costs, default=math.inf)
         return 1 + cost if cost <= most else math.inf
 
     def _passages(
