@@ -13,10 +13,12 @@ RECENT = 50
 """Frames over which the usual colors are learned."""
 LARGEST_GAIN = 1.5
 """Largest gain, or its inverse, that is a change of exposure; what is more is another light."""
-POINTS = 1024
+POINTS = 400
 """A curve is read off so many pixels."""
 KNOTS = 8
 """Points of a curve: as many groups of like pixels, of which most must be background."""
+NOTICED = 2.0
+"""Gray levels; where a gain is nearer than this at all knots, there is no curve."""
 BETTER = 0.8
 """A curve is used if it leaves less than this share of what a gain leaves."""
 
@@ -44,10 +46,10 @@ class Exposure:
         straight: Floats = gains[:, None] * np.arange(257)
         step = max(1, len(usual) // POINTS)
         usual, sparse = usual[::step], sparse[::step]
-        curves = [_curve(*channel) for channel in zip(usual.T, sparse.T, strict=True)]
-        bent = np.array([curve for curve in curves if curve is not None])
-        if len(bent) < 3:
-            return straight
+        x, y = _knots(usual, sparse)
+        if (np.abs(gains * x - y) < NOTICED).all() or not (np.diff(x, axis=0) > 0).all():
+            return straight  # as in most frames; or noise hides the curve: a camera's curve rises
+        bent = np.stack([_line(*channel) for channel in zip(x.T, y.T, strict=True)])
         left, less = (
             float(np.median(np.abs(_of(each, sparse) - usual))) for each in (straight, bent)
         )
@@ -63,19 +65,23 @@ def tables_of(curves: Floats) -> Mask:
     return np.rint(curves[:, :256]).clip(0, 255).astype(np.uint8)
 
 
-def _curve(usual: Singles, sparse: Singles) -> Floats | None:
-    """Return the usual value of each value of a color: a line through medians of like pixels.
+def _knots(usual: Singles, sparse: Singles) -> tuple[Singles, Singles]:
+    """Return medians of values and of usual values, (KNOTS, 3), of groups of like pixels (n, 3)."""
+    count = len(usual) // KNOTS
+    order = np.argsort(usual, axis=0)[: KNOTS * count]
+    x, y = (
+        np.median(np.take_along_axis(values, order, axis=0).reshape(KNOTS, count, 3), axis=1)
+        for values in (sparse, usual)
+    )
+    return x, y
 
-    A camera's curve rises. There is none where noise hides that, in a picture with few shades.
-    """
-    groups = np.array_split(np.argsort(usual), KNOTS)
-    x, y = (np.array([np.median(values[group]) for group in groups]) for values in (sparse, usual))
-    if not (np.diff(x) > 0).all():
-        return None
+
+def _line(x: Singles, y: Singles) -> Floats:
+    """Return the usual value of each value of a color: a line through knots, and on beyond."""
     first, last = (np.diff(y) / np.diff(x))[[0, -1]]
     ends = y[0] - first * x[0], y[-1] + last * (256 - x[-1])
-    curve: Floats = np.interp(np.arange(257), [0, *x, 256], [ends[0], *y, ends[1]])
-    return curve
+    line: Floats = np.interp(np.arange(257), [0, *x, 256], [ends[0], *y, ends[1]])
+    return line
 
 
 def _of(curves: Floats, colors: Singles) -> Singles:
