@@ -13,7 +13,7 @@ RECENT = 50
 """Frames over which the usual colors are learned."""
 LARGEST_GAIN = 1.5
 """Largest gain, or its inverse, that is a change of exposure; what is more is another light."""
-POINTS = 400
+POINTS = 1024
 """A curve is read off so many pixels."""
 KNOTS = 8
 """Points of a curve: as many groups of like pixels, of which most must be background."""
