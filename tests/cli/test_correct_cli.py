@@ -258,6 +258,19 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     assert Path("again.csv").read_text().splitlines() == after
 
 
+def test_a_target_that_leaves_has_its_center_outside(go: Go) -> None:
+    """Rows of the film; those of a target that is all outside are of a larger one."""
+    head, row = ",".join(COLUMNS) + "\n", "{},1,,{},32,16,16,{},40,8,8,0,1,tracking,,,\n"
+    first = head + row.format("0,0", 22, 30)
+    Path("leaves.csv").write_text(first + row.format("1,0.04", 90, 98))
+    code, said = go("check FILM leaves.csv")
+    assert code == 0, said
+    Path("left.csv").write_text(first + row.format("1,0.04", 100, 108))
+    code, said = go("check FILM left.csv")
+    assert code == 3
+    assert "left.csv has the target at 100.5,32.5 in frame 1, outside of" in said
+
+
 def _text(mark: object) -> str:
     return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
 

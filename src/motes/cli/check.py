@@ -104,7 +104,15 @@ def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) ->
     from motes.correction.passes import run_pass
     from motes.correction.suspects import compare
 
-    places = [i for i, track in enumerate(table.tracks) if track.status is Status.TRACKING]
+    places = [
+        i
+        for i, track in enumerate(table.tracks)
+        if track.status is Status.TRACKING  # with a center where a tracker may begin
+        and 0 <= track.ellipse.x < film.width
+        and 0 <= track.ellipse.y < film.height
+    ]
+    if not places:
+        return list(table.tracks)
     first, last = places[0], places[-1]
     part = table.tracks[first : last + 1]
     if part[-1].frame - part[0].frame + 1 != len(part):

@@ -140,9 +140,9 @@ class KnownRows:
                     f"{self._path} has frame {track.frame} at {track.time:g} s, but {film.name} "
                     f"at {film.times[track.frame]:g} s; give the film of these rows."
                 )
-            x, y = track.ellipse[:2]
+            x, y, width, height = track.box  # a target that leaves has its center outside first
             if track.status is Status.TRACKING and not (
-                -1 <= x <= film.width and -1 <= y <= film.height
+                -width <= x <= film.width and -height <= y <= film.height
             ):
                 raise InputError(
                     f"{self._path} has the target at {x:g},{y:g} in frame {track.frame}, outside "
