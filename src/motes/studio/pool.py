@@ -9,7 +9,7 @@ import itertools
 import os
 from collections.abc import AsyncIterator, Callable
 
-from motes.studio.processes import Worker, WorkerError
+from motes.studio.film_worker import FilmWorker, WorkerError
 from motes.studio.workplace import Task
 
 LONG = 400
@@ -27,13 +27,15 @@ class WorkerPool:
         How many there are at most.
     """
 
-    def __init__(self, start: Callable[[], Worker], most: int = (os.cpu_count() or 1) + 1) -> None:
+    def __init__(
+        self, start: Callable[[], FilmWorker], most: int = (os.cpu_count() or 1) + 1
+    ) -> None:
         self._start, self._most = start, most
-        self._idle: list[Worker] = []
+        self._idle: list[FilmWorker] = []
         self._count = self._long = 0
-        self._waiting: list[tuple[int, int, asyncio.Future[Worker]]] = []
+        self._waiting: list[tuple[int, int, asyncio.Future[FilmWorker]]] = []
         self._numbers = itertools.count()
-        self._all: set[Worker] = set()
+        self._all: set[FilmWorker] = set()
         self._closed = False
 
     def warm(self) -> None:
@@ -42,7 +44,7 @@ class WorkerPool:
             self._idle.append(self._started())
 
     @contextlib.asynccontextmanager
-    async def worker(self, frames: int = 0) -> AsyncIterator[Worker]:
+    async def worker(self, frames: int = 0) -> AsyncIterator[FilmWorker]:
         """Return a worker for a task; the task with the fewest frames comes first.
 
         Raises
@@ -52,7 +54,7 @@ class WorkerPool:
         """
         if self._closed:
             raise WorkerError("The session was closed meanwhile; open it again.")
-        mine: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
+        mine: asyncio.Future[FilmWorker] = asyncio.get_running_loop().create_future()
         heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
         self._serve()
         try:
@@ -79,13 +81,13 @@ class WorkerPool:
         for *_, waiter in self._waiting:
             waiter.cancel()
 
-    def _started(self) -> Worker:
+    def _started(self) -> FilmWorker:
         self._count += 1
         worker = self._start()
         self._all.add(worker)
         return worker
 
-    def _take_back(self, worker: Worker, frames: int) -> None:
+    def _take_back(self, worker: FilmWorker, frames: int) -> None:
         self._long -= frames >= LONG
         if worker.ended:
             self._count -= 1

@@ -1,4 +1,4 @@
-"""Worker processes, seen from the server: tasks go in, answers come out, and limits are kept."""
+"""The worker of a film, seen from the server: tasks go in, answers come out, limits are kept."""
 
 from __future__ import annotations
 
@@ -8,16 +8,27 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from motes.core.errors import MotesError
-from motes.core.worker_processes import blocked_signals, cause, started
+from motes.core.import_callable import explain
+from motes.core.worker import (
+    Answer,
+    Done,
+    Failed,
+    Part,
+    Worker,
+    blocked_signals,
+    do_tasks,
+    receive,
+)
 from motes.studio.safety import Limits
-from motes.studio.workplace import Answer, Done, Failed, Part, Task, main, open_film
+from motes.studio.workplace import Task, Workplace, open_film
+from motes.video.film import DamagedError
+
+NICENESS = 10
+"""Of work in the background, so that pictures and the server come first."""
 
 
 class WorkerError(MotesError):
@@ -42,8 +53,8 @@ def prepare() -> None:
             forkserver.ensure_running()
 
 
-class Worker:
-    """A process that opens a film, and then does one task at a time.
+class FilmWorker:
+    """A worker that opens a film, and then does one task at a time.
 
     Parameters
     ----------
@@ -68,26 +79,28 @@ class Worker:
         whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
-        context = worker_context()
-        self._name, self._limits = path.name, limits
-        self._stop = context.Value("b", False, lock=False)
-        self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
+        self._name, self._limits, self._damaged = path.name, limits, damaged
+        self._answers: asyncio.Queue[Answer | str] = asyncio.Queue()
+        """Answers, and in the end in words how the process has ended."""
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
-        self._damaged = damaged
         self.ended = self._closed = False
-        self._process, self._pipe = started(
-            main, self._stop, limits.memory, background, context=context
+        self._worker = Worker(
+            do_tasks,
+            line=Workplace,
+            context=worker_context(),
+            memory=limits.memory,
+            niceness=NICENESS if background else 0,
         )
-        threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
-        opening = partial(open_film, path=str(path), limits=limits, whole=whole)
-        self._ready: asyncio.Task[bytes] = asyncio.create_task(self._opened(opening))
+        threading.Thread(target=self._listen, daemon=True).start()
+        self._worker.give(partial(open_film, path=str(path), limits=limits, whole=whole))
+        self._ready: asyncio.Task[bytes] = asyncio.create_task(self._opened())
         self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())
 
     @property
     def pid(self) -> int:
         """The number of the process."""
-        return self._process.pid or 0
+        return self._worker.pid
 
     async def ready(self) -> bytes:
         """Wait until the film is open, and return an `Opened`; raise a WorkerError if it fails."""
@@ -99,7 +112,7 @@ class Worker:
                 raise self._was_closed() from None
             raise
 
-    async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> bytes:
+    async def run(self, task: Task, part: Callable[[bytes], None] | None = None) -> bytes:
         """Do a task, and return its data; `part` takes what comes before. Others wait.
 
         If this is cancelled, the task is stopped, and the next one waits for that; a task that has
@@ -112,14 +125,14 @@ class Worker:
         """
         await self.ready()
         await self._turn.acquire()
-        self._stop.value = False
-        running = asyncio.create_task(self._run(task, part))
+        self._worker.give(task)
+        running = asyncio.create_task(self._result(part))
         running.add_done_callback(self._end_turn)
         try:
             return await asyncio.shield(running)
         except asyncio.CancelledError:
             if not running.done():  # else it may be the turn of the next one
-                self._stop.value = True
+                self._worker.stop()
             raise
 
     def _end_turn(self, ended: asyncio.Task[bytes]) -> None:
@@ -127,11 +140,8 @@ class Worker:
         if not ended.cancelled():
             ended.exception()  # nobody may wait for it any more
 
-    async def _run(self, task: Task, part: Callable[[Part], None] | None) -> bytes:
-        if self._stop.value:
-            return b""
-        with suppress(OSError):  # the answer will be missing, and that is reported
-            self._pipe.send(task)
+    async def _result(self, part: Callable[[bytes], None] | None = None) -> bytes:
+        """Return the result of the task that the worker has been given."""
         while True:
             answer = await self._answer()
             if isinstance(answer, Part):
@@ -140,16 +150,18 @@ class Worker:
             elif isinstance(answer, Done):
                 return answer.data
             elif isinstance(answer, Failed):
-                if answer.damaged:
+                if answer.kind == DamagedError.__name__:
                     self._damaged()
                 raise WorkerError(answer.error)
 
-    def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
+    def _take(self, answer: Part, part: Callable[[bytes], None]) -> None:
         try:
-            part(answer)
-        except MotesError:  # nobody takes the rest of the answers
+            part(answer.data)
+        except Exception as error:  # nobody takes the rest of the answers
             self._kill()
-            raise
+            if isinstance(error, MotesError):
+                raise
+            raise WorkerError(f"{self._name} has spoilt its worker ({explain(error)}).") from None
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
@@ -160,15 +172,14 @@ class Worker:
     def _kill(self) -> None:
         if not self.ended:
             self.ended = True
-            self._process.kill()
-            threading.Thread(target=self._process.join, daemon=True).start()
+            self._worker.kill()
 
     def _was_closed(self) -> WorkerError:
         return WorkerError(f"{self._name} was closed meanwhile; open it again.")
 
-    async def _opened(self, opening: Task) -> bytes:
+    async def _opened(self) -> bytes:
         try:
-            return await self._run(opening, None)
+            return await self._result()
         except WorkerError:
             self._kill()
             raise
@@ -182,24 +193,21 @@ class Worker:
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
                 "result, so that worker was ended; convert the film."
             ) from None
-        if answer is None:
+        if isinstance(answer, str):
             self.ended = True
             if self._closed:
                 raise self._was_closed()
-            await asyncio.to_thread(self._process.join, 5)
-            how = cause(self._process.exitcode)
-            raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")
+            raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
         return answer
 
-    def _read(self, pipe: Connection) -> None:
-        answer: Answer | None = None
-        with suppress(EOFError, OSError, msgspec.MsgspecError):
-            while True:
-                answer = msgspec.msgpack.decode(pipe.recv_bytes(), type=Answer)
-                self._put(answer)
-        self._put(None)
-        pipe.close()
+    def _listen(self) -> None:
+        """Take answers until the process has ended; in a thread."""
+        while (answer := receive(self._worker.pipe, Answer)) is not None:
+            self._put(answer)
+        how = self._worker.cause()
+        self._worker.end()
+        self._put(how)
 
-    def _put(self, answer: Answer | None) -> None:
+    def _put(self, answer: Answer | str) -> None:
         with suppress(RuntimeError):  # the loop is closed: the server ends
             self._loop.call_soon_threadsafe(self._answers.put_nowait, answer)
