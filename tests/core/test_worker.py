@@ -93,12 +93,12 @@ def answers(worker: Worker) -> list[Answer]:
 
 def test_a_worker_does_one_task_after_another(worker: Worker) -> None:
     worker.give(partial(parts, count=2))
-    worker.give(partial(fail, error=FormatError("It is too small.")))
-    worker.give(partial(fail, error=MemoryError()))
-    worker.give(partial(parts, count=0))
     assert answers(worker) == [Part(b"\0"), Part(b"\1"), Done(b"2")]
+    worker.give(partial(fail, error=FormatError("It is too small.")))
     assert answers(worker) == [Failed("It is too small.", "FormatError")]
+    worker.give(partial(fail, error=MemoryError()))
     assert "more memory than a worker may have" in str(answers(worker)[0])
+    worker.give(partial(parts, count=0))
     assert answers(worker) == [Done(b"0")]
 
 
@@ -140,24 +140,24 @@ def test_what_a_worker_sends_is_never_unpickled(worker: Worker) -> None:
 
 
 def test_a_worker_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
-    worker, note = Worker(do_tasks, scratch=str(tmp_path)), tmp_path / "note"
+    worker, note = Worker(do_tasks), tmp_path / "note"
     worker.give(partial(begin_program, note=str(note)))
     until(note.exists)
     mine, program, folder = note.read_text().split()
-    assert (int(mine), folder) == (worker.pid, str(tmp_path))
+    assert int(mine) == worker.pid
+    assert Path(folder).exists()
     worker.end()
     until(lambda: not runs(int(program)))
+    assert not Path(folder).exists()
     assert worker.cause().startswith("SIGKILL")
 
 
 PROGRAM = """
-import tempfile
 from functools import partial
 from motes.core.worker import Worker, do_tasks
 from test_worker import begin_program
 if __name__ == "__main__":
-    scratch = tempfile.TemporaryDirectory(dir=".")
-    worker = Worker(do_tasks, scratch=scratch.name)
+    worker = Worker(do_tasks)
     worker.give(partial(begin_program, note="note"))
     while True:
         worker.pipe.recv_bytes()
@@ -182,7 +182,7 @@ def test_no_worker_outlives_its_program(
     program.send_signal(number)
     program.wait()
     until(lambda: not runs(int(worker)) and not runs(int(started)))
-    until(lambda: not (tmp_path / scratch).exists())
+    until(lambda: not Path(scratch).exists())
 
 
 def runs(pid: int) -> bool:

@@ -26,6 +26,7 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from motes.core.errors import SourceError
+from motes.core.system import system
 from motes.core.worker import Answer, Failed, Line, Worker, do_tasks, receive
 from motes.studio import messages, protocol, serve
 from motes.studio.containers import check_container
@@ -391,7 +392,7 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="this system has no limit of memory")
 def test_the_memory_of_a_worker_is_limited() -> None:
-    worker = Worker(do_tasks, memory=1 << 30)
+    worker = Worker(do_tasks)
     worker.give(partial(_too_much, size=2 << 30))
     answers = [receive(worker.pipe, Answer) for _ in range(2)]
     worker.end()
@@ -400,6 +401,7 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 
 def _too_much(_: Line, size: int) -> bytes:
+    system.limit_memory(size // 2)
     return bytes(size)
 
 

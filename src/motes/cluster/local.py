@@ -5,21 +5,19 @@ from __future__ import annotations
 import math
 import pickle
 import socket
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any, Self
 
-from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome, timed_out
+from motes.cluster.pool import Ended, Event, Started, Task, outcome, timed_out
 from motes.cluster.resources import environment, thread_limits
 from motes.core.worker import (
     Alive,
     Answer,
     Done,
     Failed,
-    Line,
     Worker,
     blocked_signals,
     do_tasks,
@@ -56,8 +54,6 @@ class LocalPool:
         self._variables = {} if threads is None else thread_limits(threads)
         self._idle: list[TaskWorker] = []
         self._busy: dict[Connection, TaskWorker] = {}
-        # The temporary files of all workers are here, so that those of stopped ones go too.
-        self._scratch = tempfile.TemporaryDirectory(prefix="motes-")
 
     def has_room(self, task: Task) -> bool:
         """Return whether a worker is free, and the memory that the task needs."""
@@ -72,7 +68,7 @@ class LocalPool:
             worker = self._idle.pop()
         else:
             with environment(self._variables):
-                worker = TaskWorker(do_tasks, scratch=self._scratch.name)
+                worker = TaskWorker(do_tasks)
         worker.task, worker.deadline = task, math.inf
         self._busy[worker.pipe] = worker
         worker.give(partial(_outcome, function=task.function, argument=task.argument))
@@ -101,7 +97,7 @@ class LocalPool:
             self._idle.append(self._busy.pop(worker.pipe))
             if isinstance(answer, Failed):  # as of a result that cannot be sent
                 return Ended(task, error=answer.error)
-            return ended(task, *pickle.loads(answer.data))
+            return Ended(task, *pickle.loads(answer.data))
         cause = worker.cause()
         self._end(worker)
         return Ended(task, error=f"Its process ended with {cause}.", crashed=True)
@@ -118,7 +114,6 @@ class LocalPool:
         with blocked_signals():
             for worker in (*self._idle, *self._busy.values()):
                 worker.end()
-            self._scratch.cleanup()
 
     def __enter__(self) -> Self:
         return self
@@ -127,6 +122,6 @@ class LocalPool:
         self.close()
 
 
-def _outcome(_: Line, function: Callable[[Any], Any], argument: Any) -> bytes:
+def _outcome(_: object, function: Callable[[Any], Any], argument: Any) -> bytes:
     """Call a function in a worker."""
     return pickle.dumps(outcome(function, argument))

@@ -104,12 +104,6 @@ class Worker:
         The class of the line.
     context
         How the process is started: as a new interpreter, by default.
-    scratch
-        The folder of its temporary files; it is removed when the program ends.
-    memory
-        The bytes that it may have; None for no limit.
-    niceness
-        How far others go before it.
 
     Attributes
     ----------
@@ -123,14 +117,12 @@ class Worker:
         *arguments: Any,
         line: type[Line] | None = None,
         context: BaseContext | None = None,
-        scratch: str | None = None,
-        memory: int | None = None,
-        niceness: int = 0,
     ) -> None:
         made: Any = context or multiprocessing.get_context("spawn")
+        self._scratch = tempfile.TemporaryDirectory(prefix="motes-", ignore_cleanup_errors=True)
         with blocked_signals():
             self.pipe, theirs = made.Pipe()
-            given = theirs, line or Line, scratch, memory, niceness, function, arguments
+            given = theirs, self._scratch.name, line or Line, function, arguments
             self._process = made.Process(target=_run, args=given)
             self._process.start()
             theirs.close()
@@ -142,11 +134,11 @@ class Worker:
         return self._process.pid or 0
 
     def give(self, task: Callable[[Any], bytes]) -> None:
-        """Give a task to a worker that does tasks."""
+        """Give a task to a worker that does tasks, and has answered the one before."""
         send(self.pipe, pickle.dumps(task))
 
     def stop(self) -> None:
-        """Stop the task that it does; that is answered too."""
+        """Stop the task that it does; that is answered by `Done`."""
         send(self.pipe, STOP)
 
     def kill(self) -> None:
@@ -165,11 +157,12 @@ class Worker:
         return f"{name} (was there too little memory?)" if name == "SIGKILL" else name
 
     def end(self) -> None:
-        """End the process and all that it has started."""
+        """End the process and all that it has started; its temporary files go."""
         atexit.unregister(self.end)
         self.kill()
         self._process.join()
         self.pipe.close()
+        self._scratch.cleanup()
 
 
 class Line:
@@ -182,7 +175,7 @@ class Line:
     pipe
         The pipe to the program.
     scratch
-        The folder of temporary files, which is removed at the end.
+        The folder of temporary files, which is removed with the worker.
     """
 
     def __init__(self, pipe: Connection, scratch: str | None = None) -> None:
@@ -271,25 +264,15 @@ def blocked_signals() -> AbstractContextManager[None]:
 
 
 def _run(
-    pipe: Connection,
-    line: type[Line],
-    scratch: str | None,
-    memory: int | None,
-    niceness: int,
-    function: Callable[..., None],
+    pipe: Connection, scratch: str, line: type[Line], function: Callable[..., None],
     arguments: tuple[Any, ...],
-) -> None:
+) -> None:  # fmt: skip
     """Call the function of a worker, in its process."""
     system.begin_group()  # with all programs that it starts
     os.dup2(2, 1)  # standard output is for results
     score = Path("/proc/self/oom_score_adj")
     if score.exists():
         score.write_text(KILLED_FIRST)
-    if scratch is not None:
-        os.environ["TMPDIR"] = tempfile.tempdir = scratch
-    if memory is not None:
-        system.limit_memory(memory)
-    if niceness:
-        system.lower_priority(niceness)
+    os.environ["TMPDIR"] = tempfile.tempdir = scratch
     with contextlib.suppress(BrokenPipeError):
         function(line(pipe, scratch), *arguments)

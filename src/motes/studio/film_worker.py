@@ -13,16 +13,7 @@ from typing import Any
 
 from motes.core.errors import MotesError
 from motes.core.import_callable import explain
-from motes.core.worker import (
-    Answer,
-    Done,
-    Failed,
-    Part,
-    Worker,
-    blocked_signals,
-    do_tasks,
-    receive,
-)
+from motes.core.worker import Answer, Done, Failed, Part, Worker, blocked_signals, do_tasks, receive
 from motes.studio.safety import Limits
 from motes.studio.workplace import Task, Workplace, open_film
 from motes.video.film import DamagedError
@@ -85,17 +76,13 @@ class FilmWorker:
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
         self.ended = self._closed = False
-        self._worker = Worker(
-            do_tasks,
-            line=Workplace,
-            context=worker_context(),
-            memory=limits.memory,
-            niceness=NICENESS if background else 0,
-        )
+        self._worker = Worker(do_tasks, line=Workplace, context=worker_context())
         threading.Thread(target=self._listen, daemon=True).start()
-        self._worker.give(partial(open_film, path=str(path), limits=limits, whole=whole))
-        self._ready: asyncio.Task[bytes] = asyncio.create_task(self._opened())
-        self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())
+        niceness = NICENESS if background else 0
+        opening = partial(open_film, path=str(path), limits=limits, whole=whole, niceness=niceness)
+        self._worker.give(opening)
+        self._opening = asyncio.create_task(self._result())
+        self._opening.add_done_callback(self._opened)
 
     @property
     def pid(self) -> int:
@@ -104,13 +91,11 @@ class FilmWorker:
 
     async def ready(self) -> bytes:
         """Wait until the film is open, and return an `Opened`; raise a WorkerError if it fails."""
-        try:
-            return await asyncio.shield(self._ready)
-        except asyncio.CancelledError:
-            me = asyncio.current_task()
-            if self._ready.cancelled() and not (me and me.cancelling()):
-                raise self._was_closed() from None
-            raise
+        return await asyncio.shield(self._opening)
+
+    def _opened(self, opening: asyncio.Task[bytes]) -> None:
+        if opening.cancelled() or opening.exception():  # nobody may wait for it any more
+            self._kill()
 
     async def run(self, task: Task, part: Callable[[bytes], None] | None = None) -> bytes:
         """Do a task, and return its data; `part` takes what comes before. Others wait.
@@ -166,23 +151,12 @@ class FilmWorker:
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
         self._closed = True
-        self._ready.cancel()
         self._kill()
 
     def _kill(self) -> None:
         if not self.ended:
             self.ended = True
             self._worker.kill()
-
-    def _was_closed(self) -> WorkerError:
-        return WorkerError(f"{self._name} was closed meanwhile; open it again.")
-
-    async def _opened(self) -> bytes:
-        try:
-            return await self._result()
-        except WorkerError:
-            self._kill()
-            raise
 
     async def _answer(self) -> Answer:
         try:
@@ -196,7 +170,7 @@ class FilmWorker:
         if isinstance(answer, str):
             self.ended = True
             if self._closed:
-                raise self._was_closed()
+                raise WorkerError(f"{self._name} was closed meanwhile; open it again.")
             raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
         return answer
 

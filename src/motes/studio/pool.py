@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import heapq
 import itertools
 import os
 from collections.abc import AsyncIterator, Callable
@@ -31,16 +30,18 @@ class WorkerPool:
         self, start: Callable[[], FilmWorker], most: int = (os.cpu_count() or 1) + 1
     ) -> None:
         self._start, self._most = start, most
-        self._idle: list[FilmWorker] = []
-        self._count = self._long = 0
-        self._waiting: list[tuple[int, int, asyncio.Future[FilmWorker]]] = []
-        self._numbers = itertools.count()
         self._all: set[FilmWorker] = set()
+        self._idle: list[FilmWorker] = []
+        self._long = 0
+        self._waiting: set[tuple[int, int]] = set()
+        """The tasks without a worker: their frames, and their numbers."""
+        self._numbers = itertools.count()
+        self._changed = asyncio.Event()
         self._closed = False
 
     def warm(self) -> None:
         """Start a worker, so that it is ready when it is needed."""
-        if not self._count:
+        if not self._all:
             self._idle.append(self._started())
 
     @contextlib.asynccontextmanager
@@ -52,21 +53,28 @@ class WorkerPool:
         WorkerError
             If the pool has been closed.
         """
+        mine, is_long = (frames, next(self._numbers)), frames >= LONG
+        self._waiting.add(mine)
+        try:
+            while not self._closed and not (mine == min(self._waiting) and self._room(is_long)):
+                self._changed.clear()
+                await self._changed.wait()
+        finally:
+            self._waiting.remove(mine)
+            self._changed.set()
         if self._closed:
             raise WorkerError("The session was closed meanwhile; open it again.")
-        mine: asyncio.Future[FilmWorker] = asyncio.get_running_loop().create_future()
-        heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
-        self._serve()
-        try:
-            worker = await mine
-        except asyncio.CancelledError:
-            if mine.done() and not mine.cancelled():
-                self._take_back(mine.result(), frames)
-            raise
+        worker = self._idle.pop() if self._idle else self._started()
+        self._long += is_long
         try:
             yield worker
         finally:
-            self._take_back(worker, frames)
+            self._long -= is_long
+            if worker.ended:
+                self._all.discard(worker)
+            else:
+                self._idle.append(worker)
+            self._changed.set()
 
     async def run(self, task: Task, frames: int = 0) -> bytes:
         """Run a task in a worker, and return its data; `frames` is the length of the task."""
@@ -78,36 +86,15 @@ class WorkerPool:
         self._closed = True
         for worker in self._all:
             worker.close()
-        for *_, waiter in self._waiting:
-            waiter.cancel()
+        self._changed.set()
 
     def _started(self) -> FilmWorker:
-        self._count += 1
         worker = self._start()
         self._all.add(worker)
         return worker
 
-    def _take_back(self, worker: FilmWorker, frames: int) -> None:
-        self._long -= frames >= LONG
-        if worker.ended:
-            self._count -= 1
-            self._all.discard(worker)
-        else:
-            self._idle.append(worker)
-        self._serve()
-
-    def _serve(self) -> None:
-        """Give workers to the tasks that wait, as far as there are any."""
-        while self._waiting and not self._closed:
-            frames, _, waiter = self._waiting[0]
-            if waiter.cancelled():
-                heapq.heappop(self._waiting)
-                continue
-            is_long = frames >= LONG
-            if is_long and self._long >= self._most - 1:
-                return
-            if not self._idle and self._count >= self._most:
-                return
-            heapq.heappop(self._waiting)
-            self._long += is_long
-            waiter.set_result(self._idle.pop() if self._idle else self._started())
+    def _room(self, is_long: bool) -> bool:
+        """Return whether there is a worker for a task, or may be one more."""
+        if is_long and self._long >= self._most - 1:
+            return False
+        return bool(self._idle) or len(self._all) < self._most

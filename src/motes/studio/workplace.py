@@ -12,6 +12,7 @@ from collections.abc import Callable
 import msgspec
 
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.system import system
 from motes.core.worker import Line
 from motes.studio.containers import check_container, check_limits
 from motes.studio.messages import OpenFilm
@@ -38,8 +39,10 @@ class Workplace(Line):
 Task = Callable[[Workplace], bytes]
 
 
-def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> bytes:
+def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, niceness: int) -> bytes:
     """Open a film, quickly, or as a whole where it is damaged; return an `Opened`.
+
+    It is the first task of a worker, and limits it.
 
     Parameters
     ----------
@@ -48,9 +51,11 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> by
     path
         The film.
     limits
-        Of its size.
+        Of its size, and of the worker's memory.
     whole
         Whether it is known to be damaged.
+    niceness
+        How far others go before the worker.
 
     Raises
     ------
@@ -59,6 +64,9 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool) -> by
     ConfigError
         If it is larger than the limits.
     """
+    system.limit_memory(limits.memory)
+    if niceness:
+        system.lower_priority(niceness)
     check_container(path, limits)
     try:
         film = Film(path, quick=not whole, check=place.check)
