@@ -409,7 +409,7 @@ def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
         worker = FilmWorker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
-        os.kill(worker.pid, signal.SIGSTOP)
+        os.kill(worker._worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)
         with pytest.raises(WorkerError) as failed:
             await worker.run(partial(picture, index=0, width=100))

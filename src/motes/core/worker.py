@@ -1,8 +1,8 @@
 """Worker processes: the one mechanism of the studio, of batches and of the cameras of a rig.
 
 A `Worker` is a process, seen from the program that has started it; a `Line` is the worker's side.
-Between them are messages of bytes. What a worker sends is msgpack, and never unpickled: a film may
-have taken the worker over. The program may send pickles, as tasks are (`do_tasks`).
+Between them are messages of bytes. What a worker sends is msgpack, which does no harm where a film
+has taken the worker over. The program may send pickles, as tasks are (`do_tasks`).
 
 A worker receives no signal that asks to end: Ctrl-C is handled by the program alone. It ends with
 the program, however that ends, and all programs that the worker has started end with it.

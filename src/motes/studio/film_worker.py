@@ -84,11 +84,6 @@ class FilmWorker:
         self._opening = asyncio.create_task(self._result())
         self._opening.add_done_callback(self._opened)
 
-    @property
-    def pid(self) -> int:
-        """The number of the process."""
-        return self._worker.pid
-
     async def ready(self) -> bytes:
         """Wait until the film is open, and return an `Opened`; raise a WorkerError if it fails."""
         return await asyncio.shield(self._opening)
@@ -127,26 +122,20 @@ class FilmWorker:
 
     async def _result(self, part: Callable[[bytes], None] | None = None) -> bytes:
         """Return the result of the task that the worker has been given."""
-        while True:
-            answer = await self._answer()
-            if isinstance(answer, Part):
-                if part is not None:
-                    self._take(answer, part)
-            elif isinstance(answer, Done):
-                return answer.data
-            elif isinstance(answer, Failed):
-                if answer.kind == DamagedError.__name__:
-                    self._damaged()
-                raise WorkerError(answer.error)
-
-    def _take(self, answer: Part, part: Callable[[bytes], None]) -> None:
         try:
-            part(answer.data)
+            while not isinstance(answer := await self._answer(), Done | Failed):
+                if isinstance(answer, Part) and part is not None:
+                    part(answer.data)
         except Exception as error:  # nobody takes the rest of the answers
             self._kill()
             if isinstance(error, MotesError):
                 raise
             raise WorkerError(f"{self._name} has spoilt its worker ({explain(error)}).") from None
+        if isinstance(answer, Done):
+            return answer.data
+        if answer.kind == DamagedError.__name__:
+            self._damaged()
+        raise WorkerError(answer.error)
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
@@ -162,17 +151,15 @@ class FilmWorker:
         try:
             answer = await asyncio.wait_for(self._answers.get(), self._limits.silence)
         except TimeoutError:
-            self._kill()
             raise WorkerError(
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
                 "result, so that worker was ended; convert the film."
             ) from None
-        if isinstance(answer, str):
-            self.ended = True
-            if self._closed:
-                raise WorkerError(f"{self._name} was closed meanwhile; open it again.")
-            raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
-        return answer
+        if not isinstance(answer, str):
+            return answer
+        if self._closed:
+            raise WorkerError(f"{self._name} was closed meanwhile; open it again.")
+        raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
 
     def _listen(self) -> None:
         """Take answers until the process has ended; in a thread."""
