@@ -18,6 +18,7 @@ import multiprocessing
 import os
 import pickle
 import queue
+import secrets
 import shutil
 import signal
 import tempfile
@@ -119,10 +120,10 @@ class Worker:
         context: BaseContext | None = None,
     ) -> None:
         made: Any = context or multiprocessing.get_context("spawn")
-        self._scratch = tempfile.TemporaryDirectory(prefix="motes-", ignore_cleanup_errors=True)
+        self._scratch = os.path.join(tempfile.gettempdir(), f"motes-{secrets.token_hex(8)}")
         with blocked_signals():
             self.pipe, theirs = made.Pipe()
-            given = theirs, self._scratch.name, line or Line, function, arguments
+            given = theirs, self._scratch, line or Line, function, arguments
             self._process = made.Process(target=_run, args=given)
             self._process.start()
             theirs.close()
@@ -162,7 +163,7 @@ class Worker:
         self.kill()
         self._process.join()
         self.pipe.close()
-        self._scratch.cleanup()
+        shutil.rmtree(self._scratch, ignore_errors=True)
 
 
 class Line:
@@ -273,6 +274,8 @@ def _run(
     score = Path("/proc/self/oom_score_adj")
     if score.exists():
         score.write_text(KILLED_FIRST)
-    os.environ["TMPDIR"] = tempfile.tempdir = scratch
+    with contextlib.suppress(OSError):  # as on a full disk, where the usual folder may do
+        os.mkdir(scratch, 0o700)
+        os.environ["TMPDIR"] = tempfile.tempdir = scratch
     with contextlib.suppress(BrokenPipeError):
         function(line(pipe, scratch), *arguments)
