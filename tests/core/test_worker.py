@@ -153,26 +153,29 @@ def test_a_worker_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
 
 
 PROGRAM = """
+import multiprocessing
+import sys
 from functools import partial
 from motes.core.worker import Worker, do_tasks
 from test_worker import begin_program
 if __name__ == "__main__":
-    worker = Worker(do_tasks)
+    worker = Worker(do_tasks, context=multiprocessing.get_context(sys.argv[1]))
     worker.give(partial(begin_program, note="note"))
     while True:
         worker.pipe.recv_bytes()
 """
 
 
+@pytest.mark.parametrize("method", ["spawn", "forkserver"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_no_worker_outlives_its_program(
-    tmp_path: Path, number: int, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, number: int, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nor does what the worker has started, nor its folder; only the program has Ctrl-C."""
     (tmp_path / "program.py").write_text(PROGRAM)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
     program = subprocess.Popen(
-        [sys.executable, "program.py"], cwd=tmp_path, stderr=subprocess.DEVNULL
+        [sys.executable, "program.py", method], cwd=tmp_path, stderr=subprocess.DEVNULL
     )
     until((tmp_path / "note").exists)
     worker, started, scratch = (tmp_path / "note").read_text().split()
