@@ -21,9 +21,9 @@ from motes.core.worker import (
     Answer,
     Done,
     Failed,
-    Line,
     Part,
     Worker,
+    WorkerLine,
     do_tasks,
     receive,
 )
@@ -34,25 +34,25 @@ pytestmark = pytest.mark.slow
 # The functions below run in a worker.
 
 
-def parts(line: Line, count: int) -> bytes:
+def parts(line: WorkerLine, count: int) -> bytes:
     """Send parts, and then the number of them."""
     for number in range(count):
         line.send(Part(bytes([number])))
     return str(count).encode()
 
 
-def until_stopped(line: Line) -> bytes:
+def until_stopped(line: WorkerLine) -> bytes:
     """Work until the program wants no more."""
     line.send(Part(b"begun"))
     while True:
         line.check()
 
 
-def fail(_: Line, error: Exception) -> bytes:
+def fail(_: WorkerLine, error: Exception) -> bytes:
     raise error
 
 
-def begin_program(_: Line, note: str) -> bytes:
+def begin_program(_: WorkerLine, note: str) -> bytes:
     """Start a program that would outlive this process; note both, and wait."""
     program = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     Path(f"{note}.part").write_text(f"{os.getpid()} {program.pid} {tempfile.gettempdir()}")
@@ -61,7 +61,7 @@ def begin_program(_: Line, note: str) -> bytes:
     return b""
 
 
-def spoil(line: Line) -> bytes:
+def spoil(line: WorkerLine) -> bytes:
     """Send what is no answer: a pickle, as of a worker that was taken over."""
     pipe: Connection = line._pipe
     pipe.send(fail)

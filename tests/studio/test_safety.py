@@ -27,7 +27,7 @@ from clips import clip
 from coded import video
 from motes.core.errors import SourceError
 from motes.core.system import system
-from motes.core.worker import Answer, Failed, Line, Worker, do_tasks, receive
+from motes.core.worker import Answer, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.studio import messages, protocol, serve
 from motes.studio.containers import check_container
 from motes.studio.film_worker import FilmWorker, WorkerError
@@ -400,7 +400,7 @@ def test_the_memory_of_a_worker_is_limited() -> None:
     assert "more memory than a worker may have" in answers[1].error
 
 
-def _too_much(_: Line, size: int) -> bytes:
+def _too_much(_: WorkerLine, size: int) -> bytes:
     system.limit_memory(size // 2)
     return bytes(size)
 

@@ -16,7 +16,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from motes.core.worker import Line
+from motes.core.worker import WorkerLine
 from motes.mot.cameras.camera_loop import watch_camera
 from motes.mot.cameras.camera_report import CameraEnded, CameraMessage
 from motes.mot.cameras.rig_camera import RigCamera
@@ -75,7 +75,7 @@ class CameraActor:
         connection = socket.create_connection(program, PATIENCE)
         connection.sendall(key)
         os.dup2(2, 1)  # standard output is for rows
-        watch_camera(Line(pipe_of(connection)), camera, seed, origin, target)
+        watch_camera(WorkerLine(pipe_of(connection)), camera, seed, origin, target)
 
 
 class ClusterCamera(RigCamera):

@@ -1,6 +1,6 @@
 """Worker processes: the one mechanism of the studio, of batches and of the cameras of a rig.
 
-A `Worker` is a process, seen from the program that has started it; a `Line` is the worker's side.
+A `Worker` is a process, seen from the program that has started it; a `WorkerLine` is its own side.
 Between them are messages of bytes. What a worker sends is msgpack, which does no harm where a film
 has taken the worker over. The program may send pickles, as tasks are (`do_tasks`).
 
@@ -95,7 +95,7 @@ class StoppedError(Exception):
 
 
 class Worker:
-    """A process that calls a function with its `Line`.
+    """A process that calls a function with its `WorkerLine`.
 
     Parameters
     ----------
@@ -116,14 +116,14 @@ class Worker:
         self,
         function: Callable[..., None],
         *arguments: Any,
-        line: type[Line] | None = None,
+        line: type[WorkerLine] | None = None,
         context: BaseContext | None = None,
     ) -> None:
         made: Any = context or multiprocessing.get_context("spawn")
         self._scratch = os.path.join(tempfile.gettempdir(), f"motes-{secrets.token_hex(8)}")
         with blocked_signals():
             self.pipe, theirs = made.Pipe()
-            given = theirs, self._scratch, line or Line, function, arguments
+            given = theirs, self._scratch, line or WorkerLine, function, arguments
             self._process = made.Process(target=_run, args=given)
             self._process.start()
             theirs.close()
@@ -166,7 +166,7 @@ class Worker:
         shutil.rmtree(self._scratch, ignore_errors=True)
 
 
-class Line:
+class WorkerLine:
     """A worker's line to its program; without a program, it ends the worker.
 
     Messages are taken at once, so that the program never waits for a worker that is at work.
@@ -218,7 +218,7 @@ class Line:
             os._exit(1)  # it may have no group of its own
 
 
-def do_tasks(line: Line) -> None:
+def do_tasks(line: WorkerLine) -> None:
     """Do tasks as they come: functions of the line that return bytes."""
     worked = 0.0
     while True:
@@ -234,9 +234,9 @@ def do_tasks(line: Line) -> None:
             worked = 0.0
 
 
-def _answer(line: Line, message: bytes) -> Answer:
+def _answer(line: WorkerLine, message: bytes) -> Answer:
     try:
-        task: Callable[[Line], bytes] = pickle.loads(message)
+        task: Callable[[WorkerLine], bytes] = pickle.loads(message)
         return Done(task(line))
     except StoppedError:
         return Done()
@@ -265,7 +265,7 @@ def blocked_signals() -> AbstractContextManager[None]:
 
 
 def _run(
-    pipe: Connection, scratch: str, line: type[Line], function: Callable[..., None],
+    pipe: Connection, scratch: str, line: type[WorkerLine], function: Callable[..., None],
     arguments: tuple[Any, ...],
 ) -> None:  # fmt: skip
     """Call the function of a worker, in its process."""

@@ -13,7 +13,7 @@ import msgspec
 
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.system import system
-from motes.core.worker import Line
+from motes.core.worker import WorkerLine
 from motes.studio.containers import check_container, check_limits
 from motes.studio.messages import OpenFilm
 from motes.studio.safety import Limits
@@ -24,7 +24,7 @@ Opened = tuple[OpenFilm, list[float]]
 """A film that is open, and the times of its frames; the data of `open_film`."""
 
 
-class Workplace(Line):
+class Workplace(WorkerLine):
     """The line of a worker that has a film."""
 
     film: Film

@@ -9,7 +9,7 @@ import msgspec
 
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
-from motes.core.worker import Line
+from motes.core.worker import WorkerLine
 from motes.mot.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -32,7 +32,7 @@ PRESET = "nummiaro:adaptive"
 
 
 def watch_camera(
-    line: Line, camera: Camera, seed: int, origin: float, target: KnownTarget | None
+    line: WorkerLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> None:
     """Watch a camera until it ends, or nobody receives its reports any more; in its own process.
 
@@ -54,7 +54,7 @@ def watch_camera(
 
 
 def _watched(
-    line: Line, camera: Camera, seed: int, origin: float, target: KnownTarget | None
+    line: WorkerLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> CameraEnded:
     """Send a report of each frame of a camera; return how it ended."""
     frames, dropped, failure = 0, 0, None
@@ -90,7 +90,9 @@ def _reporter_of(
     return CameraReporter(camera, scene, seed)
 
 
-def _live(film: Live, line: Line, camera: Camera) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
+def _live(
+    film: Live, line: WorkerLine, camera: Camera
+) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the frames of a live camera, and what may be expected from each on."""
     for news in film:
         if isinstance(news, str):
@@ -103,7 +105,7 @@ def _live(film: Live, line: Line, camera: Camera) -> Iterator[tuple[Frame, Seque
 
 
 def _recorded(
-    film: Source, line: Line, camera: Camera
+    film: Source, line: WorkerLine, camera: Camera
 ) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the same of a recording.
 
@@ -123,6 +125,6 @@ def _recorded(
         yield last
 
 
-def _arrivals(line: Line) -> tuple[Arrival, ...]:
+def _arrivals(line: WorkerLine) -> tuple[Arrival, ...]:
     """Wait for a `Go`, and return what it lets expect."""
     return msgspec.msgpack.decode(line.receive(), type=Go).arrivals
