@@ -39,9 +39,9 @@ NAME = 64
 class Simulated(RigCamera):
     """A live camera at the other end of a connection."""
 
-    def __init__(self, name: str, line: Connection) -> None:
+    def __init__(self, camera: Camera, line: Connection) -> None:
         self._line = line
-        super().__init__(name)
+        super().__init__(camera, 0, 0.0)
 
     def _start(self) -> None:
         self.pipe = self._line
@@ -107,7 +107,7 @@ def _run(
             lines[name] = pipe_of(connection)
 
     def start(camera: Camera, *_: object) -> Simulated:
-        return Simulated(camera.name, lines[camera.name])
+        return Simulated(camera, lines[camera.name])
 
     used, begun = dict[tuple[str, int], float](), 0.0
     with tempfile.TemporaryDirectory() as folder:

@@ -39,9 +39,9 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2650, "kernels": 220, "video": 2395, "cues": 1930, "sot": 6190, "mot": 7295,
+    "core": 2885, "kernels": 220, "video": 2395, "cues": 1930, "sot": 6190, "mot": 7230,
     "testing": 305, "synthetic": 1120, "rows": 785, "output": 2305, "correction": 2135,
-    "formats": 2685, "cluster": 2255, "services": 320, "studio": 4725, "cli": 6485, "filtering": 75,
+    "formats": 2685, "cluster": 2190, "services": 320, "studio": 4585, "cli": 6485, "filtering": 75,
     "lab": 8775,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""

@@ -59,11 +59,11 @@ class InProcess:
         task = self._tasks.pop()
         begun = Started(task, "here", os.getpid())
         self.done.append(task.name)
-        kind, value = outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
+        ended = outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
         if self._crashes[task.name]:  # after the work, the worst moment
             self._crashes[task.name] -= 1
             return [begun, Ended(task, error="It died.", crashed=True)]
-        return [begun, Ended(task, value if kind == "value" else None, error=str(value))]
+        return [begun, Ended(task, *ended)]
 
     def show(self, numbers: Mapping[str, float]) -> None:
         """Do nothing."""

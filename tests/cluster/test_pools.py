@@ -76,9 +76,9 @@ def test_a_task_may_ask_for_another_attempt() -> None:
     def lost(_: object) -> None:
         raise TryAgain("the network")
 
-    assert outcome(lost, None) == ("again", "the network")
-    assert outcome(batch_jobs.raise_error, "no") == ("error", "ValueError: no")
-    assert outcome(batch_jobs.square, 3) == ("value", 9)
+    assert outcome(lost, None) == (None, "the network", True)
+    assert outcome(batch_jobs.raise_error, "no") == (None, "ValueError: no", False)
+    assert outcome(batch_jobs.square, 3) == (9, None, False)
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ import pytest
 
 from motes.cli import main
 from motes.core.frame import Frame
-from motes.mot.cameras import camera_process, rig_camera
+from motes.mot.cameras import rig_camera
 from motes.mot.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -149,7 +149,7 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
     """
     log: list[str] = []
 
-    class Recording(camera_process.CameraProcess):
+    class Recording(RigCamera):
         """A recording that works when the test has it work."""
 
         def _start(self) -> None:
@@ -323,9 +323,7 @@ def kill(watch: RigRunner) -> None:
 def process_of(watch: RigRunner) -> int:
     """Return the process of the one camera."""
     (hall,) = watch._cameras
-    assert isinstance(hall, camera_process.CameraProcess)
-    assert hall.process.pid
-    return hall.process.pid
+    return hall.worker.pid
 
 
 def told(
@@ -463,12 +461,6 @@ class SilentCamera(RigCamera):
     def _start(self) -> None:
         self.sent: list[object] = []
 
-    def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
-        raise NotImplementedError
-
-    def close(self) -> None:
-        """Do nothing."""
-
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         self.sent.append(arrivals)
 
@@ -487,7 +479,7 @@ class OnceAnnounced:
 
 
 def test_arrivals_wait_for_a_camera_that_works_still() -> None:
-    hall, association = SilentCamera("hall"), OnceAnnounced()
+    hall, association = SilentCamera(Camera("hall", ""), 0, 0.0), OnceAnnounced()
     (*_,) = hall.receive(CameraReady("hall", live=True))
     for second in range(3):
         report = CameraReport("office", second, float(second), ())

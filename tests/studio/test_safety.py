@@ -9,8 +9,6 @@ import multiprocessing
 import os
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -28,11 +26,13 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from motes.core.errors import SourceError
+from motes.core.system import system
+from motes.core.worker import Answer, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.studio import messages, protocol, serve
 from motes.studio.containers import check_container
+from motes.studio.film_worker import FilmWorker, WorkerError
 from motes.studio.films import Films
 from motes.studio.pictures import picture
-from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
 from motes.video.film import Film
@@ -392,26 +392,24 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="this system has no limit of memory")
 def test_the_memory_of_a_worker_is_limited() -> None:
-    lines = (
-        "from motes.core.system import system",
-        "from motes.studio import workplace",
-        "system.limit_memory(1 << 30)",
-        "try:",
-        "    bytearray(2 << 30)",
-        "except MemoryError as error:",
-        "    print(workplace.text_of(error))",
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
-    )
-    assert "more memory than a worker may have" in done.stdout
+    worker = Worker(do_tasks)
+    worker.give(partial(_too_much, size=2 << 30))
+    answers = [receive(worker.pipe, Answer) for _ in range(2)]
+    worker.end()
+    assert isinstance(answers[1], Failed)
+    assert "more memory than a worker may have" in answers[1].error
+
+
+def _too_much(_: WorkerLine, size: int) -> bytes:
+    system.limit_memory(size // 2)
+    return bytes(size)
 
 
 def test_a_silent_worker_is_ended(folder: Path) -> None:
     async def wait() -> str:
-        worker = Worker(folder / "film.mkv", Limits(), background=False)
+        worker = FilmWorker(folder / "film.mkv", Limits(), background=False)
         await worker.ready()
-        os.kill(worker.pid, signal.SIGSTOP)
+        os.kill(worker._worker.pid, signal.SIGSTOP)
         worker._limits = Limits(silence=0.1)
         with pytest.raises(WorkerError) as failed:
             await worker.run(partial(picture, index=0, width=100))

@@ -8,9 +8,11 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, cast
 
+import msgspec
 import numpy as np
 import pytest
 
+from motes.core.worker import Part
 from motes.sot.presets import preset
 from motes.studio.board import Board
 from motes.studio.commands import Region
@@ -22,8 +24,8 @@ from motes.studio.pool import WorkerPool
 from motes.studio.results import Results
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
-from motes.studio.tracking import run_passes
-from motes.studio.workplace import Answer, Part, Task, Workplace
+from motes.studio.tracking import PassPart, run_passes
+from motes.studio.workplace import Task, Workplace
 from motes.video.film import Film
 from studios import BOX, film
 
@@ -35,12 +37,11 @@ class Sent:
 
     def __init__(self, path: Path) -> None:
         self.film = Film(path)
-        self.parts: list[Part] = []
+        self.parts: list[PassPart] = []
 
-    def send(self, answer: Answer) -> None:
+    def send(self, part: Part) -> None:
         """Keep rows."""
-        if isinstance(answer, Part):
-            self.parts.append(answer)
+        self.parts.append(msgspec.msgpack.decode(part.data, type=PassPart))
 
     def check(self) -> None:
         """Nothing is wanted."""
@@ -59,7 +60,7 @@ def test_passes_together_have_the_rows_of_each_alone(
         sent.parts.clear()
         run_passes(cast(Workplace, sent), passes)
         tables = [
-            (part.run, np.delete(unpack(part.data, 1), MILLISECONDS, axis=1).tolist())
+            (part.run, np.delete(unpack(part.rows, 1), MILLISECONDS, axis=1).tolist())
             for part in sent.parts
         ]
         return [
@@ -91,7 +92,7 @@ class Waiting:
         """Give itself."""
         yield self
 
-    async def run(self, task: Task, part: Callable[[Part], None]) -> bytes:
+    async def run(self, task: Task, part: Callable[[bytes], None]) -> bytes:
         """Note a task, and wait."""
         self.tasks.append(task)
         await asyncio.Event().wait()

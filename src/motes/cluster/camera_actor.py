@@ -7,6 +7,7 @@ far longer than what is done with a report. Frames stay on the node.
 
 from __future__ import annotations
 
+import os
 import secrets
 import socket
 import time
@@ -15,6 +16,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from motes.core.worker import WorkerLine
 from motes.mot.cameras.camera_loop import watch_camera
 from motes.mot.cameras.camera_report import CameraEnded, CameraMessage
 from motes.mot.cameras.rig_camera import RigCamera
@@ -72,7 +74,8 @@ class CameraActor:
         origin = time.monotonic() - (time.time() - epoch)
         connection = socket.create_connection(program, PATIENCE)
         connection.sendall(key)
-        watch_camera(pipe_of(connection), camera, seed, origin, target)
+        os.dup2(2, 1)  # standard output is for rows
+        watch_camera(WorkerLine(pipe_of(connection)), camera, seed, origin, target)
 
 
 class ClusterCamera(RigCamera):
@@ -92,9 +95,9 @@ class ClusterCamera(RigCamera):
         self, ray: Any, camera: Camera, seed: int, origin: float, target: KnownTarget | None
     ) -> None:
         epoch = time.time() - (time.monotonic() - origin)
-        self._ray, self._camera, self._args = ray, camera, (seed, epoch, target)
+        self._ray, self._camera = ray, camera
         self._actor: Any = None
-        super().__init__(camera.name)
+        super().__init__(camera, seed, epoch, target)
 
     def _start(self) -> None:
         self.close()
@@ -111,7 +114,7 @@ class ClusterCamera(RigCamera):
         )
         self._actor = make.remote(self.name)
         address = self.pipe.getsockname()[:2]
-        self._end = self._actor.watch.remote(self._camera, *self._args, address, self._key)
+        self._end = self._actor.watch.remote(*self._args, address, self._key)
         self._looked = time.monotonic()
         self._placed_until = self._looked + PLACED_WITHIN
 

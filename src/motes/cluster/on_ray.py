@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome, timed_out
+from motes.cluster.pool import Ended, Event, Started, Task, outcome, timed_out
 from motes.core.interrupts import check
 
 AHEAD = 2
@@ -100,8 +100,7 @@ class RayPool:
             task = self._running[handle]
             self._deadlines[handle] = time.monotonic() + task.seconds
             return Started(task, *value)
-        task = self._forget(handle)
-        return ended(task, kind, value)
+        return Ended(self._forget(handle), *value)
 
     def _forget(self, handle: Any) -> Task:
         self._deadlines.pop(handle, None)
@@ -127,4 +126,4 @@ class RayPool:
 def _do(function: Callable[[Any], Any], argument: Any) -> Iterator[tuple[str, Any]]:
     """Report where this runs, then the result."""
     yield "started", (socket.gethostname(), os.getpid())
-    yield outcome(function, argument)
+    yield "ended", outcome(function, argument)

@@ -74,26 +74,14 @@ class Again(NamedTuple):
 Event = Started | Ended
 
 
-def ended(task: Task, kind: str, value: Any) -> Ended:
-    """Return the end of a task from the message of its worker (`outcome`)."""
-    if kind == "value":
-        return Ended(task, value)
-    return Ended(task, error=value, crashed=kind == "again")
-
-
-def outcome(function: Callable[[Any], Any], argument: Any) -> tuple[str, Any]:
-    """Call a function in a worker.
-
-    Returns
-    -------
-    `value` and the result; or `error`, or `again`, and the error in one line.
-    """
+def outcome(function: Callable[[Any], Any], argument: Any) -> tuple[Any, str | None, bool]:
+    """Call a function in a worker; return what `Ended` has beside the task."""
     try:
-        return "value", function(argument)
+        return function(argument), None, False
     except TryAgain as error:
-        return "again", str(error)
+        return None, str(error), True
     except BaseException as error:  # a task may raise anything
-        return "error", explain(error)
+        return None, explain(error), False
 
 
 def timed_out(task: Task) -> Ended:

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Iterable
 from functools import partial
 
+import msgspec
 import numpy as np
 from msgspec.structs import replace
 
@@ -17,8 +18,7 @@ from motes.studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes.studio.pool import LONG, WorkerPool
 from motes.studio.results import Results, cues_of
 from motes.studio.tables import DISTANCE, FRAME, MILLISECONDS, SIZE, Table, unpack
-from motes.studio.tracking import join_stretch, run_passes
-from motes.studio.workplace import Part
+from motes.studio.tracking import PassPart, join_stretch, run_passes
 from motes.video.shared import fits
 
 
@@ -194,10 +194,11 @@ class Jobs:
     async def _track(self, run: _Run, target: DrawnTarget, passes: list[PassNeed]) -> None:
         """Make passes; what they find is shown while they run."""
 
-        def take(part: Part) -> None:
+        def take(data: bytes) -> None:
+            part = msgspec.msgpack.decode(data, type=PassPart)
             need = passes[part.run]
             parts = run.parts[need.key]
-            parts.append(unpack(part.data, cues_of(target)))
+            parts.append(unpack(part.rows, cues_of(target)))
             self._show_part(run, need, part)
             if sum(map(len, parts)) == need.frames:
                 self.results.put(need.key, np.concatenate(parts))
@@ -206,7 +207,7 @@ class Jobs:
             task = partial(run_passes, passes=[each.task for each in passes])
             await worker.run(task, take)
 
-    def _show_part(self, run: _Run, need: PassNeed, part: Part) -> None:
+    def _show_part(self, run: _Run, need: PassNeed, part: PassPart) -> None:
         table = run.parts[need.key][-1]
         for target, first in run.users:
             job = self._job_of(target.object)

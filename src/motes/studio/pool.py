@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import heapq
 import itertools
 import os
 from collections.abc import AsyncIterator, Callable
 
-from motes.studio.processes import Worker, WorkerError
+from motes.studio.film_worker import FilmWorker, WorkerError
 from motes.studio.workplace import Task
 
 LONG = 400
@@ -27,22 +26,26 @@ class WorkerPool:
         How many there are at most.
     """
 
-    def __init__(self, start: Callable[[], Worker], most: int = (os.cpu_count() or 1) + 1) -> None:
+    def __init__(
+        self, start: Callable[[], FilmWorker], most: int = (os.cpu_count() or 1) + 1
+    ) -> None:
         self._start, self._most = start, most
-        self._idle: list[Worker] = []
-        self._count = self._long = 0
-        self._waiting: list[tuple[int, int, asyncio.Future[Worker]]] = []
+        self._all: set[FilmWorker] = set()
+        self._idle: list[FilmWorker] = []
+        self._long = 0
+        self._waiting: set[tuple[int, int]] = set()
+        """The tasks without a worker: their frames, and their numbers."""
         self._numbers = itertools.count()
-        self._all: set[Worker] = set()
+        self._changed = asyncio.Event()
         self._closed = False
 
     def warm(self) -> None:
         """Start a worker, so that it is ready when it is needed."""
-        if not self._count:
+        if not self._all:
             self._idle.append(self._started())
 
     @contextlib.asynccontextmanager
-    async def worker(self, frames: int = 0) -> AsyncIterator[Worker]:
+    async def worker(self, frames: int = 0) -> AsyncIterator[FilmWorker]:
         """Return a worker for a task; the task with the fewest frames comes first.
 
         Raises
@@ -50,21 +53,28 @@ class WorkerPool:
         WorkerError
             If the pool has been closed.
         """
+        mine, is_long = (frames, next(self._numbers)), frames >= LONG
+        self._waiting.add(mine)
+        try:
+            while not self._closed and not (mine == min(self._waiting) and self._room(is_long)):
+                self._changed.clear()
+                await self._changed.wait()
+        finally:
+            self._waiting.remove(mine)
+            self._changed.set()
         if self._closed:
             raise WorkerError("The session was closed meanwhile; open it again.")
-        mine: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
-        heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
-        self._serve()
-        try:
-            worker = await mine
-        except asyncio.CancelledError:
-            if mine.done() and not mine.cancelled():
-                self._take_back(mine.result(), frames)
-            raise
+        worker = self._idle.pop() if self._idle else self._started()
+        self._long += is_long
         try:
             yield worker
         finally:
-            self._take_back(worker, frames)
+            self._long -= is_long
+            if worker.ended:
+                self._all.discard(worker)
+            else:
+                self._idle.append(worker)
+            self._changed.set()
 
     async def run(self, task: Task, frames: int = 0) -> bytes:
         """Run a task in a worker, and return its data; `frames` is the length of the task."""
@@ -76,36 +86,15 @@ class WorkerPool:
         self._closed = True
         for worker in self._all:
             worker.close()
-        for *_, waiter in self._waiting:
-            waiter.cancel()
+        self._changed.set()
 
-    def _started(self) -> Worker:
-        self._count += 1
+    def _started(self) -> FilmWorker:
         worker = self._start()
         self._all.add(worker)
         return worker
 
-    def _take_back(self, worker: Worker, frames: int) -> None:
-        self._long -= frames >= LONG
-        if worker.ended:
-            self._count -= 1
-            self._all.discard(worker)
-        else:
-            self._idle.append(worker)
-        self._serve()
-
-    def _serve(self) -> None:
-        """Give workers to the tasks that wait, as far as there are any."""
-        while self._waiting and not self._closed:
-            frames, _, waiter = self._waiting[0]
-            if waiter.cancelled():
-                heapq.heappop(self._waiting)
-                continue
-            is_long = frames >= LONG
-            if is_long and self._long >= self._most - 1:
-                return
-            if not self._idle and self._count >= self._most:
-                return
-            heapq.heappop(self._waiting)
-            self._long += is_long
-            waiter.set_result(self._idle.pop() if self._idle else self._started())
+    def _room(self, is_long: bool) -> bool:
+        """Return whether there is a worker for a task, or may be one more."""
+        if is_long and self._long >= self._most - 1:
+            return False
+        return bool(self._idle) or len(self._all) < self._most

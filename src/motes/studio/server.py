@@ -25,7 +25,7 @@ from motes.formats.registry import FORMATS
 from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.files import Question
-from motes.studio.processes import prepare
+from motes.studio.film_worker import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets

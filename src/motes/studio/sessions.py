@@ -16,10 +16,10 @@ from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
 from motes.studio.commands import Command, Region
 from motes.studio.document import Document, DrawnTarget, changed, renumbered
+from motes.studio.film_worker import FilmWorker
 from motes.studio.jobs import Jobs
 from motes.studio.messages import Keyframe, OpenFilm, Reply
 from motes.studio.pool import WorkerPool
-from motes.studio.processes import Worker
 from motes.studio.results import Results
 from motes.studio.safety import Limits
 from motes.studio.store import Store
@@ -62,7 +62,7 @@ class LiveSession:
         self._reopen = reopen
         self.whole = store.count(name, WHOLE) > 0
         """Whether the film is known to be damaged, and is read as a whole."""
-        workers = partial(Worker, path, limits, whole=self.whole, damaged=self._find_damage)
+        workers = partial(FilmWorker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
         self._pictures = WorkerPool(partial(workers, background=False), most=1)
         self.facts: OpenFilm

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.worker import Part
 from motes.correction.correct import tracks_of
 from motes.correction.join import Stretch, join
 from motes.correction.keyframes import Keyframes
@@ -23,7 +24,7 @@ from motes.studio import messages
 from motes.studio.messages import Overlay
 from motes.studio.plan import RunPass
 from motes.studio.tables import Table, as_pass, line, pack, table_of, tracks
-from motes.studio.workplace import Part, Workplace
+from motes.studio.workplace import Workplace
 from motes.video.shared import FrameReader, shared
 
 PARTICLES = 200
@@ -33,8 +34,16 @@ EVERY = 0.025
 """Seconds between parts: there are up to 40 overlays a second."""
 
 
+class PassPart(msgspec.Struct, frozen=True):
+    """Some rows of pass number `run`, and what its tracker sees."""
+
+    rows: bytes
+    run: int
+    overlay: Overlay | None = None
+
+
 def run_passes(place: Workplace, passes: Sequence[RunPass]) -> bytes:
-    """Run passes over the same frames, which are decoded once for all. `Part`s have the rows."""
+    """Run passes over the same frames, decoded once for all. `Part`s have `PassPart`s."""
     ends = [frame for run in passes for frame in (run.start, run.stop)]
     film = shared(place.film, min(ends), max(ends)) if len(passes) > 1 else place.film
     for number, run in enumerate(passes):
@@ -52,6 +61,10 @@ def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -
             begun = time.perf_counter()
             yield frame
 
+    def send(overlay: Overlay | None = None) -> None:
+        found = PassPart(pack(table_of(lines, cues)), number, overlay)
+        place.send(Part(msgspec.msgpack.encode(found)))
+
     def observe(info: StepInfo) -> None:
         nonlocal sent, cues
         took = round(1000 * (time.perf_counter() - begun), 3)
@@ -61,14 +74,14 @@ def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -
             line(info.track, weights, final=False, milliseconds=took, supporting=info.n_supporting)
         )
         if time.monotonic() - sent > EVERY:
-            place.send(Part(pack(table_of(lines, cues)), number, overlay_of(info)))
+            send(overlay_of(info))
             lines.clear()
             sent = time.monotonic()
         place.check()
 
     _run(run, film, frames(), observe)
     if lines:
-        place.send(Part(pack(table_of(lines, cues)), number))
+        send()
 
 
 def join_stretch(

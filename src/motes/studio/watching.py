@@ -18,7 +18,7 @@ from motes.studio.pool import LONG, WorkerPool
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
 from motes.studio.store import Store
 from motes.studio.tracking import watch_film
-from motes.studio.workplace import Part, Task
+from motes.studio.workplace import Task
 
 PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 """Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
@@ -82,11 +82,11 @@ class Watching:
             self._task.cancel()
 
     async def _run(self, job: StudioJob, task: Task) -> None:
-        def part(part: Part) -> None:
+        def part(data: bytes) -> None:
             if self.job is not job or not job.active:
                 return
-            self._store.add_part(self._session, PARTS, part.data)
-            frames = len(msgspec.json.decode(part.data, type=ScenePart).frames)
+            self._store.add_part(self._session, PARTS, data)
+            frames = len(msgspec.json.decode(data, type=ScenePart).frames)
             job.done, job.left = job.done + frames, max(job.left - frames, 0)
             self._board.extend_scene()
             self._board.progress(job)

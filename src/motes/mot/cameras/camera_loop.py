@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import os
-import queue
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from multiprocessing.connection import Connection
 
 import msgspec
 
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
+from motes.core.worker import WorkerLine
 from motes.mot.cameras.camera_report import (
     Arrival,
     CameraEnded,
     CameraMessage,
     CameraReady,
     Go,
-    Message,
     NextFrame,
 )
 from motes.mot.cameras.camera_reporter import CameraReporter
@@ -35,56 +31,14 @@ PRESET = "nummiaro:adaptive"
 """The preset of the filters that follow all objects."""
 
 
-class PipeLine:
-    """The line from a camera's process to the main process; it ends this one with that one."""
-
-    def __init__(self, pipe: Connection) -> None:
-        self._pipe = pipe
-        self._inbox: queue.SimpleQueue[Go] = queue.SimpleQueue()
-        threading.Thread(target=_receive, args=(pipe, self._inbox), daemon=True).start()
-
-    def send(self, message: Message) -> None:
-        """Send a message; wait while the pipe is full.
-
-        Raises
-        ------
-        BrokenPipeError
-            If there is no receiver any more.
-        """
-        self._pipe.send_bytes(msgspec.msgpack.encode(message))
-
-    def go(self) -> Go:
-        """Wait for the `Go` of the frame that was announced last."""
-        return self._inbox.get()
-
-    def arrivals(self) -> Sequence[Arrival]:
-        """Return the arrivals that a live camera has been sent since the last call."""
-        found: list[Arrival] = []
-        while not self._inbox.empty():
-            found += self._inbox.get().arrivals
-        return found
-
-
-def _receive(pipe: Connection, inbox: queue.SimpleQueue[Go]) -> None:
-    """Receive what the main process sends; end this process when that one ends, for any reason.
-
-    The main process never waits for a camera that is at work: messages are taken at once.
-    """
-    while True:
-        try:
-            inbox.put(msgspec.msgpack.decode(pipe.recv_bytes(), type=Go))
-        except (EOFError, OSError):
-            os._exit(1)
-
-
 def watch_camera(
-    pipe: Connection, camera: Camera, seed: int, origin: float, target: KnownTarget | None
+    line: WorkerLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> None:
     """Watch a camera until it ends, or nobody receives its reports any more; in its own process.
 
     Parameters
     ----------
-    pipe
+    line
         To the place where reports meet.
     camera
         The camera.
@@ -95,14 +49,12 @@ def watch_camera(
     target
         The known target for which it waits, in place of all objects.
     """
-    os.dup2(2, 1)  # standard output is for rows
     with suppress(BrokenPipeError):
-        line = PipeLine(pipe)
         line.send(_watched(line, camera, seed, origin, target))
 
 
 def _watched(
-    line: PipeLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
+    line: WorkerLine, camera: Camera, seed: int, origin: float, target: KnownTarget | None
 ) -> CameraEnded:
     """Send a report of each frame of a camera; return how it ended."""
     frames, dropped, failure = 0, 0, None
@@ -138,17 +90,22 @@ def _reporter_of(
     return CameraReporter(camera, scene, seed)
 
 
-def _live(film: Live, line: PipeLine, camera: Camera) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
+def _live(
+    film: Live, line: WorkerLine, camera: Camera
+) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the frames of a live camera, and what may be expected from each on."""
     for news in film:
         if isinstance(news, str):
             line.send(CameraMessage(camera.name, news))
         else:
-            yield news, line.arrivals()
+            found: list[Arrival] = []
+            while line.waiting:
+                found += _arrivals(line)
+            yield news, found
 
 
 def _recorded(
-    film: Source, line: PipeLine, camera: Camera
+    film: Source, line: WorkerLine, camera: Camera
 ) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the same of a recording.
 
@@ -163,6 +120,11 @@ def _recorded(
         line.send(NextFrame(frame.time))
         if last is not None:
             yield last
-        last = frame, line.go().arrivals
+        last = frame, _arrivals(line)
     if last is not None:
         yield last
+
+
+def _arrivals(line: WorkerLine) -> tuple[Arrival, ...]:
+    """Wait for a `Go`, and return what it lets expect."""
+    return msgspec.msgpack.decode(line.receive(), type=Go).arrivals

@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing.connection import wait
 from typing import Self
 
-from motes.core.worker_processes import blocked_signals
-from motes.mot.cameras.camera_process import CameraProcess
+from motes.core.worker import blocked_signals
 from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraReport
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_camera import RigCamera
@@ -42,8 +41,8 @@ class RigRunner:
         A known target for which all cameras wait, in place of all objects. Its identity is 1.
 
     start
-        Starts a camera: the process of one, by default. It gets the camera, the seed, the reading
-        of `time.monotonic` at time 0 of live frames, and the target.
+        Starts a camera: in a process of this machine, by default. It gets the camera, the seed, the
+        reading of `time.monotonic` at time 0 of live frames, and the target.
     """
 
     def __init__(
@@ -51,7 +50,7 @@ class RigRunner:
         rig: Rig,
         seed: int = 0,
         target: KnownTarget | None = None,
-        start: Callable[..., RigCamera] = CameraProcess,
+        start: Callable[..., RigCamera] = RigCamera,
     ) -> None:
         self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 import socket
 import time
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator
-from contextlib import suppress
 from multiprocessing.connection import Connection
 
 import msgspec
 from msgspec.structs import replace
 
+from motes.core.worker import Worker, receive, send
+from motes.mot.cameras.camera_loop import watch_camera
 from motes.mot.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -26,6 +26,8 @@ from motes.mot.cameras.camera_report import (
     ObjectReport,
 )
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
+from motes.mot.cameras.rig_config import Camera
+from motes.sot.known_target import KnownTarget
 from motes.video.reconnect import LONGEST_PAUSE
 
 DELAY = 0.03
@@ -35,14 +37,19 @@ So a camera knows in a frame what the others saw in the frame before, and all wo
 """
 
 
-class RigCamera(ABC):
-    """A camera whose process is elsewhere, at the other end of a pipe; a subclass starts it.
+class RigCamera:
+    """A camera whose process runs `watch_camera`, at the other end of a pipe.
 
     A process that ends without a `CameraEnded` is started again, after growing pauses.
 
     - The new process of a live camera has new objects. The rig may reidentify them by their looks.
     - The new process of a recording begins with its first frame. Reports that came before are left
       out. If it ends at the same frame again, the camera is given up.
+
+    Parameters
+    ----------
+    camera, seed, origin, target
+        As for `watch_camera`.
 
     Attributes
     ----------
@@ -58,8 +65,10 @@ class RigCamera(ABC):
         When it will be started again; None while it runs, and after its end.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(
+        self, camera: Camera, seed: int, origin: float, target: KnownTarget | None = None
+    ) -> None:
+        self.name, self._args = camera.name, (camera, seed, origin, target)
         self.pipe: Connection | socket.socket | None = None
         self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
@@ -88,17 +97,19 @@ class RigCamera(ABC):
         self._known = 0 if self.live else self._reported
         self._offsets = (self._frames, self._identities) if self.live else (0, 0)
 
-    @abstractmethod
     def _start(self) -> None:
-        """Start the process."""
+        self.worker = Worker(watch_camera, *self._args)
+        self.pipe = self.worker.pipe
 
-    @abstractmethod
     def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
         """Find that nobody is at the other end of the pipe; yield what there is to say."""
+        cause = self.worker.cause()
+        self.worker.end()
+        yield from self.fail(f"its process ended with {cause}")
 
-    @abstractmethod
     def close(self) -> None:
         """End the process."""
+        self.worker.end()
 
     def look(self) -> Iterator[CameraMessage | CameraEnded]:
         """Start it again if that is due; yield what there is to say."""
@@ -109,20 +120,17 @@ class RigCamera(ABC):
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Receive its next message; yield it unless it is a report, which waits for its time."""
         assert isinstance(self.pipe, Connection)
-        try:
-            message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
-        except (EOFError, OSError):
-            self.pipe.close()
+        message: Message | None = receive(self.pipe, Message)
+        if message is None:
             self.pipe = None
             yield from self._lost()
-            return
-        yield from self.receive(message)
+        else:
+            yield from self.receive(message)
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
-        """Send a `Go`; a process that died is noticed when it is listened to."""
-        with suppress(OSError):
-            if isinstance(self.pipe, Connection):
-                self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
+        """Send a `Go`."""
+        if isinstance(self.pipe, Connection):
+            send(self.pipe, msgspec.msgpack.encode(Go(arrivals)))
 
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.

@@ -11,22 +11,23 @@ from collections.abc import Callable
 from functools import partial
 from http.client import HTTPConnection
 from pathlib import Path
-from typing import Any
 
+import msgspec
 import pytest
 
 import loops
 from motes.core.errors import MotesError
+from motes.core.worker import Worker
 from motes.studio.document import tracker_of
+from motes.studio.film_worker import FilmWorker
 from motes.studio.pictures import picture
 from motes.studio.plan import RunPass
-from motes.studio.processes import Worker
 from motes.studio.safety import Limits
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio
 from motes.studio.tables import unpack
-from motes.studio.tracking import run_passes
-from motes.studio.workplace import Part, Task
+from motes.studio.tracking import PassPart, run_passes
+from motes.studio.workplace import Task
 from studios import SLOW, begin, film, running
 
 pytestmark = pytest.mark.slow
@@ -51,7 +52,7 @@ class Begun:
         self.asked: list[int] = []
         self.begun: list[int] = []
         self.ended: list[int] = []
-        asked, begin = LiveSession.picture, Worker._run
+        asked, give = LiveSession.picture, Worker.give
 
         async def noted(session: LiveSession, index: int, width: int) -> bytes:
             self.asked.append(index)
@@ -60,14 +61,14 @@ class Begun:
             finally:
                 self.ended.append(index)
 
-        async def noted_begin(worker: Worker, task: Task, *rest: Any) -> bytes:
+        def noted_give(worker: Worker, task: Task) -> None:
             if isinstance(task, partial) and task.func is picture:
                 self.workers.append(worker)
                 self.begun.append(task.keywords["index"])
-            return await begin(worker, task, *rest)
+            give(worker, task)
 
         monkeypatch.setattr(LiveSession, "picture", noted)
-        monkeypatch.setattr(Worker, "_run", noted_begin)
+        monkeypatch.setattr(Worker, "give", noted_give)
 
 
 def until(so: Callable[[], object]) -> None:
@@ -113,12 +114,13 @@ def test_a_task_that_is_cancelled_ends_or_never_begins(tmp_path: Path) -> None:
     )
 
     async def tried() -> None:
-        worker, first = Worker(path, Limits()), asyncio.Event()
+        worker, first = FilmWorker(path, Limits()), asyncio.Event()
         frames: dict[str, int] = {"slow": 0, "waiting": 0, "quick": 0}
 
-        def count(name: str) -> Callable[[Part], None]:
-            def part(part: Part) -> None:
-                frames[name] += len(unpack(part.data, 1))
+        def count(name: str) -> Callable[[bytes], None]:
+            def part(data: bytes) -> None:
+                part = msgspec.msgpack.decode(data, type=PassPart)
+                frames[name] += len(unpack(part.rows, 1))
                 first.set()
 
             return part
@@ -134,6 +136,24 @@ def test_a_task_that_is_cancelled_ends_or_never_begins(tmp_path: Path) -> None:
         assert begun.cancelled()
         assert 0 < frames["slow"] < 12
         assert (frames["waiting"], frames["quick"]) == (0, 12)
+
+    loops.run(tried(), PATIENCE)
+
+
+def test_a_part_that_cannot_be_used_ends_the_worker(tmp_path: Path) -> None:
+    """As of a worker that a film has taken over: its job fails, and does not wait for ever."""
+    path = film(tmp_path / "film.mkv", frames=12)
+    ellipse = (45.0, 45.0, 15.0, 20.0, 0.0)
+    task = partial(run_passes, passes=[RunPass(tracker_of("mean_shift", None), 0, 0, ellipse, 11)])
+
+    def refuse(data: bytes) -> None:
+        unpack(data[1:], 1)
+
+    async def tried() -> None:
+        worker = FilmWorker(path, Limits())
+        with pytest.raises(MotesError, match=r"film\.mkv has spoilt its worker \(ValueError"):
+            await worker.run(task, refuse)
+        assert worker.ended
 
     loops.run(tried(), PATIENCE)
 
