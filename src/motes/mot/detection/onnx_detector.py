@@ -14,7 +14,7 @@ from motes.core.config import Config, Count, Share, from_toml
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
-from motes.core.onnx_session import open_session
+from motes.core.onnx_session import Session
 from motes.mot.detection.adapters import Names, label_of, to_boxes
 from motes.mot.detection.onnx_heads import (
     KINDS,
@@ -108,8 +108,7 @@ class OnnxDetector:
     def __init__(self, config: OnnxConfig | str) -> None:
         config = OnnxConfig(config) if isinstance(config, str) else config
         self.config = config
-        self._session = open_session(config.file, config.threads)
-        file = self._session.file
+        self._session = file = Session(config.file, config.threads)
         if not file.inputs or file.inputs[0].type not in TYPES or len(file.inputs[0].shape) != 4:
             raise self._error(f"Its first input is not a picture: {file}")
         (self._name, kind, shape), *others = file.inputs
