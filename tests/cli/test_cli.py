@@ -426,7 +426,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),
         ("track FILM --init BOX --config none.toml", 3, "none.toml cannot be read: .*check"),
-        ("track FILM --init BOX --config FILM", 3, "not a text file; check the name"),
+        ("track FILM --init BOX --config FILM", 3, "it is not text; check the name"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
 
 if TYPE_CHECKING:
@@ -92,22 +92,6 @@ def refuse(options: Mapping[str, object], why: str) -> None:
         raise ConfigError(
             f"{names} {'are' if plural else 'is'} {why}; omit {'them' if plural else 'it'}."
         )
-
-
-def read_text(path: Path) -> str:
-    """Return the text of an input file.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-    except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text file; check the name.") from None
 
 
 @contextlib.contextmanager

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
-from motes.cli.input_checks import check_not_source, default_output, error_context, read_text
+from motes.cli.input_checks import check_not_source, default_output, error_context
 from motes.cli.load_config import load_target
 from motes.cli.messages import counted, log
 from motes.core import interrupts
 from motes.core.errors import SourceError
+from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check, deferred
 from motes.mot.cameras.camera_report import CameraMessage, CameraReport

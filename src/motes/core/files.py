@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import quote
 
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, MotesError, SourceError
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
@@ -81,6 +81,21 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     if overwrite:
         _followed(path).unlink(missing_ok=True)
     return open(_followed(path), "xb", buffering=0)
+
+
+def read_text(
+    path: str | Path, kind: type[MotesError] = SourceError, newline: str | None = None
+) -> str:
+    """Return the text of a file in UTF-8; raise an error of a kind if it cannot be read.
+
+    With the `newline` "", its ends of lines stay as they are.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline=newline) as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not text"
+        raise kind(f"{path} cannot be read: {reason}; check the name.") from None
 
 
 def check_ended(text: str) -> None:
