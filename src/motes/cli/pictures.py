@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 Pixels = NDArray[np.uint8]
+DPI = 110
+"""Dots per inch of the figures of the papers."""
 
 
 def png(pixels: Pixels) -> bytes:
@@ -213,16 +215,15 @@ class MotionFigures(_Pictures):
                 yield name, data.getvalue()
 
 
-class Figures(Sink):
-    """The figures of the papers, drawn at the end, also after an interruption."""
+class Figures(_Pictures):
+    """The figures of the papers, in a folder."""
 
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
-        self._recorder = Recorder(config)
+        self._recorder, self._folder = Recorder(config), folder
         prepare_folder(folder, self._recorder.files, overwrite)
-        self._folder = folder
+        super().__init__({name: folder / name for name in self._recorder.files}, overwrite)
         self._companion = Tracker("mean_shift")
         self._accompanied = False
-        self._files: list[Path] = []
 
     def write(self, moment: Moment) -> None:
         """Record a frame."""
@@ -243,14 +244,17 @@ class Figures(Sink):
             self._accompanied = True
         return None
 
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the figures."""
+        for name, figure in self._recorder.figures():
+            data = io.BytesIO()
+            figure.savefig(data, dpi=DPI)
+            yield name, data.getvalue()
+
     @property
     def result(self) -> str | None:
-        """The files."""
-        return f"{len(self._files)} figures in {self._folder}" if self._files else None
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None or issubclass(kind, KeyboardInterrupt):
-            self._files = self._recorder.save(self._folder)
+        """The number of files, and their folder."""
+        return f"{len(self._written)} figures in {self._folder}" if self._written else None
 
 
 def masks_output(path: Path, film: Source, label: str | None, *, overwrite: bool) -> Sink:

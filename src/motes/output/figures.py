@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from array import array
-from pathlib import Path
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.optional import optional
@@ -21,17 +21,15 @@ from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 
-APPEARING = "appearing.png"
-FIGURES = (
-    "rho_surface.png",
-    "time_per_frame.png",
-    APPEARING,
-    "size_and_displacement.png",
-)
-"""The files that `Recorder.save` writes; `APPEARING` only for trackers with the appearance rule."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RHO_SURFACE, TIME, APPEARING = "rho_surface.png", "time_per_frame.png", "appearing.png"
+SIZE = "size_and_displacement.png"
+FIGURES = (RHO_SURFACE, TIME, APPEARING, SIZE)
+"""The files of the figures; `APPEARING` only for trackers with the appearance rule."""
 CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 """The files for a tracker with several cues, and for one with the cue `orientation`."""
-DPI = 110
 
 
 def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> RhoSurface:
@@ -135,7 +133,7 @@ class Recorder:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The names of the files that `save` may write."""
+        """The names of the files that `figures` may be for."""
         cues = self._config.cues
         more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
         rule = self._config.presence is not None
@@ -156,52 +154,27 @@ class Recorder:
         rotated, spectrum = orientation_of(cue, frame, info.track.ellipse)
         return spectrum, rotated, info.models["orientation"].histogram
 
-    def save(self, folder: Path) -> list[Path]:
-        """Draw the figures into a folder, which is made if needed; return the written files.
+    def figures(self) -> Iterator[tuple[str, Figure]]:
+        """Draw the figures; yield each with the name of its file, which is among `files`.
 
-        They are among `files`, and replace files with these names. Figures of a single frame are
-        left out if no frame was tracked, running times if there is only one frame, weights of cues
-        that never change, and all figures if no frame was recorded.
-
-        Raises
-        ------
-        FormatError
-            If a file cannot be written.
+        Figures of a single frame are left out if no frame was tracked, running times if there is
+        only one frame, weights of cues that never change, and all if no frame was recorded.
         """
         series, surface, edges = self.series, self.surface(), self.edges()
         if not series.frame.size:
-            return []
-        rule = self._config.presence
-        figures = {
-            "rho_surface.png": charts.rho_surface(surface) if surface else None,
-            "time_per_frame.png": charts.time_per_frame(series, self._name)
-            if series.frame.size > 1
-            else None,
-            APPEARING: charts.appearing(series, self._samples, rule.fraction) if rule else None,
-            "size_and_displacement.png": charts.size_and_displacement(series),
-            CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues))
-            if np.ptp(series.cue_weights, axis=0).any()
-            else None,
-            ORIENTATION: charts.orientation_histograms(
-                self._kept[0], self._kept[1].track.ellipse, *edges
-            )
-            if self._kept and edges
-            else None,
-        }
-        written = []
-        for name in self.files:
-            if figure := figures[name]:
-                path = folder / name
-                try:
-                    folder.mkdir(parents=True, exist_ok=True)
-                    figure.savefig(path, dpi=DPI)
-                except OSError as error:
-                    raise FormatError(
-                        f"The figure {path} cannot be written: {error.strerror}; choose another "
-                        f"folder, or make room there."
-                    ) from None
-                written.append(path)
-        return written
+            return
+        if surface is not None:
+            yield RHO_SURFACE, charts.rho_surface(surface)
+        if series.frame.size > 1:
+            yield TIME, charts.time_per_frame(series, self._name)
+        if (rule := self._config.presence) is not None:
+            yield APPEARING, charts.appearing(series, self._samples, rule.fraction)
+        yield SIZE, charts.size_and_displacement(series)
+        if np.ptp(series.cue_weights, axis=0).any():
+            yield CUE_WEIGHTS, charts.cue_weights(series, list(self._config.cues))
+        if self._kept is not None and edges is not None:
+            frame, info = self._kept
+            yield ORIENTATION, charts.orientation_histograms(frame, info.track.ellipse, *edges)
 
     @property
     def _name(self) -> str:
