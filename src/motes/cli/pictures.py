@@ -8,7 +8,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -33,12 +33,10 @@ from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.writer import check_writable
+from motes.sot.presets import TrackerConfig
 from motes.sot.segmentation import Mask, Segmenter
 from motes.sot.tracker import Tracker
-
-if TYPE_CHECKING:
-    from motes.sot.presets import TrackerConfig
-    from motes.video.sources import Source
+from motes.video.sources import Source
 
 Pixels = NDArray[np.uint8]
 DPI = 110

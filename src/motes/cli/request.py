@@ -6,7 +6,7 @@ import glob
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
@@ -22,15 +22,13 @@ from motes.cli.watch_outputs import (
 from motes.core.config import Config
 from motes.core.files import is_special, remove_leftovers
 from motes.correction.history import History, Remembered, history_path
+from motes.mot.analytics.real_units import RealUnits
+from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
 from motes.rows.schema import Form
 from motes.rows.writer import TrackWriter
-
-if TYPE_CHECKING:
-    from motes.mot.analytics.real_units import RealUnits
-    from motes.mot.analytics.regions import Regions
-    from motes.video.film import Film
-    from motes.video.sources import Source
+from motes.video.film import Film
+from motes.video.sources import Source
 
 Configuration = TypeVar("Configuration", bound=Config)
 

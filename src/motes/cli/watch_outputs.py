@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -18,10 +17,8 @@ from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
-
-if TYPE_CHECKING:
-    from motes.video.film import Film
-    from motes.video.sources import Source
+from motes.video.film import Film
+from motes.video.sources import Source
 
 STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
