@@ -54,7 +54,7 @@ class History(msgspec.Struct, frozen=True):
     motes: str = __version__
     """Version of motes."""
     stride: int = 1
-    """Every so many frames, one is used."""
+    """Every n-th frame is used, where n is this number."""
     fps: float | None = None
     """Frames per second that give the times; None where the film has times of its own."""
     preset: str | None = None
