@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.table import Table
 
@@ -40,13 +40,13 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
+from motes.core.types import Bytes
 from motes.output.overlay import draw, font
 
 if TYPE_CHECKING:
     from motes.sot.tracker import Tracker
     from motes.synthetic.clips import Truth
 
-Pixels = NDArray[np.uint8]
 Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
 
 HIT = 0.1
@@ -324,8 +324,8 @@ def _rivals(peers: Sequence[str]) -> list[TrackerRun]:
 def _opencv(opencv: Any, name: str, tracker: Any) -> TrackerRun:
     """Return a run of a tracker of OpenCV. It stays where it was when it says that it is lost."""
 
-    def bgr(frame: Frame) -> Pixels:
-        pixels: Pixels = opencv.cvtColor(frame.pixels, opencv.COLOR_RGB2BGR)
+    def bgr(frame: Frame) -> Bytes:
+        pixels: Bytes = opencv.cvtColor(frame.pixels, opencv.COLOR_RGB2BGR)
         return pixels
 
     def follow(frame: Frame) -> tuple[bool, Sequence[float]]:
@@ -335,7 +335,7 @@ def _opencv(opencv: Any, name: str, tracker: Any) -> TrackerRun:
     return TrackerRun(name, lambda frame, box: tracker.init(bgr(frame), tuple(box)), follow)
 
 
-def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:
+def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Bytes:
     """Return a frame with the boxes of the others, and the default tracker's particles."""
     from PIL import Image, ImageDraw
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import prepare_folder
@@ -22,6 +21,7 @@ from motes.core.files import PartialFolder, write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.optional import optional
 from motes.core.track import Status
+from motes.core.types import Bytes
 from motes.formats import runs
 from motes.formats.registry import check_folder
 from motes.formats.shapes import frame_name
@@ -38,12 +38,11 @@ from motes.sot.segmentation import Mask, Segmenter
 from motes.sot.tracker import Tracker
 from motes.video.sources import Source
 
-Pixels = NDArray[np.uint8]
 DPI = 110
 """Dots per inch of the figures of the papers."""
 
 
-def png(pixels: Pixels) -> bytes:
+def png(pixels: Bytes) -> bytes:
     """Return a picture as a PNG file."""
     from PIL import Image
 
@@ -125,7 +124,7 @@ class Heatmap(_Pictures):
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         super().__init__({"": path}, overwrite)
-        self._first: Pixels | None = None
+        self._first: Bytes | None = None
         self._last = 0.0
 
     def write(self, moment: Moment) -> None:
@@ -153,7 +152,7 @@ class Paths(_Pictures):
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         super().__init__({"": path}, overwrite)
-        self._first: Pixels | None = None
+        self._first: Bytes | None = None
         self._feet: dict[int, list[tuple[float, float]]] = {}
 
     def write(self, moment: Moment) -> None:

@@ -20,9 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.types import Floats
-
-Flags = NDArray[np.bool_]
+from motes.core.types import Flags, Floats
 
 PERSISTENCE = (0.0, 0.5, 0.8, 0.95)
 """The shares rho of a velocity that may stay from frame to frame; the likeliest one is taken."""
