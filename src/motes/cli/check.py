@@ -15,7 +15,6 @@ from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, OutputFile, Overwrite
-from motes.cli.pictures import png
 from motes.cli.progress import FrameProgress
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
@@ -25,6 +24,7 @@ from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
 from motes.correction.suspects import Doubt, compare, doubts
 from motes.output.contact_sheet import contact_sheet
+from motes.output.overlay import png
 from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film

@@ -14,7 +14,7 @@ from motes.cli.frame_loop import Sink, Tally, run
 from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
 from motes.cli.known_run import beside
 from motes.cli.options import OUTPUT, Fps, OutputFile, Overwrite, options, say_rate
-from motes.cli.pictures import Heatmap, MotionFigures, Paths, Slits, masks_output
+from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
 from motes.correction.history import History, history_beside
@@ -51,7 +51,7 @@ class DrawOutputs:
             unit = "m" if metres else "pixels"
             opened.append(MotionFigures(self.figures / name, unit, overwrite=anew))
         if self.masks is not None:
-            opened.append(masks_output(self.masks, film, self.label, overwrite=anew))
+            opened.append(Masks(self.masks, film, self.label, overwrite=anew))
         return opened
 
     def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:

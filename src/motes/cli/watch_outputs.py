@@ -180,14 +180,15 @@ def check_place(name: str, form: str, overwrite: bool) -> None:
     FormatError
         If it exists and must not be overwritten, or the folder above is missing or protected.
     """
-    if not FORMATS.resolve(form).folder:
+    known = FORMATS.resolve(form)
+    if not known.folder:
         check_writable(name, overwrite)
     elif os.path.isdir(name) and os.listdir(name) and not overwrite:
         raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
     elif not os.path.isdir(name):
         check_writable(name)
     else:
-        check_folder(Path(name))
+        check_folder(Path(name), known)
 
 
 def _usual_format(name: str) -> list[str]:

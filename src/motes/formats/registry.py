@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,13 +48,14 @@ class Format:
     """Whether it needs the size of the picture."""
     thinned: bool = False
     """Whether it holds keyframes, between which its tools interpolate."""
-    folder: bool = False
-    """Whether it is a folder of files."""
+    folder: tuple[str, ...] = ()
+    """The endings of the files in a folder; none if it is a single file."""
     single: bool = False
     """Whether it holds one object."""
 
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
+LABELS = (".txt", ".yaml", ".cache")
 
 OWN: dict[str, Format] = {
     "csv": Format(
@@ -99,11 +100,15 @@ OWN: dict[str, Format] = {
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
-        holds=(CLASSES,), sized=True, folder=True,
+        holds=(CLASSES,), sized=True, folder=LABELS,
     ),
     "yolo-predictions": Format(
         title="labels of YOLO with confidences", read="yolo:read", write="yolo:write_predictions",
-        holds=(CONFIDENCES, CLASSES), sized=True, folder=True,
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS,
+    ),
+    "masks": Format(
+        title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
+        folder=(".png",), single=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
@@ -189,7 +194,7 @@ def recognized(path: Path) -> str:
     if named and named not in OWN:
         return named
     if path.is_dir():
-        return "yolo"
+        return "masks" if any(path.glob("*.png")) else "yolo"
     try:
         _check_not_empty(path)
         with path.open("rb") as file:
@@ -270,11 +275,9 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     form = FORMATS.resolve(name)
     if form.read is None:
         raise ConfigError(f"{name} is only written; motes reads {', '.join(_readable())}.")
-    if path.exists() and path.is_dir() != form.folder:
-        kinds = ("a file", "a folder")
-        raise SourceError(
-            f"{path} is {kinds[path.is_dir()]}, and {name} is {kinds[form.folder]}; check the name."
-        )
+    if path.exists() and path.is_dir() != bool(form.folder):
+        here, wanted = ("a folder", "a file") if path.is_dir() else ("a file", "a folder")
+        raise SourceError(f"{path} is {here}, and {name} is {wanted}; check the name.")
     if name in ("yolo", "yolo-predictions", "label-studio") and not facts.width:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
@@ -333,14 +336,12 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     if not form.folder:
         write_whole(path, pieces)
         return
-    check_folder(path)
+    check_folder(path, form)
     write_folder(path, pieces)
 
 
-def check_folder(
-    path: Path, suffixes: Sequence[str] = (".txt", ".yaml", ".cache"), kind: str = "label"
-) -> None:
-    """Check that nothing but one kind of files is lost if a folder is made anew.
+def check_folder(path: Path, form: Format) -> None:
+    """Check that nothing but files of a format is lost if a folder is made anew.
 
     Raises
     ------
@@ -352,10 +353,10 @@ def check_folder(
     if path.samefile("."):
         raise FormatError(f"{path} is the current folder; name another one.")
     for each in path.iterdir():
-        if each.is_dir() or each.suffix not in suffixes:
+        if each.is_dir() or each.suffix not in form.folder:
             raise FormatError(
-                f"{path} would be replaced, but holds {each.name}, which is no {kind}; choose "
-                f"another name."
+                f"{path} would be replaced, but holds {each.name}, which is no part of "
+                f"{form.title}; choose another name."
             )
 
 

@@ -15,7 +15,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.shapes import frame_name, label_or_none, labels_of, visible_box
+from motes.formats.shapes import label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
 from motes.rows.journal import ObjectRow
@@ -53,8 +53,7 @@ def _files(recorded: Recording, *, confidences: bool) -> Iterator[tuple[str, byt
             fields = [str(numbers[each.label or head.label]), *(f"{share:.8f}" for share in shares)]
             fields += [f"{each.confidence:.5f}"] if confidences else []
             lines.append(" ".join(fields) + "\n")
-        stem = Path(row.file).with_suffix("").name if row.file else frame_name(row.frame)
-        yield f"{stem}.txt", "".join(lines).encode()
+        yield f"{stem_of(row)}.txt", "".join(lines).encode()
     names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
     yield (
         NAMES,
