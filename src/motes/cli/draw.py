@@ -119,7 +119,7 @@ def draw(
             return run(film, opened, target_moments(film, given, plane), Tally())
         if plane is not None and plane.lens is not None:
             raise ConfigError("A lens is for rows of one target; omit --lens.")
-        regions = Regions() if known is None else known.regions
+        regions = (known and known.places) or Regions()
         regions = replace(regions, ground=None if plane is None else plane.ground)
         opened = outputs.of_objects(film, rows.stem, regions)
         return run(film, opened, object_moments(film, given, regions), Tally())
@@ -136,9 +136,9 @@ def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits
     plane = options.units()
     if known is None or known.units is None:
         return plane
-    if plane not in (None, known.real_units):
+    if plane not in (None, known.units):
         refuse(options.given, beside(rows))
-    return known.real_units
+    return known.units
 
 
 def _opened(source: str, fps: float | None, known: History | None) -> Source:

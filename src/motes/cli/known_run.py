@@ -55,7 +55,7 @@ def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | Non
         If the rows have metres, and nothing is remembered.
     """
     if known is not None and known.units is not None:
-        return known.real_units
+        return known.units
     if metres:
         from motes.correction.history import history_path
 
