@@ -194,7 +194,7 @@ def recognized(path: Path) -> str:
     if named and named not in OWN:
         return named
     if path.is_dir():
-        return "masks" if any(path.glob("*.png")) else "yolo"
+        return "masks" if named == "masks" else "yolo"
     try:
         _check_not_empty(path)
         with path.open("rb") as file:
