@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.core.errors import ConfigError, FormatError
-from motes.formats.mot import result_line
+from motes.formats.mot import line_of
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
@@ -87,7 +87,7 @@ class MotOutput(Lines):
     def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
         picture = moment.picture
-        self.put([result_line(picture.frame, each) for each in visible(picture)])
+        self.put([line_of("results", picture.frame, each) for each in visible(picture)])
 
 
 class DocumentOutput(Sink):

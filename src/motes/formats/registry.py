@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,8 @@ class Format:
     longest one that fits counts."""
     read: str | Callable[..., Recording] | None = None
     """Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
-    `motes.formats`. None if it cannot be read."""
+    `motes.formats`, or `module:function:text` if it takes a text before. None if it cannot be
+    read."""
     write: str | Callable[..., Iterator[Any]] | None = None
     """Returns the bytes of a `Recording`, piece by piece; of a folder, pairs of a name and bytes.
     None if it cannot be written."""
@@ -59,28 +61,28 @@ LABELS = (".txt", ".yaml", ".cache")
 
 OWN: dict[str, Format] = {
     "csv": Format(
-        title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write_csv",
+        title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write:csv",
         holds=ROWS,
     ),
     "jsonl": Format(
         title="rows of motes, JSON Lines", endings=(".jsonl",), read="rows:read",
-        write="rows:write_jsonl", holds=ROWS,
+        write="rows:write:jsonl", holds=ROWS,
     ),
     "parquet": Format(
         title="rows of motes, Apache Parquet", endings=(".parquet",), read="parquet:read",
         write="parquet:write", holds=ROWS,
     ),
     "mot": Format(
-        title="results of the MOTChallenge", endings=(".txt",), read="mot:read_results",
-        write="mot:write_results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
+        title="results of the MOTChallenge", endings=(".txt",), read="mot:read:results",
+        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
     ),
     "mot-truth": Format(
-        title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read_truth",
-        write="mot:write_truth", holds=(IDENTITIES, CLASSES, HIDDEN),
+        title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read:truth",
+        write="mot:write:truth", holds=(IDENTITIES, CLASSES, HIDDEN),
     ),
     "mot-detections": Format(
         title="detections of the MOTChallenge", endings=(".det.txt", "det.txt"),
-        read="mot:read_detections", write="mot:write_detections", holds=(CONFIDENCES,),
+        read="mot:read:detections", write="mot:write:detections", holds=(CONFIDENCES,),
     ),
     "otb": Format(
         title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="otb:read",
@@ -99,11 +101,11 @@ OWN: dict[str, Format] = {
         holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True,
     ),
     "yolo": Format(
-        title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
-        holds=(CLASSES,), sized=True, folder=LABELS,
+        title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
+        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS,
     ),
     "yolo-predictions": Format(
-        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write_predictions",
+        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
         holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS,
     ),
     "masks": Format(
@@ -255,11 +257,8 @@ def _function(name: str | Callable[..., Any]) -> Callable[..., Any]:
     """Return a function of a format; a text names one of motes."""
     if not isinstance(name, str):
         return name
-    module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(
-        importlib.import_module(f"motes.formats.{module}"), function
-    )
-    return found
+    module, function, *texts = name.split(":")
+    return partial(getattr(importlib.import_module(f"motes.formats.{module}"), function), *texts)
 
 
 def read(path: Path, name: str, facts: FilmFacts) -> Recording:
