@@ -85,12 +85,12 @@ OWN: dict[str, Format] = {
         read="mot:read:detections", write="mot:write:detections", holds=(CONFIDENCES,),
     ),
     "otb": Format(
-        title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="otb:read",
-        write="otb:write", single=True,
+        title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="truth:read:otb",
+        write="truth:write:otb", single=True,
     ),
     "vot": Format(
-        title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="vot:read",
-        write="vot:write", holds=(ANGLES,), single=True,
+        title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="truth:read:vot",
+        write="truth:write:vot", holds=(ANGLES,), single=True,
     ),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
