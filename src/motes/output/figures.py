@@ -10,7 +10,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.optional import optional
 from motes.core.track import Status
 from motes.core.types import Floats
@@ -33,41 +32,19 @@ CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 
 
 def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> RhoSurface:
-    """Return the surface of figure 3 around the estimate in a frame, over all cues."""
-    x, y, distances = cue_distances(config, frame, info)
-    rho = np.zeros(x.size * y.size)
-    for name, each in distances.items():
-        rho += info.cue_weights[name] * (1 - each**2)
-    mean = np.array(info.track.ellipse[:2])
-    return RhoSurface(frame.index, x, y, rho.reshape(y.size, x.size), info.ellipses[:, :2], mean)
-
-
-def cue_distances(
-    config: TrackerConfig, frame: Frame, info: StepInfo
-) -> tuple[Floats, Floats, dict[str, Floats]]:
-    """Return how far the estimate's ellipse is from the target model where it is moved to.
-
-    Returns
-    -------
-    The places in x (n,) and in y (m,), and for each cue the distances (m * n,), row by row.
-    """
+    """Return the surface of figure 3, over all cues: the estimate's ellipse, moved around it."""
     ellipse, n = info.track.ellipse, SURFACE_STEPS
     reach = max(ellipse.box[2:])
     x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), n)
     y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), n)
     moved = np.tile(np.array(ellipse), (n, n, 1))
     moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
-    places = moved.reshape(-1, 5)
-    cues = config.cues.items()
-    return x, y, {name: cue.distances(info.models[name], frame, places) for name, cue in cues}
-
-
-def orientation_of(cue: Orientation, frame: Frame, ellipse: Ellipse) -> tuple[Floats, Floats]:
-    """Return the ROH and the FOH of a region: its orientations, turned with it, and a spectrum."""
-    rotated, spectrum = (
-        replace(cue, form=form).learn(frame, ellipse).histogram for form in ("rotated", "fourier")
-    )
-    return rotated, spectrum
+    rho = np.zeros(n * n)
+    for name, cue in config.cues.items():
+        distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
+        rho += info.cue_weights[name] * (1 - distances**2)
+    mean = np.array(ellipse[:2])
+    return RhoSurface(frame.index, x, y, rho.reshape(n, n), info.ellipses[:, :2], mean)
 
 
 class Recorder:
@@ -151,7 +128,10 @@ class Recorder:
         if self._kept is None or not isinstance(cue, Orientation):
             return None
         frame, info = self._kept
-        rotated, spectrum = orientation_of(cue, frame, info.track.ellipse)
+        spectrum, rotated = (
+            replace(cue, form=form).learn(frame, info.track.ellipse).histogram
+            for form in ("fourier", "rotated")
+        )
         return spectrum, rotated, info.models["orientation"].histogram
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
