@@ -415,7 +415,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
         ("track FILM --init 1,2,3,4,5,6", 2, "takes x,y,width,height or x,y,a,b,theta"),
-        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,a,b,theta"),
+        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,width,height or x,y,a,b,theta"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
         ("track FILM --init 50,50,nan,10", 2, "not finite"),
