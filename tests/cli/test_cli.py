@@ -6,6 +6,7 @@ import contextlib
 import csv
 import importlib
 import json
+import math
 import os
 import pty
 import re
@@ -27,7 +28,9 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
+from motes.cli.frame_loop import Moment
 from motes.cli.help import Help
+from motes.cli.pictures import Figures
 from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
@@ -229,12 +232,16 @@ def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
 
 
 def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = []
-    monkeypatch.setattr(
-        "motes.output.figures.Recorder.add", lambda *arguments: times.append(arguments[3:])
-    )
+    times = list[tuple[float, float]]()
+    compared = Figures._compared
+
+    def noted(figures: Figures, moment: Moment) -> float:
+        times.append((moment.seconds, compared(figures, moment)))
+        return times[-1][1]
+
+    monkeypatch.setattr(Figures, "_compared", noted)
     assert go("track FILM --init BOX --figures f --end 5")[0] == 0
-    assert times[0][1] is None
+    assert math.isnan(times[0][1])
     assert len(times) == 5
     assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
 

@@ -1,8 +1,7 @@
-"""Recording of a run for the figures of the papers, and the files of these figures."""
+"""The figures of the papers, of what was recorded of a run, and the names of their files."""
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.optional import optional
-from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
@@ -47,115 +44,57 @@ def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> RhoSurfac
     return RhoSurface(frame.index, x, y, rho.reshape(n, n), info.ellipses[:, :2], mean)
 
 
-class Recorder:
-    """Collects the data for the figures of the papers, and draws them.
+def orientations_of(
+    cue: Orientation, frame: Frame, info: StepInfo
+) -> tuple[Floats, Floats, Floats]:
+    """Return FOH, ROH and model of figure 1: of the estimate's region, turned with it."""
+    spectrum, rotated = (
+        replace(cue, form=form).learn(frame, info.track.ellipse).histogram
+        for form in ("fourier", "rotated")
+    )
+    return spectrum, rotated, info.models["orientation"].histogram
 
-    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with weights of cues that change also
-    figure 3 of Maggio et al., and with orientation their figure 1. About a dozen numbers are kept
-    of each frame. Only one whole frame is kept, for the figures that show a single frame: the last
-    one whose number among the tracked frames, counted from 1, is a power of two. It lies in the
-    second half of the tracked frames. Neither the length of the run nor the quality of the track is
-    needed to choose it.
+
+def files_of(config: TrackerConfig) -> list[str]:
+    """Return the names of the files that the figures of a tracker may have."""
+    names = [name for name in FIGURES if config.presence is not None or name != APPEARING]
+    names += [CUE_WEIGHTS] * (len(config.cues) > 1) + [ORIENTATION] * ("orientation" in config.cues)
+    return names
+
+
+def figures_of(
+    config: TrackerConfig, series: Series, samples: int, kept: tuple[Frame, StepInfo] | None
+) -> Iterator[tuple[str, Figure]]:
+    """Draw the figures of a run; yield each with the name of its file, which is in `files_of`.
+
+    Figures of a single frame are left out if no frame was tracked, running times if there is only
+    one frame, weights of cues that never change, and all if no frame was recorded.
 
     Parameters
     ----------
     config
-        Configuration of the tracker that is recorded.
-
-    Raises
-    ------
-    MissingDependencyError
-        If matplotlib is not installed.
+        The tracker.
+    series
+        The numbers of all frames.
+    samples
+        The number of particles.
+    kept
+        The frame of the figures that show a single one; None if none was tracked.
     """
-
-    def __init__(self, config: TrackerConfig) -> None:
-        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
-        self._config = config
-        self._numbers = array("d")
-        self._tracked = self._samples = 0
-        self._kept: tuple[Frame, StepInfo] | None = None
-
-    def add(
-        self, frame: Frame, info: StepInfo, seconds: float, mean_shift_seconds: float | None
-    ) -> None:
-        """Record a frame.
-
-        Parameters
-        ----------
-        frame, info
-            The frame, and the tracker's step information for it.
-        seconds
-            The tracker's running time.
-        mean_shift_seconds
-            The running time of mean shift for the same frame; None if it was not run.
-        """
-        track, tracking = info.track, info.track.status is Status.TRACKING
-        shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
-        supporting = np.nan if info.n_supporting is None else info.n_supporting
-        self._samples = self._samples or len(info.weights)  # a budget may change it later
-        self._numbers.extend(
-            (frame.index, *track.ellipse[:4], supporting, tracking, seconds, shift)
-        )
-        self._numbers.extend(info.cue_weights.values())
-        self._tracked += tracking
-        if tracking and self._tracked.bit_count() == 1:
-            self._kept = frame, info
-
-    @property
-    def series(self) -> Series:
-        """The numbers recorded so far."""
-        single = len(Series._fields) - 1
-        table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
-        return Series(*[*table.T[:single], table[:, single:]])
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """The names of the files that `figures` may be for."""
-        cues = self._config.cues
-        more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
-        rule = self._config.presence is not None
-        return tuple(name for name in FIGURES if rule or name != APPEARING) + more
-
-    def surface(self) -> RhoSurface | None:
-        """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
-        if self._kept is None:
-            return None
-        return surface_of(self._config, *self._kept)
-
-    def edges(self) -> tuple[Floats, Floats, Floats] | None:
-        """Return FOH, ROH and model of figure 1 in the kept frame; None without frame or cue."""
-        cue = self._config.cues.get("orientation")
-        if self._kept is None or not isinstance(cue, Orientation):
-            return None
-        frame, info = self._kept
-        spectrum, rotated = (
-            replace(cue, form=form).learn(frame, info.track.ellipse).histogram
-            for form in ("fourier", "rotated")
-        )
-        return spectrum, rotated, info.models["orientation"].histogram
-
-    def figures(self) -> Iterator[tuple[str, Figure]]:
-        """Draw the figures; yield each with the name of its file, which is among `files`.
-
-        Figures of a single frame are left out if no frame was tracked, running times if there is
-        only one frame, weights of cues that never change, and all if no frame was recorded.
-        """
-        series, surface, edges = self.series, self.surface(), self.edges()
-        if not series.frame.size:
-            return
-        if surface is not None:
-            yield RHO_SURFACE, charts.rho_surface(surface)
-        if series.frame.size > 1:
-            yield TIME, charts.time_per_frame(series, self._name)
-        if (rule := self._config.presence) is not None:
-            yield APPEARING, charts.appearing(series, self._samples, rule.fraction)
-        yield SIZE, charts.size_and_displacement(series)
-        if np.ptp(series.cue_weights, axis=0).any():
-            yield CUE_WEIGHTS, charts.cue_weights(series, list(self._config.cues))
-        if self._kept is not None and edges is not None:
-            frame, info = self._kept
-            yield ORIENTATION, charts.orientation_histograms(frame, info.track.ellipse, *edges)
-
-    @property
-    def _name(self) -> str:
-        return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
+    if not series.frame.size:
+        return
+    if kept is not None:
+        yield RHO_SURFACE, charts.rho_surface(surface_of(config, *kept))
+    if series.frame.size > 1:
+        name = "mean shift" if isinstance(config, MeanShift) else "particle filter"
+        yield TIME, charts.time_per_frame(series, name)
+    if config.presence is not None:
+        yield APPEARING, charts.appearing(series, samples, config.presence.fraction)
+    yield SIZE, charts.size_and_displacement(series)
+    if np.ptp(series.cue_weights, axis=0).any():
+        yield CUE_WEIGHTS, charts.cue_weights(series, list(config.cues))
+    cue = config.cues.get("orientation")
+    if kept is not None and isinstance(cue, Orientation):
+        frame, info = kept
+        histograms = orientations_of(cue, frame, info)
+        yield ORIENTATION, charts.orientation_histograms(frame, info.track.ellipse, *histograms)
