@@ -39,10 +39,10 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2885, "kernels": 220, "video": 2395, "cues": 1930, "sot": 6190, "mot": 7230,
-    "testing": 305, "synthetic": 1120, "rows": 785, "output": 2305, "correction": 2135,
-    "formats": 2685, "cluster": 2190, "services": 320, "studio": 4585, "cli": 6485, "filtering": 75,
-    "lab": 8775,
+    "core": 2740, "kernels": 220, "video": 2395, "cues": 1930, "sot": 6180, "mot": 7220,
+    "testing": 305, "synthetic": 1120, "rows": 770, "output": 2205, "correction": 2075,
+    "formats": 2665, "cluster": 2190, "services": 320, "studio": 4580, "cli": 6320, "filtering": 75,
+    "lab": 8770,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
 

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import importlib
 import json
+import math
 import os
 import pty
 import re
@@ -27,7 +28,9 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import app
+from motes.cli.frame_loop import Moment
 from motes.cli.help import Help
+from motes.cli.pictures import Figures
 from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
@@ -229,12 +232,16 @@ def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
 
 
 def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = []
-    monkeypatch.setattr(
-        "motes.output.figures.Recorder.add", lambda *arguments: times.append(arguments[3:])
-    )
+    times = list[tuple[float, float]]()
+    compared = Figures._compared
+
+    def noted(figures: Figures, moment: Moment) -> float:
+        times.append((moment.seconds, compared(figures, moment)))
+        return times[-1][1]
+
+    monkeypatch.setattr(Figures, "_compared", noted)
     assert go("track FILM --init BOX --figures f --end 5")[0] == 0
-    assert times[0][1] is None
+    assert math.isnan(times[0][1])
     assert len(times) == 5
     assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
 
@@ -415,7 +422,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
         ("track FILM --init 1,2,3,4,5,6", 2, "takes x,y,width,height or x,y,a,b,theta"),
-        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,a,b,theta"),
+        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,width,height or x,y,a,b,theta"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
         ("track FILM --init 50,50,nan,10", 2, "not finite"),
@@ -426,7 +433,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),
         ("track FILM --init BOX --config none.toml", 3, "none.toml cannot be read: .*check"),
-        ("track FILM --init BOX --config FILM", 3, "not a text file; check the name"),
+        ("track FILM --init BOX --config FILM", 3, "it is not text; check the name"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),

@@ -448,7 +448,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
         ("end", 99, "the frames 0 to 98 are none"),
         ("start", -5, "the frames -5 to 23 are none"),
         ("seed", -1, "A seed is a whole number"),
-        ("units", {"x": 1}, "Config has no key 'x'"),
+        ("units", {"x": 1}, "contains unknown field `x`"),
         ("config", {}, "it needs the key type; known are particle_filter"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
         ("form", 9, "of another version of motes"),
@@ -486,7 +486,7 @@ def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
     for name in ("a", "s"):
         known = History.load(Path(f"{name}.csv.run.json"))
         assert (known.fps, known.preset, known.seed) == (5, "mean_shift", 3)
-        assert known.real_units is not None
+        assert known.units is not None
         assert go(f"refine FILM {name}.csv --at 22=31,25,30,40")[0] == 0
         after = rows(f"{name}.csv")
         assert (after[22]["time"], after[22]["x_m"] != "") == ("4.400000", True)
@@ -498,10 +498,11 @@ def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
 def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
     assert go("watch FILM --line 9,0,9,60 --scale 4 --fps 5 -o rows.csv")[0] in (0, 4)
     known = History.load(Path("rows.csv.run.json"))
-    assert [*known.regions.line[0].points] == [9, 0, 9, 60]
+    assert known.places is not None
+    assert [*known.places.line[0].points] == [9, 0, 9, 60]
     assert known.fps == 5
-    assert known.real_units is not None
-    assert known.real_units.ground.scale == 4
+    assert known.units is not None
+    assert known.units.ground.scale == 4
 
 
 def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:

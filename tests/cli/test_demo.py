@@ -194,7 +194,7 @@ def test_mean_shift_stands_in_for_an_opencv_without_csrt(monkeypatch: pytest.Mon
 def test_a_tracker_that_stays_off_the_target_is_stopped(patience: float, stops: bool) -> None:
     target, away = Box(0, 0, 10, 10), Box(50, 50, 10, 10)
     boxes = iter([away, away, target, away, away, away, target])
-    run = TrackerRun("", lambda *_: None, lambda _: (next(boxes), True), patience)
+    run = TrackerRun("", lambda *_: None, lambda _: (True, next(boxes)), patience)
     frame = Frame(0, 0.0, np.zeros((8, 8, 3), np.uint8))
     for _ in range(8):
         run.step(frame, Truth(Ellipse.from_box(target), 1.0))

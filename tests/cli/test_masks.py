@@ -71,7 +71,7 @@ def test_masks_follow_the_colors_and_not_the_ellipse() -> None:
 
 def test_a_folder_and_a_document(go: Go) -> None:
     code, said = go(f"{DRAW} masks")
-    assert (code, "wrote 6 masks in masks." in said) == (0, True), said
+    assert (code, "wrote masks." in said) == (0, True), said
     assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
     with Image.open("masks/5.png") as image:
         found = np.asarray(image) > 0
@@ -113,33 +113,39 @@ def test_a_part_never_has_the_name_of_the_whole(go: Go, masks: str, written: int
     assert not Path(masks).exists()
     (left,) = Path().rglob("*.partial-*")
     code, said = go(f"{DRAW} {masks}")
-    if masks == "masks":
-        assert (code, f"{left} is an unfinished masks" in said) == (0, True), said
-        assert sorted(path.name for path in Path(masks).iterdir()) == [f"{i}.png" for i in range(6)]
-    else:
-        assert (code, "convert masks.json.rows.jsonl -o masks.json" in said) == (5, True), said
+    assert (code, f"convert {masks}.rows.jsonl -o {masks}" in said) == (5, True), said
+    assert f"{left} is an unfinished {masks}" in said
+    assert go(f"convert {masks}.rows.jsonl -o {masks}")[0] == 0
+    assert Path(masks).exists()
 
 
-def test_a_full_disk_leaves_the_masks_so_far_under_another_name(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sync, calls = os.fsync, list[int]()
+def test_a_full_disk_keeps_the_rows_of_the_masks(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = list[int]()
 
     def full(file: int) -> None:
         calls.append(file)
         if len(calls) == 4:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        sync(file)
 
     monkeypatch.setattr(os, "fsync", full)
     code, said = go(f"{DRAW} masks")
-    (left,) = Path().glob("masks.partial-*")
-    assert (code, Path("masks").exists(), len([*left.iterdir()])) == (5, False, 3), said
-    assert f"The masks so far are in {left}." in said
-    assert f"wrote 3 masks in {left} (unfinished)" in said
-    code, said = go(f"{DRAW} masks --overwrite")
-    assert (code, len([*Path("masks").iterdir()])) == (0, 6)
-    assert f"{left} is an unfinished masks" in said  # it may be of a run that still goes on
+    assert (code, "its rows are kept in masks.rows.jsonl" in said) == (5, True), said
+    assert not [*Path().glob("masks*/")]
+    assert go("convert masks.rows.jsonl masks")[0] == 0
+    assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
+
+
+def test_masks_are_made_of_a_document_and_of_ellipses(go: Go) -> None:
+    assert go(f"{DRAW} masks.json")[0] == go("convert masks.json again --to masks")[0] == 0
+    assert go(f"{DRAW} masks")[0] == 0
+    for path in Path("masks").iterdir():
+        assert Path("again", path.name).read_bytes() == path.read_bytes()
+    assert go("convert rows.csv ellipses --to masks --size 160x120")[0] == 0
+    with Image.open("ellipses/frame_000000.png") as image:
+        white = np.asarray(image) > 0
+    assert white.sum() == pytest.approx(np.pi * 20.5**2, rel=0.02)
+    code, said = go("convert masks a.csv")
+    assert (code, "masks is only written" in said) == (2, True), said
 
 
 def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Go) -> None:

@@ -15,7 +15,7 @@ from motes.cli import main
 from motes.cli.load_config import with_network
 from motes.core.config import Config
 from motes.core.errors import ConfigError
-from motes.core.onnx_file import LARGEST
+from motes.core.onnx_session import LARGEST
 from motes.sot import presets
 from motes.sot.network.network import Network
 from onnx_trackers import save_pair
@@ -93,8 +93,8 @@ def pair_with(folder: Path, kind: str) -> str:
     folder.mkdir()
     backbone, head = save_pair(folder)
     bad = folder / "bad.onnx"
-    if kind == "one":
-        return head
+    if kind in ("one", "backbones"):
+        return head if kind == "one" else f"{backbone},{backbone}"
     if kind == "folder":
         bad.mkdir()
     elif kind == "pipe":
@@ -113,11 +113,7 @@ def pair_with(folder: Path, kind: str) -> str:
 def other_model(model: Any, kind: str) -> Any:
     """Return a backbone that is damaged, or another network."""
     [weights] = [each for each in model.graph.initializer if len(each.dims) == 4]
-    if kind == "classes":
-        model.graph.output[0].type.tensor_type.shape.CopyFrom(
-            onnx.helper.make_tensor_value_info("y", 1, [1, 1000]).type.tensor_type.shape
-        )
-    elif kind == "not finite":
+    if kind == "not finite":
         values = np.full(tuple(weights.dims), np.nan, np.float32)
         weights.CopyFrom(onnx.numpy_helper.from_array(values, weights.name))
     elif kind == "outside":
@@ -134,7 +130,7 @@ def other_model(model: Any, kind: str) -> Any:
     ("kind", "code", "words"),
     [
         ("one", 2, "head.onnx (takes input1 float32 1x3x8x8, "),
-        ("classes", 2, "no known kind of network. Known are siamese: "),
+        ("backbones", 2, "no known kind of network. Known are siamese: "),
         ("folder", 3, "There is no file "),
         pytest.param(
             "pipe",

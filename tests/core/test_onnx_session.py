@@ -15,8 +15,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
-from motes.core.onnx_file import LARGEST, Tensor, read_onnx
-from motes.core.onnx_session import open_session
+from motes.core.onnx_session import LARGEST, Session, Tensor
 from onnx_trackers import mean_colors, save_pair
 
 PIXELS = np.random.default_rng(0).uniform(0, 255, (1, 3, 255, 255)).astype(np.float32)
@@ -44,20 +43,20 @@ def save_weights_outside(folder: Path) -> Path:
 
 
 def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Path) -> None:
-    file = read_onnx(str(backbone))
+    file = Session(str(backbone))
     assert file.inputs == (Tensor("input", "float32", (1, 3, 255, 255)),)
     assert file.outputs == (Tensor("output", "float32", (1, 3, 16, 16)),)
     assert str(file) == (
         "backbone.onnx (takes input float32 1x3x255x255; gives output float32 1x3x16x16)"
     )
-    other = read_onnx(str(save_weights_outside(tmp_path)))
+    other = Session(str(save_weights_outside(tmp_path)))
     assert other.inputs == (Tensor("x", "float32", (600,)),)
-    assert other.outputs == (Tensor("y", "float32", (None,)),)
+    assert other.outputs == (Tensor("y", "float32", (600,)),)
     assert other.metadata == {"author": "us"}
 
 
 def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:
-    session = open_session(str(backbone), open_sizes=True)
+    session = Session(str(backbone), open_sizes=True)
     (first,) = session.run({"input": PIXELS}).values()
     kept = first.copy()
     np.testing.assert_allclose(first[0], mean_colors(PIXELS[0]) / 255, atol=1e-5)
@@ -70,17 +69,17 @@ def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:
 
 def test_a_fixed_size_stays_fixed_unless_it_is_opened(backbone: Path) -> None:
     with pytest.raises(SourceError, match="does not run"):
-        open_session(str(backbone)).run({"input": np.zeros((1, 3, 127, 127), np.float32)})
+        Session(str(backbone)).run({"input": np.zeros((1, 3, 127, 127), np.float32)})
 
 
 @pytest.mark.parametrize("opened", [False, True])
 def test_weights_may_lie_in_another_file(opened: bool, tmp_path: Path) -> None:
     path = save_weights_outside(tmp_path)
-    out = open_session(str(path), open_sizes=opened).run({"x": np.zeros(600, np.float32)})
+    out = Session(str(path), open_sizes=opened).run({"x": np.zeros(600, np.float32)})
     np.testing.assert_array_equal(out["y"], np.arange(600))
     (tmp_path / "add.data").unlink()
     with pytest.raises(SourceError, match=r"weights in add\.data, which is not there"):
-        open_session(str(path))
+        Session(str(path))
 
 
 def damaged(kind: str, folder: Path, good: bytes) -> Path:
@@ -117,7 +116,7 @@ def test_a_bad_file_ends_in_one_clear_line(
 ) -> None:
     path = damaged(kind, tmp_path, backbone.read_bytes())
     with pytest.raises(SourceError) as caught:
-        open_session(str(path))
+        Session(str(path))
     assert words in str(caught.value)
     assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -128,13 +127,13 @@ def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
     for length in {*range(0, len(good), 97), len(good) - 1}:
         (tmp_path / "cut.onnx").write_bytes(good[:length])
         with pytest.raises(MotesError):
-            open_session(str(tmp_path / "cut.onnx"))
+            Session(str(tmp_path / "cut.onnx"))
 
 
 def test_a_provider_is_asked_for_by_name(backbone: Path) -> None:
-    assert open_session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
+    assert Session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
     with pytest.raises(ConfigError, match=r"no provider 'Gpu'; .* has .*CPUExecutionProvider"):
-        open_session(str(backbone), provider="Gpu")
+        Session(str(backbone), provider="Gpu")
 
 
 def test_without_onnx_runtime_the_remedy_is_named(
@@ -142,4 +141,4 @@ def test_without_onnx_runtime_the_remedy_is_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[onnx\]'"):
-        open_session(str(backbone))
+        Session(str(backbone))

@@ -72,7 +72,7 @@ def test_a_file_without_keyframes(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="has no keyframe"):
         read_keyframes(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FormatError, match="are not text"):
+    with pytest.raises(FormatError, match="it is not text"):
         read_keyframes(path)
 
 

@@ -222,7 +222,10 @@ def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
     assert go("convert two.json mine --to yolo")[0] == 0
     Path("mine/thesis.doc").write_text("all of it")
     code, said = go("convert two.json mine --to yolo --overwrite")
-    assert (code, "holds thesis.doc, which is no label; choose another name" in said) == (5, True)
+    assert (code, "holds thesis.doc, which is no part of labels of YOLO; choose" in said) == (
+        5,
+        True,
+    )
     assert Path("mine/thesis.doc").read_text() == "all of it"
     code, said = go("convert two.json . --to yolo --overwrite")
     assert (code, ". is the current folder; name another one" in said) == (5, True), said

@@ -418,6 +418,7 @@ def test_every_format_that_is_written_is_here() -> None:
     named = {
         "csv", "jsonl", "parquet", "mot", "mot-truth", "mot-detections", "otb", "vot", "coco",
         "cvat", "yolo", "yolo-predictions", "label-studio", "deeplabcut", "keyframes",
+        "masks",  # tests/cli/test_masks.py
     }  # fmt: skip
     written = {name for name, form in registry.OWN.items() if form.write is not None}
     assert named == written

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +13,25 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes import synthetic
-from motes.core.errors import FormatError, MissingDependencyError
+from motes.cli.frame_loop import Moment
+from motes.cli.pictures import Figures
+from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.cues.color import Color
-from motes.output.charts import Series
-from motes.output.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
+from motes.cues.structure_tensor import Orientation
+from motes.output.charts import RhoSurface, Series
+from motes.output.figures import (
+    CUE_WEIGHTS,
+    FIGURES,
+    ORIENTATION,
+    files_of,
+    orientations_of,
+    surface_of,
+)
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import configure, preset
+from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
@@ -30,8 +42,27 @@ VARIANTS = {
 """Weights of cues that change, and orientation alone by its spectrum."""
 
 
+class Recorder(Figures):
+    """Figures that are looked at before they are written, with given times of mean shift."""
+
+    def __init__(self, config: TrackerConfig) -> None:
+        super().__init__(Path(tempfile.gettempdir()), config, overwrite=True)
+        self.shift = math.nan
+
+    def _compared(self, moment: Moment) -> float:
+        return self.shift
+
+    def add(self, frame: Frame, info: StepInfo, seconds: float = 0.001) -> None:
+        """Record a frame."""
+        self.write(Moment(frame, info, seconds))
+
+    def surface(self) -> RhoSurface | None:
+        """Return the surface in the kept frame; None without one."""
+        return None if self._kept is None else surface_of(self._config, *self._kept)
+
+
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
-    """Return the recorder of a run on a small clip, and what it should hold."""
+    """Return the figures of a run on a small clip, and the numbers that they should have."""
     base, changes = VARIANTS.get(name, (name, {}))
     config = configure(preset(base), changes)
     recorder, tracker, rows, cue_weights = Recorder(config), Tracker(config, seed=1), [], []
@@ -41,7 +72,8 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
             0.001 + frame.index,
             2.0 * frame.index if name == "nummiaro" else None,
         )
-        recorder.add(frame, tracker.info, seconds, mean_shift_seconds)
+        recorder.shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
+        recorder.add(frame, tracker.info, seconds)
         cue_weights.append(list(tracker.info.cue_weights.values()))
         rows.append(
             (
@@ -49,7 +81,7 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
                 *(
                     track.status == "tracking",
                     seconds,
-                    np.nan if mean_shift_seconds is None else mean_shift_seconds,
+                    recorder.shift,
                 ),
             )
         )
@@ -79,6 +111,15 @@ def disk(x: float, y: float) -> NDArray[np.uint8]:
     return pixels
 
 
+def save(recorder: Recorder, folder: Path) -> list[str]:
+    """Save the figures in a folder; return the names of their files."""
+    names = []
+    for name, data in recorder.pictures():
+        (folder / name).write_bytes(data)
+        names.append(name)
+    return names
+
+
 def ink(path: Path) -> float:
     """Return the share of a picture's pixels that are not white."""
     return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
@@ -92,12 +133,11 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     recorder, expected = recorded(name, 9)
     for kept, right in zip(recorder.series, expected, strict=True):
         np.testing.assert_array_equal(kept, right)
-    folder = tmp_path / "new" / "folder"
     more = [CUE_WEIGHTS] * (name == "maggio, sum") + [ORIENTATION] * name.startswith("maggio")
     files = [*FIGURES, *more]
-    assert recorder.save(folder) == [folder / file for file in files]
+    assert save(recorder, tmp_path) == files
     for file in files:
-        path = folder / file
+        path = tmp_path / file
         with Image.open(path) as image:
             assert image.width >= 800
         assert 0.01 < ink(path) < 0.9, file
@@ -108,15 +148,17 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
 def test_the_region_has_two_orientation_histograms(name: str, bins: int) -> None:
     """What the tracker compares is among the two, and like the model where it just learned it."""
     recorder, _ = recorded(name, 1)
-    edges = recorder.edges()
-    assert edges is not None
-    spectrum, rotated, model = edges
+    cue = recorder._config.cues["orientation"]
+    assert isinstance(cue, Orientation)
+    assert recorder._kept is not None
+    spectrum, rotated, model = orientations_of(cue, *recorder._kept)
     assert (rotated.size, spectrum.size) == (36, 19)
     assert rotated.sum() == pytest.approx(1)
     magnitudes = np.abs(np.fft.rfft(rotated))
     np.testing.assert_allclose(spectrum, magnitudes / magnitudes.sum(), atol=0.04)
     np.testing.assert_allclose(model, rotated if bins == 36 else spectrum, atol=1e-9)
-    assert recorded("nummiaro", 1)[0].edges() is None
+    assert ORIENTATION in files_of(preset("maggio"))
+    assert ORIENTATION not in files_of(preset("nummiaro"))
 
 
 def test_the_surface_of_two_cues_is_their_mean() -> None:
@@ -143,7 +185,7 @@ def test_the_surface_has_its_maximum_at_the_target() -> None:
         x, y = 80.0 + 3 * index, 60.0 - 2 * index
         frame = Frame(index, index / 25, disk(x, y))
         _ = tracker.update(frame) if index else tracker.init(frame, (x, y, 16, 16, 0))
-        recorder.add(frame, tracker.info, 0.001, None)
+        recorder.add(frame, tracker.info)
     surface = recorder.surface()
     assert surface is not None
     assert surface.frame == 1  # the second of three tracked frames
@@ -177,7 +219,7 @@ def test_the_surface_is_rho_at_each_place() -> None:
 
 def test_the_surface_stays_inside_the_frame() -> None:
     recorder = Recorder(preset("nummiaro"))
-    recorder.add(*seen(0, Status.TRACKING, x=2.0), 0.001, None)
+    recorder.add(*seen(0, Status.TRACKING, x=2.0))
     surface = recorder.surface()
     assert surface is not None
     assert surface.x[0] == 0
@@ -190,7 +232,7 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
     kept = []
     for index in range(12):
         status = Status.TRACKING if index % 2 else Status.SEARCHING
-        recorder.add(*seen(index, status), 0.001, None)
+        recorder.add(*seen(index, status))
         surface = recorder.surface()
         kept.append(surface and surface.frame)
     # Tracked are 1, 3, 5, 7, 9, 11; of these the first, second and fourth are kept in turn.
@@ -200,14 +242,11 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_without_a_tracked_frame_there_is_no_surface(tmp_path: Path) -> None:
     recorder = Recorder(preset("nummiaro"))
-    assert recorder.save(tmp_path) == []
-    recorder.add(*seen(0, Status.SEARCHING), 0.001, None)
-    assert [path.name for path in recorder.save(tmp_path)] == [
-        "appearing.png",
-        "size_and_displacement.png",
-    ]
-    recorder.add(*seen(1, Status.SEARCHING), 0.001, None)
-    assert [path.name for path in recorder.save(tmp_path)] == list(FIGURES[1:])
+    assert save(recorder, tmp_path) == []
+    recorder.add(*seen(0, Status.SEARCHING))
+    assert save(recorder, tmp_path) == ["appearing.png", "size_and_displacement.png"]
+    recorder.add(*seen(1, Status.SEARCHING))
+    assert save(recorder, tmp_path) == list(FIGURES[1:])
 
 
 @pytest.mark.slow
@@ -216,8 +255,8 @@ def test_lost_stretches_are_shaded(tmp_path: Path) -> None:
         recorder = Recorder(preset("nummiaro"))
         for index in range(20):
             status = Status.LOST if index in lost else Status.TRACKING
-            recorder.add(*seen(index, status), 0.001, None)
-        recorder.save(tmp_path)
+            recorder.add(*seen(index, status))
+        save(recorder, tmp_path)
         pixels = np.asarray(Image.open(tmp_path / "appearing.png").convert("RGB")).astype(int)
         orange = np.abs(pixels - (247, 231, 191)).max(axis=2) < 6
         return int(orange[100:300].any(axis=0).sum())  # columns, below the legend
@@ -230,11 +269,3 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[report\]'"):
         Recorder(preset("nummiaro"))
-
-
-def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    recorder = Recorder(preset("nummiaro"))
-    recorder.add(*seen(0, Status.TRACKING), 0.001, None)
-    with pytest.raises(FormatError, match="choose another folder"):
-        recorder.save(tmp_path / "file" / "folder")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from motes.cli.frame_loop import Moment
+from motes.cli.pictures import Figures
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.output.figures import APPEARING, Recorder
+from motes.output.figures import APPEARING, files_of, surface_of
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.presets import configure, preset
@@ -103,16 +106,14 @@ def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> Non
 
 def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
     for name in NAMES:
-        files = Recorder(preset(name)).files
-        assert (APPEARING in files) == (name != "default")
+        assert (APPEARING in files_of(preset(name))) == (name != "default")
 
 
-def test_a_recorder_takes_the_infos_of_the_default_tracker() -> None:
-    tracker = started("default")
-    recorder = Recorder(tracker.config)
-    recorder.add(scene(0, (30.0, 36)), tracker.info, 0.001, None)
-    surface = recorder.surface()
-    assert surface is not None
+def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
+    tracker, frame = started("default"), scene(0, (30.0, 36))
+    recorder = Figures(tmp_path, tracker.config, overwrite=False)
+    recorder.write(Moment(frame, tracker.info, 0.001))
+    surface = surface_of(tracker.config, frame, tracker.info)
     assert surface.samples.shape == (0, 2)
     assert np.isnan(recorder.series.n_supporting).all()
     assert isinstance(tracker.info.track.ellipse, Ellipse)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from histogram_series import lessons, series
 from kinds import CONFIGS, FILTER_KINDS
-from motes.core.config import from_flag, from_toml, to_toml
+from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.cues.base import AdaptableCue
@@ -200,28 +200,23 @@ def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path)
 def test_keys_of_the_first_strategy_need_no_type() -> None:
     """As they did when there was no other."""
     for name in ("nummiaro", "nummiaro:adaptive", "maggio", "ng_delp"):
-        for change in (
-            from_flag("adaptation.learning_rate", "0.2"),
-            from_toml("[adaptation]\nlearning_rate = 0.2", "text"),
-        ):
-            config: Any = configure(preset(name), change)
-            base: Any = preset(name)
-            anchor = base.adaptation.anchor
-            assert config.adaptation == ExponentialForgetting(learning_rate=0.2, anchor=anchor)
+        config: Any = configure(
+            preset(name), from_toml("[adaptation]\nlearning_rate = 0.2", "text")
+        )
+        base: Any = preset(name)
+        anchor = base.adaptation.anchor
+        assert config.adaptation == ExponentialForgetting(learning_rate=0.2, anchor=anchor)
 
 
-def test_strategies_from_flags() -> None:
+def test_strategies_from_changes() -> None:
     kalman: Any = configure(
-        preset("nummiaro"),
-        from_flag("adaptation.type", "kalman"),
-        from_flag("adaptation.frames", "5"),
+        preset("nummiaro"), {"adaptation": {"type": "kalman"}}, {"adaptation": {"frames": 5}}
     )
     assert kalman.adaptation == KalmanBins(frames=5)
-    zhao: Any = configure(
-        preset("zhao_pei:printed"), from_flag("adaptation.cues.color.alpha", "0.05")
-    )
+    change = {"adaptation": {"cues": {"color": {"alpha": 0.05}}}}
+    zhao: Any = configure(preset("zhao_pei:printed"), change)
     expected: dict[str, Strategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
     assert zhao.adaptation == PerCue(cues=expected)
-    still: Any = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
+    still: Any = configure(preset("zhao_pei"), {"adaptation": {"type": "forgetting"}})
     assert still.adaptation == ExponentialForgetting()
     assert configure(preset("nummiaro"), from_toml(to_toml(zhao), "text")) == zhao

@@ -242,12 +242,17 @@ def test_other_files_are_refused_with_what_is_known(folder: Path, tmp_path: Path
 
 
 def test_outputs_of_other_shapes_are_found_when_it_is_opened(tmp_path: Path) -> None:
-    """The file says that its outputs are those of a head, but they are not."""
+    """The file leaves open how many distances its head gives, and there are three."""
     import onnx
 
     backbone, head = onnx_trackers.save_pair(tmp_path, channels=3)
     model = onnx.load(head)
-    model.graph.output[1].type.tensor_type.shape.dim[1].dim_value = 4
+    model.graph.node[-1].output[0] = "three"
+    all_of_them = onnx.numpy_helper.from_array(np.ones(3, bool), "all")
+    model.graph.initializer.append(all_of_them)
+    chosen = onnx.helper.make_node("Compress", ["three", "all"], ["output2"], axis=1)
+    model.graph.node.append(chosen)
+    model.graph.output[1].type.tensor_type.shape.dim[1].dim_param = "open"
     onnx.save(model, head)
     with pytest.raises(SourceError, match="not the siamese network that they seem") as caught:
         Network((backbone, head)).open()

@@ -13,19 +13,17 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.geometry import iou
 from motes.core.spreadsheet import guarded
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
 from motes_lab.protocols.trace import TrackerOutput, load_trace
 from motes_lab.runner import Job, Pass
 
-Flags = NDArray[np.bool_]
 Scores = dict[str, float | int | None]
 S = TypeVar("S")
 T = TypeVar("T")

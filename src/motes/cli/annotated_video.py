@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from math import isfinite, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
@@ -19,11 +19,9 @@ from motes.output.overlay import Draw, describe, draw
 from motes.output.painters import TRAIL, ScenePainter
 from motes.output.scene_overlay import Point
 from motes.rows.writer import check_writable
+from motes.video.film import Film
+from motes.video.sources import Source
 from motes.video.writer import VideoWriter
-
-if TYPE_CHECKING:
-    from motes.video.film import Film
-    from motes.video.sources import Source
 
 NOWHERE = (nan, nan)
 """In a trail, the place of a target that is not seen."""

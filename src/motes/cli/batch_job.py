@@ -6,7 +6,6 @@ import contextlib
 import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
@@ -21,9 +20,7 @@ from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
 from motes.cluster.work import Made
 from motes.correction.history import ENDING
-
-if TYPE_CHECKING:
-    from motes.video.sources import Source
+from motes.video.sources import Source
 
 
 @dataclass(frozen=True, kw_only=True)

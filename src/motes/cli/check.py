@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
@@ -15,15 +15,19 @@ from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, OutputFile, Overwrite
+from motes.cli.progress import FrameProgress
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
-
-if TYPE_CHECKING:
-    from motes.core.track import Track
-    from motes.correction.rows import KnownRows
-    from motes.correction.suspects import Doubt
-    from motes.sot.presets import TrackerConfig
-    from motes.video.film import Film
+from motes.core.files import write_whole, writing
+from motes.core.track import Status, Track
+from motes.correction.passes import run_pass
+from motes.correction.rows import KnownRows
+from motes.correction.suspects import Doubt, compare, doubts
+from motes.output.contact_sheet import contact_sheet
+from motes.output.overlay import png
+from motes.rows.writer import check_writable
+from motes.sot.presets import TrackerConfig
+from motes.video.film import Film
 
 COUNT = 20
 HEAD = ("rank", "frame", "time", "gain", "reasons", "left", "top", "width", "height")
@@ -63,10 +67,6 @@ def check(
     sheet
         Contact sheet of the frames, .png.
     """
-    from motes.core.files import write_whole, writing
-    from motes.correction.suspects import doubts
-    from motes.rows.writer import check_writable
-
     check_counts(count=count)
     for path, ending in ((output, ".csv"), (sheet, ".png")):
         if path is not None:
@@ -99,11 +99,6 @@ def check(
 
 def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.progress import FrameProgress
-    from motes.core.track import Status
-    from motes.correction.passes import run_pass
-    from motes.correction.suspects import compare
-
     places = [
         i
         for i, track in enumerate(table.tracks)
@@ -145,9 +140,6 @@ def _table(found: Sequence[Doubt], tracks: dict[int, Track]) -> str:
 
 
 def _sheet(film: Film, found: Sequence[Doubt], tracks: dict[int, Track]) -> bytes:
-    from motes.cli.pictures import png
-    from motes.output.contact_sheet import contact_sheet
-
     def pictures() -> Iterator[tuple[object, Track, str]]:
         for rank, doubt in enumerate(found, 1):
             text = f"{rank}. frame {doubt.frame}, gain {doubt.gain:.1f}\n{_why(doubt)}"

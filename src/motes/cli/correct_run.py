@@ -118,7 +118,7 @@ def refine_rows(
         unfinished = (stretch.first, stretch.last) in half_done
         same = set() if unfinished else kept(stretch, old)
         found = [track for track in tracks if track.frame not in same]
-        table.replace(found, after.real_units)
+        table.replace(found, after.units)
         made.update(track.frame for track in found)
 
     after.unfinished_with(parts).save(history_path(goal))

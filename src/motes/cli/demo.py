@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.table import Table
 
@@ -40,13 +40,13 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
+from motes.core.types import Bytes
 from motes.output.overlay import draw, font
 
 if TYPE_CHECKING:
     from motes.sot.tracker import Tracker
     from motes.synthetic.clips import Truth
 
-Pixels = NDArray[np.uint8]
 Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
 
 HIT = 0.1
@@ -178,8 +178,9 @@ class TrackerRun:
     name: str
     """Of the tracker."""
     start: Callable[[Frame, Box], object]
-    follow: Callable[[Frame], tuple[Sequence[float], bool]]
-    """Start it on a box of a frame; return its box in the next frame, and whether it is sure."""
+    follow: Callable[[Frame], tuple[bool, Sequence[float]]]
+    """Start it on a box of a frame; return whether it is sure of the next frame, and its box there:
+    none if it stays where it was."""
     patience: float = PATIENCE
     """Frames in turn off the target after which it is stopped, and has no box."""
     box: Sequence[float] = ()
@@ -198,12 +199,19 @@ class TrackerRun:
         elif self.off >= self.patience:
             self.box = ()
         else:
-            self.box, self.sure = self.follow(frame)
+            self.sure, box = self.follow(frame)
+            self.box = box or self.box
         if self.box:
             self.seconds.append(time.process_time() - begun)
         self.overlaps.append(float(iou(self.box, truth.ellipse.box)) if self.box else 0.0)
         self.off = self.off + 1 if self.overlaps[-1] < HIT else 0
         self.tracking.append(self.sure)
+
+    def said(self, visible: ArrayLike) -> tuple[str, str, str]:
+        """Return the values of `WORDS`: the score, and the median processor time of an update."""
+        half, missed, admitted = score(self.overlaps, visible, self.tracking)
+        time = 1000 * float(np.median(self.seconds))
+        return f"{half:.0%}", f"{admitted} of {missed}", f"{time:.1f} ms"
 
 
 class Score(NamedTuple):
@@ -217,12 +225,15 @@ class Score(NamedTuple):
     """Number of frames with an IoU below `HIT`, and of those in which the tracker was not sure."""
 
 
+WORDS = "frames with IoU > 0.5", "off the target, and says so", "time"
+"""What is said of each tracker in a film."""
+
+
 class Played(NamedTuple):
     """What a film of the demo gave."""
 
-    scores: Mapping[str, Score]
-    milliseconds: Mapping[str, float]
-    """Of each tracker, by name: its score, and the median processor time of an update."""
+    said: Mapping[str, Sequence[str]]
+    """Of each tracker, by name: the values of `WORDS`."""
     states: Sequence[tuple[str, float]]
     """Status and confidence of the default tracker in each frame."""
     counted: int | None
@@ -280,8 +291,7 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Play
             view.write(_drawn(frame, tracker, runs[1:]))
     visible = [truth.visible for truth in truths]
     return Played(
-        scores={run.name: score(run.overlaps, visible, run.tracking) for run in runs},
-        milliseconds={run.name: 1000 * float(np.median(run.seconds)) for run in runs},
+        said={run.name: run.said(visible) for run in runs},
         states=states,
         counted=None if story.line is None else _counted(story.name, story.line, folder),
         crossings=None if story.line is None else _crossings(story.line, shown[0], shown[-1]),
@@ -291,9 +301,9 @@ def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Play
 def _motes(name: str, tracker: Tracker) -> TrackerRun:
     """Return a run of a tracker of motes."""
 
-    def follow(frame: Frame) -> tuple[Sequence[float], bool]:
+    def follow(frame: Frame) -> tuple[bool, Sequence[float]]:
         track = tracker.update(frame)
-        return track.box, track.status is Status.TRACKING
+        return track.status is Status.TRACKING, track.box
 
     return TrackerRun(name, tracker.init, follow)
 
@@ -313,28 +323,19 @@ def _rivals(peers: Sequence[str]) -> list[TrackerRun]:
 
 def _opencv(opencv: Any, name: str, tracker: Any) -> TrackerRun:
     """Return a run of a tracker of OpenCV. It stays where it was when it says that it is lost."""
-    last: Sequence[float] = ()
 
-    def bgr(frame: Frame) -> Pixels:
-        pixels: Pixels = opencv.cvtColor(frame.pixels, opencv.COLOR_RGB2BGR)
+    def bgr(frame: Frame) -> Bytes:
+        pixels: Bytes = opencv.cvtColor(frame.pixels, opencv.COLOR_RGB2BGR)
         return pixels
 
-    def start(frame: Frame, box: Box) -> None:
-        nonlocal last
-        last = box
-        tracker.init(bgr(frame), tuple(box))
-
-    def follow(frame: Frame) -> tuple[Sequence[float], bool]:
-        nonlocal last
+    def follow(frame: Frame) -> tuple[bool, Sequence[float]]:
         sure, box = tracker.update(bgr(frame))
-        if sure:
-            last = box
-        return last, sure
+        return sure, box if sure else ()
 
-    return TrackerRun(name, start, follow)
+    return TrackerRun(name, lambda frame, box: tracker.init(bgr(frame), tuple(box)), follow)
 
 
-def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Pixels:
+def _drawn(frame: Frame, tracker: Tracker, rivals: Sequence[TrackerRun]) -> Bytes:
     """Return a frame with the boxes of the others, and the default tracker's particles."""
     from PIL import Image, ImageDraw
 
@@ -376,14 +377,9 @@ def _crossings(line: int, first: Sequence[Truth], last: Sequence[Truth]) -> int:
 def _table(plays: Sequence[Played]) -> Table:
     """Return the scores of all trackers in all films."""
     table = Table("", *(story.name for story in STORIES))
-    cells: dict[str, Callable[[Played, str], str]] = {
-        "frames with IoU > 0.5": lambda p, name: f"{p.scores[name].half:.0%}",
-        "off the target, and says so": lambda p, name: "{1} of {0}".format(*p.scores[name][1:]),
-        "time": lambda p, name: f"{p.milliseconds[name]:.1f} ms",
-    }
-    for words, cell in cells.items():
-        for name in plays[0].scores:
-            row = (cell(played, name) if name in played.scores else "" for played in plays)
+    for n, words in enumerate(WORDS):
+        for name in plays[0].said:
+            row = (played.said[name][n] if name in played.said else "" for played in plays)
             table.add_row(f"{name}: {words}", *row)
     counts = ["" if p.counted is None else f"{p.counted} of {p.crossings}" for p in plays]
     table.add_row("counted by motes watch", *counts)
@@ -392,26 +388,13 @@ def _table(plays: Sequence[Played]) -> Table:
 
 def _page(plays: Sequence[Played]) -> str:
     """Return the page that shows the films."""
-    sections = []
-    for story, played in zip(STORIES, plays, strict=True):
-        rows = "".join(
-            f"<tr><th>{html.escape(name)}<td>{s.half:.0%}<td>{s.admitted} of {s.missed}"
-            f"<td>{played.milliseconds[name]:.1f} ms"
-            for name, s in played.scores.items()
-        )
-        count = ""
-        if played.counted is not None:
-            count = (
-                f'<video src="{story.name}-counted.mp4" controls muted loop></video>'
-                f"<p>motes watch counted {played.counted} of {played.crossings} cars.</p>"
-            )
-        sections.append(
-            f'<section><h2>{html.escape(story.title)}</h2><div class="films"><figure>'
-            f'<video src="{story.name}-tracked.mp4" controls muted loop autoplay></video>'
-            f'<p class="status" data-states="{html.escape(json.dumps(played.states))}"></p>'
-            f"</figure><figure>{count}</figure></div>"
-            f"<table><tr><th><th>IoU &gt; 0.5<th>off the target, and says so<th>time{rows}</table>"
-            "</section>"
-        )
     text = resources.files("motes.cli").joinpath("demo.html").read_text(encoding="utf-8")
-    return Template(text).substitute(rate=1 / FRAME_INTERVAL, sections="\n".join(sections))
+    head, film, count, end = map(Template, text.split("<!-- part -->\n"))
+    parts = [head.substitute()]
+    for story, played in zip(STORIES, plays, strict=True):
+        told = story._asdict() | played._asdict()
+        rows = ("<td>".join([f"<tr><th>{name}", *said]) for name, said in played.said.items())
+        states = html.escape(json.dumps(played.states))
+        counted = "" if played.counted is None else count.substitute(told)
+        parts.append(film.substitute(told, states=states, rows="".join(rows), count=counted))
+    return "".join([*parts, end.substitute(rate=1 / FRAME_INTERVAL)])

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
+from msgspec.structs import replace
 
-from motes.cli.frame_loop import Sink
+from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
+from motes.cli.draw_rows import object_moments, rows_in, target_moments
+from motes.cli.frame_loop import Sink, Tally, run
 from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
 from motes.cli.known_run import beside
 from motes.cli.options import OUTPUT, Fps, OutputFile, Overwrite, options, say_rate
+from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from motes.correction.history import History
-    from motes.mot.analytics.real_units import RealUnits
-    from motes.mot.analytics.regions import Regions
-    from motes.video.sources import Source
+from motes.correction.history import History, history_beside
+from motes.mot.analytics.real_units import RealUnits
+from motes.mot.analytics.regions import Regions
+from motes.video.sources import Source, is_recorded, open_source
 
 app = App(name="draw", help_format="plaintext")
 
@@ -41,9 +43,6 @@ class DrawOutputs:
 
     def of_target(self, film: Source, name: str, *, metres: bool) -> list[Sink]:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
-        from motes.cli.annotated_video import AnnotatedVideo, painted_target
-        from motes.cli.pictures import MotionFigures, masks_output
-
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
             paint = painted_target("m" if metres else None)
@@ -52,14 +51,11 @@ class DrawOutputs:
             unit = "m" if metres else "pixels"
             opened.append(MotionFigures(self.figures / name, unit, overwrite=anew))
         if self.masks is not None:
-            opened.append(masks_output(self.masks, film, self.label, overwrite=anew))
+            opened.append(Masks(self.masks, film, self.label, overwrite=anew))
         return opened
 
     def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:
         """Return the outputs of rows of several objects."""
-        from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-        from motes.cli.pictures import Heatmap, Paths, Slits
-
         if self.masks is not None:
             raise ConfigError("--masks is for rows of one target; omit it.")
         opened, anew = list[Sink](), self.overwrite
@@ -100,13 +96,6 @@ def draw(
     from_
         Format of the rows. [default: by content]
     """
-    from msgspec.structs import replace
-
-    from motes.cli.draw_rows import object_moments, rows_in, target_moments
-    from motes.cli.frame_loop import Tally, run
-    from motes.correction.history import history_beside
-    from motes.mot.analytics.regions import Regions
-
     output, figures, masks = outputs.output, outputs.figures, outputs.masks
     if output is None and figures is None and masks is None:
         raise ConfigError("Nothing is to be made; give -o film.mp4, --figures or --masks FOLDER.")
@@ -130,7 +119,7 @@ def draw(
             return run(film, opened, target_moments(film, given, plane), Tally())
         if plane is not None and plane.lens is not None:
             raise ConfigError("A lens is for rows of one target; omit --lens.")
-        regions = Regions() if known is None else known.regions
+        regions = (known and known.places) or Regions()
         regions = replace(regions, ground=None if plane is None else plane.ground)
         opened = outputs.of_objects(film, rows.stem, regions)
         return run(film, opened, object_moments(film, given, regions), Tally())
@@ -147,9 +136,9 @@ def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits
     plane = options.units()
     if known is None or known.units is None:
         return plane
-    if plane not in (None, known.real_units):
+    if plane not in (None, known.units):
         refuse(options.given, beside(rows))
-    return known.real_units
+    return known.units
 
 
 def _opened(source: str, fps: float | None, known: History | None) -> Source:
@@ -160,8 +149,6 @@ def _opened(source: str, fps: float | None, known: History | None) -> Source:
     InputError
         If it is another film.
     """
-    from motes.video.sources import is_recorded, open_source
-
     if not is_recorded(source):
         raise ConfigError(f"{source} is read once, as it comes; give the recording of these rows.")
     if known is None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
@@ -27,9 +26,7 @@ from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.schema import GROUND
-
-if TYPE_CHECKING:
-    from motes.video.sources import Source
+from motes.video.sources import Source
 
 
 @dataclass(frozen=True)

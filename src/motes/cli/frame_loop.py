@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import counted, log
@@ -16,6 +16,9 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.core.track import Status, Track
+from motes.mot.analytics.events import Event
+from motes.mot.analytics.real_units import GroundPlace
+from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow, object_rows
 from motes.rows.schema import hindsight
 from motes.sot.step_info import StepInfo
@@ -23,11 +26,6 @@ from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
-
-if TYPE_CHECKING:
-    from motes.mot.analytics.events import Event
-    from motes.mot.analytics.real_units import GroundPlace
-    from motes.mot.tracked_object import SceneTrack
 
 
 class Hindsight(StepInfo, frozen=True, eq=False):

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
 
 if TYPE_CHECKING:
@@ -23,39 +23,25 @@ if TYPE_CHECKING:
 
 MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
-BOX, ELLIPSE = "x,y,width,height", "x,y,a,b,theta"
-"""The two forms of a region."""
+REGION = "x,y,width,height", "x,y,a,b,theta"
+"""The two forms of a region: a box and an ellipse."""
 
 
-def numbers_of(flag: str, text: str, form: str) -> list[float]:
-    """Return the numbers of an option in a form such as x,y,width,height.
+def numbers_of(flag: str, text: str, *forms: str) -> list[float]:
+    """Return the numbers of an option in one of some forms, such as x,y,width,height.
 
     Raises
     ------
     ConfigError
-        If the text does not have that form.
+        If the text has none of them.
     """
     try:
         numbers = [float(number) for number in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) != len(form.split(",")):
-        raise ConfigError(f"{flag} takes {form}, numbers with commas; got {text!r}.")
+    if len(numbers) not in [len(form.split(",")) for form in forms]:
+        raise ConfigError(f"{flag} takes {' or '.join(forms)}, numbers with commas; got {text!r}.")
     return numbers
-
-
-def region_of(flag: str, text: str) -> list[float]:
-    """Return the numbers of an option that takes a box or an ellipse.
-
-    Raises
-    ------
-    ConfigError
-        If the text is neither.
-    """
-    for form in (BOX, ELLIPSE):
-        if text.count(",") == form.count(","):
-            return numbers_of(flag, text, form)
-    raise ConfigError(f"{flag} takes {BOX} or {ELLIPSE}, numbers with commas; got {text!r}.")
 
 
 def worker_count(workers: int | None) -> int:
@@ -92,22 +78,6 @@ def refuse(options: Mapping[str, object], why: str) -> None:
         raise ConfigError(
             f"{names} {'are' if plural else 'is'} {why}; omit {'them' if plural else 'it'}."
         )
-
-
-def read_text(path: Path) -> str:
-    """Return the text of an input file.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-    except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text file; check the name.") from None
 
 
 @contextlib.contextmanager

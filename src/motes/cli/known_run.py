@@ -5,11 +5,13 @@ Annotations are evaluated here: the parser would look for their names in the mod
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
 from motes.cli.input_checks import refuse
+from motes.cli.load_config import tracker_config
+from motes.cli.messages import log
 from motes.cli.options import (
     CONFIGURATION,
     PRESETS,
@@ -19,13 +21,11 @@ from motes.cli.options import (
     say_rate,
 )
 from motes.core.errors import ConfigError
+from motes.correction.history import History, history_beside, history_path
+from motes.correction.rows import KnownRows
+from motes.mot.analytics.real_units import RealUnits
 from motes.rows.journal import text_name
-
-if TYPE_CHECKING:
-    from motes.correction.history import History
-    from motes.correction.rows import KnownRows
-    from motes.mot.analytics.real_units import RealUnits
-    from motes.video.film import Film
+from motes.video.film import Film
 
 
 @options(CONFIGURATION)
@@ -46,7 +46,7 @@ class TrackerOptions:
         return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
 
 
-def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | None":
+def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | None:
     """Return how the pixels of rows become metres, as it is remembered; None if they do not.
 
     Raises
@@ -55,7 +55,7 @@ def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | 
         If the rows have metres, and nothing is remembered.
     """
     if known is not None and known.units is not None:
-        return known.real_units
+        return known.units
     if metres:
         from motes.correction.history import history_path
 
@@ -66,7 +66,7 @@ def units_of(rows: Path, metres: bool, known: "History | None") -> "RealUnits | 
     return None
 
 
-def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | None") -> "Film":
+def film_of_rows(source: str, rows: Path, fps: float | None, known: History | None) -> Film:
     """Return the film of rows, up to the end and at the frame rate that are remembered.
 
     Raises
@@ -76,9 +76,6 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
     InputError
         If it is another film.
     """
-    from motes.cli.messages import log
-    from motes.video.film import Film
-
     if known is None:
         film = Film(source, fps=fps)
         say_rate(film)
@@ -99,7 +96,7 @@ def corrected_run(
     rows: Path,
     options: TrackerOptions,
     settings: Mapping[str, Any],
-) -> "tuple[KnownRows, Film, History]":
+) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 
     Rows of a plain `motes track` get the first target as their keyframe, and may get another
@@ -112,10 +109,6 @@ def corrected_run(
     InputError
         If the rows are not of one target, or it is another film.
     """
-    from motes.cli.load_config import tracker_config
-    from motes.correction.history import History, history_beside
-    from motes.correction.rows import KnownRows
-
     known = history_beside(rows)
     preset = options.preset or (known and known.preset) or "default"
     tracker = tracker_config(app, preset, options.config, settings)
@@ -139,6 +132,4 @@ def corrected_run(
 
 def beside(rows: Path) -> str:
     """Return why an option is not asked for: it is remembered beside the rows."""
-    from motes.correction.history import history_path
-
     return f"already in {history_path(rows).name}, beside the rows"

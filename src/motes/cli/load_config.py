@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motes.cli.input_checks import error_context, numbers_of, read_text
+from motes.cli.input_checks import error_context, numbers_of
 from motes.cli.settings import as_keys, check_settings
 from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from cyclopts import App

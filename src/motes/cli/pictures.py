@@ -6,50 +6,41 @@ import io
 import math
 import time
 from abc import abstractmethod
+from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import prepare_folder
 from motes.cli.watch_outputs import LABEL, DocumentOutput
-from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PartialFolder, write_whole, writing
-from motes.core.frame import FRAME_INTERVAL
+from motes.core.errors import ConfigError
+from motes.core.files import write_whole, writing
+from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.optional import optional
 from motes.core.track import Status
+from motes.core.types import Bytes
 from motes.formats import runs
-from motes.formats.registry import check_folder
-from motes.formats.shapes import frame_name
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
-from motes.output.figures import Recorder
+from motes.output.charts import Series
+from motes.output.figures import figures_of, files_of
 from motes.output.motion_charts import FIGURES, MotionSeries, style
+from motes.output.overlay import png
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.writer import check_writable
-from motes.sot.segmentation import Mask, Segmenter
+from motes.sot.presets import TrackerConfig
+from motes.sot.segmentation import Segmenter
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
+from motes.video.sources import Source
 
-if TYPE_CHECKING:
-    from motes.sot.presets import TrackerConfig
-    from motes.video.sources import Source
-
-Pixels = NDArray[np.uint8]
-
-
-def png(pixels: Pixels) -> bytes:
-    """Return a picture as a PNG file."""
-    from PIL import Image
-
-    data = io.BytesIO()
-    Image.fromarray(pixels).save(data, "PNG")
-    return data.getvalue()
+DPI = 110
+"""Dots per inch of the figures of the papers."""
 
 
 class _Pictures(Sink):
@@ -125,7 +116,7 @@ class Heatmap(_Pictures):
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         super().__init__({"": path}, overwrite)
-        self._first: Pixels | None = None
+        self._first: Bytes | None = None
         self._last = 0.0
 
     def write(self, moment: Moment) -> None:
@@ -153,7 +144,7 @@ class Paths(_Pictures):
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         super().__init__({"": path}, overwrite)
-        self._first: Pixels | None = None
+        self._first: Bytes | None = None
         self._feet: dict[int, list[tuple[float, float]]] = {}
 
     def write(self, moment: Moment) -> None:
@@ -213,26 +204,47 @@ class MotionFigures(_Pictures):
                 yield name, data.getvalue()
 
 
-class Figures(Sink):
-    """The figures of the papers, drawn at the end, also after an interruption."""
+class Figures(_Pictures):
+    """The figures of the papers, in a folder.
+
+    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with weights of cues that change also
+    figure 3 of Maggio et al., and with orientation their figure 1. About a dozen numbers are kept
+    of each frame. Only one whole frame is kept, for the figures that show a single frame: the last
+    one whose number among the tracked frames, counted from 1, is a power of two. It lies in the
+    second half of the tracked frames. Neither the length of the run nor the quality of the track is
+    needed to choose it.
+    """
 
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
-        self._recorder = Recorder(config)
-        prepare_folder(folder, self._recorder.files, overwrite)
-        self._folder = folder
-        self._companion = Tracker("mean_shift")
-        self._accompanied = False
-        self._files: list[Path] = []
+        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
+        names = {name: folder / name for name in files_of(config)}
+        prepare_folder(folder, names, overwrite)
+        super().__init__(names, overwrite)
+        self._folder, self._config = folder, config
+        self._numbers = array("d")
+        self._tracked = self._samples = 0
+        self._kept: tuple[Frame, StepInfo] | None = None
+        self._companion, self._accompanied = Tracker("mean_shift"), False
 
     def write(self, moment: Moment) -> None:
         """Record a frame."""
-        if moment.info is not None:
-            self._recorder.add(moment.frame, moment.info, moment.seconds, self._compared(moment))
+        frame, info = moment.frame, moment.info
+        if info is None:
+            return
+        tracking = moment.status is Status.TRACKING
+        supporting = math.nan if info.n_supporting is None else info.n_supporting
+        seconds = moment.seconds, self._compared(moment)
+        self._samples = self._samples or len(info.weights)  # a budget may change it later
+        self._numbers.extend((frame.index, *info.track.ellipse[:4], supporting, tracking, *seconds))
+        self._numbers.extend(info.cue_weights.values())
+        self._tracked += tracking
+        if tracking and self._tracked.bit_count() == 1:
+            self._kept = frame, info
 
-    def _compared(self, moment: Moment) -> float | None:
+    def _compared(self, moment: Moment) -> float:
         """Return the time of a mean-shift tracker beside the one that runs, in seconds.
 
-        It starts on the frame in which the target is first tracked, and has no time before.
+        It starts on the frame in which the target is first tracked, and has no time, NaN, before.
         """
         if self._accompanied:
             clock = time.perf_counter()
@@ -241,122 +253,44 @@ class Figures(Sink):
         if moment.track is not None and moment.status is Status.TRACKING:
             self._companion.init(moment.frame, moment.track.box)
             self._accompanied = True
-        return None
+        return math.nan
+
+    @property
+    def series(self) -> Series:
+        """The numbers recorded so far."""
+        single = len(Series._fields) - 1
+        table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
+        return Series(*[*table.T[:single], table[:, single:]])
+
+    def pictures(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the figures."""
+        for name, figure in figures_of(self._config, self.series, self._samples, self._kept):
+            data = io.BytesIO()
+            figure.savefig(data, dpi=DPI)
+            yield name, data.getvalue()
 
     @property
     def result(self) -> str | None:
-        """The files."""
-        return f"{len(self._files)} figures in {self._folder}" if self._files else None
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None or issubclass(kind, KeyboardInterrupt):
-            self._files = self._recorder.save(self._folder)
+        """The number of files, and their folder."""
+        return f"{len(self._written)} figures in {self._folder}" if self._written else None
 
 
-def masks_output(path: Path, film: Source, label: str | None, *, overwrite: bool) -> Sink:
-    """Return the output of masks: of a document if the name ends in .json, else of a folder.
+class Masks(DocumentOutput):
+    """The pixels of one target: a document if the name ends in .json, else a folder."""
 
-    Parameters
-    ----------
-    path, film, label
-        The name, the film, and the class of the target in a document.
-    overwrite
-        Whether existing masks may be replaced.
-
-    Raises
-    ------
-    ConfigError
-        If the name has another ending.
-    FormatError
-        If it exists and must not be overwritten, or cannot be made.
-    """
-    if path.suffix.lower() == ".json":
-        return DocumentMasks(str(path), "coco", film, label or LABEL, overwrite, None)
-    if path.suffix:
-        raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
-    return FolderMasks(path, film, overwrite=overwrite)
-
-
-def _mask(segmenter: Segmenter, moment: Moment) -> Mask:
-    """Return the mask of a frame; it is empty where the target is not tracked."""
-    track, pixels = moment.track, moment.frame.pixels
-    if track is None or track.status is not Status.TRACKING:
-        return np.zeros(pixels.shape[:2], np.bool_)
-    return segmenter.update(pixels, track.ellipse)
-
-
-class FolderMasks(Sink):
-    """A PNG file for each frame, white where the target is; the name is that of the image.
-
-    The folder gets its name at the end of the run, also of one that Ctrl-C ended.
-    """
-
-    def __init__(self, folder: Path, film: Source, *, overwrite: bool) -> None:
-        self._path, self._film, self._count = folder, film, 0
-        self._segmenter = Segmenter()
-        self._folder: PartialFolder | None = None
-        self._done = False
-        try:
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            there = [*folder.iterdir()] if folder.exists() else []
-        except OSError as error:
-            raise self._failure(error) from None
-        check_writable(folder / "masks" if folder.is_dir() else folder)
-        if there and not overwrite:
-            raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
-        check_folder(folder, (".png",), "mask")
-
-    def write(self, moment: Moment) -> None:
-        """Write the file of a frame."""
-        mask = _mask(self._segmenter, moment)
-        file = self._film.file_of(moment.frame.index)
-        stem = Path(file).stem if file else frame_name(moment.frame.index)
-        try:
-            if self._folder is None:
-                self._folder = PartialFolder(self._path)
-            self._folder.add(f"{stem}.png", png(mask.astype(np.uint8) * 255))
-        except OSError as error:
-            raise self._failure(error) from error
-        self._count += 1
-
-    def _failure(self, error: OSError) -> FormatError:
-        kept = f" The masks so far are in {self._folder.path}." if self._folder else ""
-        return FormatError(
-            f"{self._path} cannot be written: {error.strerror}; make room, or choose another "
-            f"place.{kept}"
-        )
-
-    @property
-    def result(self) -> str | None:
-        """The folder, or the unfinished one that an error left."""
-        if self._folder is None:
-            return None
-        if self._done:
-            return f"{self._count} masks in {self._path}"
-        return f"{self._count} masks in {self._folder.path} (unfinished)"
-
-    def __exit__(self, *exception: object) -> None:
-        """Give the folder its name; what an error ends stays a partial folder."""
-        ended = exception[1] is None or isinstance(exception[1], KeyboardInterrupt)
-        if self._folder is None or not ended:
-            return
-        try:
-            self._folder.finish()
-        except OSError as error:
-            raise self._failure(error) from error
-        self._done = True
-
-
-class DocumentMasks(DocumentOutput):
-    """A document of COCO whose objects have masks in place of outlines."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, path: Path, film: Source, label: str | None, *, overwrite: bool) -> None:
+        if path.suffix and path.suffix.lower() != ".json":
+            raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
+        form = "coco" if path.suffix else "masks"
+        prepare_folder(path.parent, [], overwrite)
+        super().__init__(str(path), form, film, label or LABEL, overwrite, None)
         self._segmenter = Segmenter()
 
     def write(self, moment: Moment) -> None:
-        """Add the object of a frame, if its mask is not empty."""
-        mask, objects = _mask(self._segmenter, moment), tuple[ObjectRow, ...]()
-        if moment.track is not None and mask.any():
-            objects = (replace(ObjectRow.of_target(moment.track), mask=runs.encode(mask)),)
+        """Add the object of a frame where it is tracked, if its mask is not empty."""
+        track, objects = moment.track, tuple[ObjectRow, ...]()
+        if track is not None and track.status is Status.TRACKING:
+            mask = self._segmenter.update(moment.frame.pixels, track.ellipse)
+            if mask.any():
+                objects = (replace(ObjectRow.of_target(track), mask=runs.encode(mask)),)
         self.add(FrameRow(moment.frame.index, moment.frame.time, objects))

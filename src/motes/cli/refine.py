@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cyclopts import App
 
+from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
 from motes.cli.known_run import TrackerOptions, corrected_run
@@ -15,6 +16,8 @@ from motes.cli.settings import TRACKER_HELP, Settings
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
+from motes.correction.history import history_path
+from motes.rows.writer import check_writable
 
 app = App(name="refine", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
@@ -47,10 +50,6 @@ def refine(
     output
         File of the corrected rows; by default the rows are changed in place.
     """
-    from motes.cli.correct_run import refine_rows
-    from motes.correction.history import history_path
-    from motes.rows.writer import check_writable
-
     goal = rows if output is None else output
     check_not_source(source, goal)
     if output is not None:

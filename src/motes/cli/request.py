@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import glob
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
@@ -20,17 +19,15 @@ from motes.cli.watch_outputs import (
     format_of,
 )
 from motes.core.config import Config
-from motes.core.files import is_special, remove_leftovers
+from motes.core.files import is_special, leftovers
 from motes.correction.history import History, Remembered, history_path
+from motes.mot.analytics.real_units import RealUnits
+from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
 from motes.rows.schema import Form
 from motes.rows.writer import TrackWriter
-
-if TYPE_CHECKING:
-    from motes.mot.analytics.real_units import RealUnits
-    from motes.mot.analytics.regions import Regions
-    from motes.video.film import Film
-    from motes.video.sources import Source
+from motes.video.film import Film
+from motes.video.sources import Source
 
 Configuration = TypeVar("Configuration", bound=Config)
 
@@ -114,5 +111,6 @@ class Request(Generic[Configuration]):
             start=self.frames.start, end=self.frames.end, stride=self.frames.stride,
         )  # fmt: skip
         if self.resume:  # what a killed run has left of it
-            remove_leftovers(path.with_name(glob.escape(path.name)))
+            for left in leftovers(path):
+                left.unlink(missing_ok=True)
         return [Remembered(str(self.output), history, overwrite=self.overwrite), *rows]

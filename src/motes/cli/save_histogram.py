@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_leftovers, refuse
 from motes.cli.messages import log
+from motes.cli.options import FrameOptions
+from motes.cli.track_options import TargetOptions, TrackOutputs
 from motes.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from motes.cli.options import FrameOptions
-    from motes.cli.track_options import TargetOptions, TrackOutputs
-    from motes.sot.presets import TrackerConfig
+from motes.core.geometry import region_within
+from motes.cues.color import Color
+from motes.rows.writer import check_writable
+from motes.sot.known_target import KnownTarget
+from motes.sot.presets import TrackerConfig
+from motes.video.sources import open_source
 
 
 def save_histogram(
@@ -37,12 +39,6 @@ def save_histogram(
     FormatError
         If the file exists and must not be overwritten, or cannot be written.
     """
-    from motes.core.geometry import region_within
-    from motes.cues.color import Color
-    from motes.rows.writer import check_writable
-    from motes.sot.known_target import KnownTarget
-    from motes.video.sources import open_source
-
     color = config.cues.get("color")
     if not isinstance(color, Color) or len(config.cues) > 1:
         raise ConfigError(

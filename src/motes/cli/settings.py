@@ -37,7 +37,7 @@ def _read_setting(kind: Any, tokens: Any, depth: int = 1) -> Any:
     if isinstance(tokens, dict):
         return {key: _read_setting(kind, inner, depth + 1) for key, inner in tokens.items()}
     token: Token = tokens[-1]
-    return from_flag("value", token.value)["value"]
+    return from_flag(token.value)
 
 
 Settings = Annotated[Any, Parameter(converter=_read_setting, show=False)]

@@ -14,6 +14,12 @@ from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
 from motes.core.files import is_special
+from motes.correction.correct import smooth as smoothed
+from motes.correction.history import check_beside, hand_on, history_beside
+from motes.correction.rows import KnownRows
+from motes.mot.analytics.real_units import GroundMotion
+from motes.rows.schema import GROUND, HINDSIGHT
+from motes.rows.writer import TrackWriter, check_writable
 
 app = App(name="smooth", help_format="plaintext")
 
@@ -39,13 +45,6 @@ def smooth(
     output
         File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
-    from motes.correction.correct import smooth as smoothed
-    from motes.correction.history import check_beside, hand_on, history_beside
-    from motes.correction.rows import KnownRows
-    from motes.mot.analytics.real_units import GroundMotion
-    from motes.rows.schema import GROUND, HINDSIGHT
-    from motes.rows.writer import TrackWriter, check_writable
-
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
     plane = units_of(rows, table.metres, known)

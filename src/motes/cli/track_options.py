@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import error_context, read_text, region_of
+from motes.cli.input_checks import REGION, error_context, numbers_of
 from motes.cli.load_config import load_target
 from motes.cli.options import (
     FLAG,
@@ -56,7 +56,7 @@ class TargetOptions:
 
     def regions(self) -> list[list[float]]:
         """Return the regions of --init; raise a ConfigError for a text that is none."""
-        return [region_of("--init", text) for text in self.init or []]
+        return [numbers_of("--init", text, *REGION) for text in self.init or []]
 
     def known(self) -> "KnownTarget | None":
         """Return the target of --histogram; raise a SourceError if it cannot be read."""
@@ -127,7 +127,6 @@ class TargetOptions:
 
         places: tuple[Place, ...] = ()
         if self.places is not None:
-            read_text(self.places)  # a file that is missing is an error of its own
             with error_context(self.places):
                 places = load_places(self.places)
         background = None if self.background is None else read_image(self.background)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Group
 
-from motes.cli.input_checks import error_context, read_text
+from motes.cli.input_checks import error_context
 from motes.cli.messages import counted, log
 from motes.cli.options import options
 from motes.core.errors import ConfigError
+from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits

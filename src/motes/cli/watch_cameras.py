@@ -7,11 +7,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
-from motes.cli.input_checks import check_not_source, default_output, error_context, read_text
+from motes.cli.input_checks import check_not_source, default_output, error_context
 from motes.cli.load_config import load_target
 from motes.cli.messages import counted, log
+from motes.cluster.ray_connection import connected
+from motes.cluster.rig_on_ray import cluster_rig
 from motes.core import interrupts
 from motes.core.errors import SourceError
+from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check, deferred
 from motes.mot.cameras.camera_report import CameraMessage, CameraReport
@@ -47,9 +50,6 @@ def watcher(
         with RigRunner(rig, seed, target) as local:
             yield local
         return
-    from motes.cluster.ray_connection import connected
-    from motes.cluster.rig_on_ray import cluster_rig
-
     with connected(cluster) as ray, cluster_rig(ray, rig, seed, target) as remote:
         yield remote
 

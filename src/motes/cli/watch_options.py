@@ -9,9 +9,10 @@ from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter
 
-from motes.cli.input_checks import error_context, numbers_of, read_text
+from motes.cli.input_checks import error_context, numbers_of
 from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions, options
 from motes.core.errors import ConfigError
+from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.mot.analytics.regions import Regions

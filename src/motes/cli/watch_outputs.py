@@ -5,23 +5,20 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.core.errors import ConfigError, FormatError
-from motes.formats.mot import result_line
+from motes.formats.mot import line_of
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
-
-if TYPE_CHECKING:
-    from motes.video.film import Film
-    from motes.video.sources import Source
+from motes.video.film import Film
+from motes.video.sources import Source
 
 STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
@@ -90,7 +87,7 @@ class MotOutput(Lines):
     def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
         picture = moment.picture
-        self.put([result_line(picture.frame, each) for each in visible(picture)])
+        self.put([line_of("results", picture.frame, each) for each in visible(picture)])
 
 
 class DocumentOutput(Sink):
@@ -183,14 +180,15 @@ def check_place(name: str, form: str, overwrite: bool) -> None:
     FormatError
         If it exists and must not be overwritten, or the folder above is missing or protected.
     """
-    if not FORMATS.resolve(form).folder:
+    known = FORMATS.resolve(form)
+    if not known.folder:
         check_writable(name, overwrite)
     elif os.path.isdir(name) and os.listdir(name) and not overwrite:
         raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
     elif not os.path.isdir(name):
         check_writable(name)
     else:
-        check_folder(Path(name))
+        check_folder(Path(name), known)
 
 
 def _usual_format(name: str) -> list[str]:

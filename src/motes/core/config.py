@@ -169,17 +169,12 @@ def _without_none(value: Any) -> Any:
     return [*map(_without_none, value)] if isinstance(value, list | tuple) else value
 
 
-def from_flag(key: str, text: str) -> dict[str, Any]:
-    """Return `{"motion": {"noise": 0.2}}` for the flag `--motion.noise 0.2`.
+def from_flag(text: str) -> Any:
+    """Return the value of a flag, such as 0.2 of `--motion.noise 0.2`.
 
     The text is read as a TOML value; `8,8,8` is a list, and any other text is a string.
     """
-    value: Any = text
+    listed = f"[{text}]" if re.match(r"[^\[].*,", text) else text
     with contextlib.suppress(ValueError, RecursionError):
-        value = tomllib.loads(
-            f"value = [{text}]" if re.match(r"[^\[].*,", text) else f"value = {text}"
-        )["value"]
-    for part in reversed(key.split(".")):
-        value = {part: value}
-    nested: dict[str, Any] = value
-    return nested
+        return tomllib.loads(f"value = {listed}")["value"]
+    return text

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import quote
 
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, MotesError, SourceError
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
@@ -38,19 +38,6 @@ def leftovers(target: str | Path) -> list[Path]:
     """Return the partial files of a target, from runs that were killed or have not ended yet."""
     path = _followed(target)
     return sorted(path.parent.glob(glob.escape(path.name) + PARTIAL + "*"))
-
-
-def remove_leftovers(*targets: Path) -> None:
-    """Remove the partial files and folders of targets that are made anew; names may have wildcards.
-
-    A run that is still writing one of them ends with an error.
-    """
-    for target in targets:
-        for path in target.parent.glob(target.name + PARTIAL):
-            if path.is_dir():
-                shutil.rmtree(path, ignore_errors=True)
-            else:
-                path.unlink(missing_ok=True)
 
 
 def _followed(path: str | Path) -> Path:
@@ -81,6 +68,21 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     if overwrite:
         _followed(path).unlink(missing_ok=True)
     return open(_followed(path), "xb", buffering=0)
+
+
+def read_text(
+    path: str | Path, kind: type[MotesError] = SourceError, newline: str | None = None
+) -> str:
+    """Return the text of a file in UTF-8; raise an error of a kind if it cannot be read.
+
+    With the `newline` "", its ends of lines stay as they are.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline=newline) as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not text"
+        raise kind(f"{path} cannot be read: {reason}; check the name.") from None
 
 
 def check_ended(text: str) -> None:
@@ -134,64 +136,27 @@ def writing(path: object) -> Iterator[None]:
         ) from error
 
 
-class PartialFolder:
-    """A new folder beside its target, which takes the target's place in the end.
-
-    Parameters
-    ----------
-    target
-        The final name of the folder. If it is a link, the folder behind the link is meant.
-
-    Attributes
-    ----------
-    path
-        The partial folder.
-
-    Raises
-    ------
-    OSError
-        Here and from all methods, if the file system refuses.
-    """
-
-    def __init__(self, target: str | Path) -> None:
-        self._target = _followed(target)
-        self.path = self._target.with_name(_partial_name(self._target))
-        self.path.mkdir()
-
-    def add(self, name: str, data: bytes) -> None:
-        """Write a new file; nothing is left of it if that fails."""
-        path = self.path / name
-        with path.open("xb", buffering=0) as file:
-            try:
-                write_all(file, data)
-                os.fsync(file.fileno())  # some file systems report only then that they are full
-            except BaseException:
-                path.unlink()
-                raise
-
-    def finish(self) -> None:
-        """Give the folder the target's name; an old folder is removed, with all that it holds."""
-        old = self._target.with_name(_partial_name(self._target))
-        if self._target.exists():
-            self._target.rename(old)
-        self.path.rename(self._target)
-        shutil.rmtree(old, ignore_errors=True)
-
-
 def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
     """Write a folder of files, which gets its name when all of them are written.
 
     An old folder of that name is replaced, with all that it holds. If writing fails, as on a full
     disk, the old one stays.
     """
-    partial = PartialFolder(path)
+    target = _followed(path)
+    partial, old = (target.with_name(_partial_name(target)) for _ in range(2))
+    partial.mkdir()
     try:
         for name, data in files:
-            partial.add(name, data)
-        partial.finish()
+            with (partial / name).open("xb", buffering=0) as file:
+                write_all(file, data)
+                os.fsync(file.fileno())  # some file systems report only then that they are full
+        if target.exists():
+            target.rename(old)
+        partial.rename(target)
     except BaseException:
-        shutil.rmtree(partial.path, ignore_errors=True)
+        shutil.rmtree(partial, ignore_errors=True)
         raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _partial_name(target: Path) -> str:

@@ -15,3 +15,5 @@ Spectra: TypeAlias = NDArray[np.complex64]
 """Fourier transforms of `Singles`."""
 Bytes: TypeAlias = NDArray[np.uint8]
 """Pixels, masks, and numbers of bins."""
+Flags: TypeAlias = NDArray[np.bool_]
+"""Whether something holds, for each frame, ellipse or pixel."""

@@ -12,9 +12,9 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.correction.join import Joined, Stretch, fuse, join, tracked
+from motes.correction.join import Stretch, fuse, join, tracked
 from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
-from motes.correction.passes import as_pass, run_pass
+from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
@@ -77,13 +77,12 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     tracks
         The track of each frame, in order, as from `Tracker.update`.
     """
-    only = as_pass(tracks)
-    absent = np.array([track.status is Status.ABSENT for track in tracks], bool)
+    only = Course.of(tracks)
+    absent = only.where(Status.ABSENT)
     follows = tracked(only, absent)
     if not follows.used.any():
         return list(tracks)
-    joined = fuse([only], follows, {}, [], absent)
-    return [_hindsight(track, joined, i) for i, track in enumerate(tracks)]
+    return fuse([only], follows, {}, [], absent).tracks(tracks)
 
 
 def stretches(frames: range, keys: Keyframes) -> list[Stretch]:
@@ -115,7 +114,7 @@ def correct_stretch(
     seed: int,
     so_far: list[Track] | None = None,
     observe: Callable[[StepInfo], None] | None = None,
-) -> Joined:
+) -> Course:
     """Return the track of a stretch, from passes in both directions.
 
     Between two keyframes, the models of both passes learn from both of them. The tracks of the
@@ -129,10 +128,10 @@ def correct_stretch(
         at_begin, at_end = (_frame(film, first), begin), (_frame(film, last), end)
     if begin is not None:
         frames = film.forward(first, last)
-        forward = as_pass(run(frames, begin, so_far=so_far, other=at_end))
+        forward = Course.of(run(frames, begin, so_far=so_far, other=at_end))
     if end is not None:
         frames = film.backward(last, first)
-        backward = as_pass(run(frames, end, backward=True, other=at_begin))
+        backward = Course.of(run(frames, end, backward=True, other=at_begin))
     return join(stretch, forward, backward)
 
 
@@ -141,34 +140,19 @@ def _frame(film: FrameReader, index: int) -> Frame:
     return found
 
 
-def partial(stretch: Stretch, so_far: Sequence[Track]) -> tuple[Stretch, Joined]:
+def partial(stretch: Stretch, so_far: Sequence[Track]) -> tuple[Stretch, Course]:
     """Return the beginning of a stretch whose forward pass was interrupted; one frame at least."""
     last = stretch.first + len(so_far) - 1
     absent = frozenset(frame for frame in stretch.absent if frame <= last)
     part = stretch._replace(last=last, end=None, absent=absent)
-    return part, join(part, as_pass(so_far), None)
+    return part, join(part, Course.of(so_far), None)
 
 
-def tracks_of(stretch: Stretch, joined: Joined, times: Sequence[float]) -> list[Track]:
+def tracks_of(stretch: Stretch, joined: Course, times: Sequence[float]) -> list[Track]:
     """Return the track of each frame of a stretch; `times` has those of all frames of the film."""
     nan = float("nan")
     empty = [
         Track(i, times[i], Ellipse(0, 0, 1, 1), np.eye(5), nan, Status.LOST, nan, nan)
         for i in range(stretch.first, stretch.last + 1)
     ]
-    return [_hindsight(track, joined, i) for i, track in enumerate(empty)]
-
-
-def _hindsight(track: Track, joined: Joined, i: int) -> Track:
-    """Return a track with row i of a joined stretch."""
-    return Track(
-        frame=track.frame,
-        time=track.time,
-        ellipse=Ellipse(*joined.ellipses[i].tolist()),
-        covariance=np.diag(joined.variances[i]),
-        confidence=float(joined.confidence[i]),
-        status=joined.status[i],
-        distance=track.distance,
-        effective_sample_size=track.effective_sample_size,
-        outlier=bool(joined.outlier[i]),
-    )
+    return joined.tracks(empty)

@@ -14,10 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.correction.coordinates import overlap_probability
-
-Flags = NDArray[np.bool_]
 
 RIGHT = 0.7
 """Overlap (IoU) from which a box needs no correction."""

@@ -54,14 +54,14 @@ class History(msgspec.Struct, frozen=True):
     motes: str = __version__
     """Version of motes."""
     stride: int = 1
-    """Every so many frames, one is used."""
+    """Every n-th frame is used, where n is this number."""
     fps: float | None = None
     """Frames per second that give the times; None where the film has times of its own."""
     preset: str | None = None
     """The name of the tracker's preset."""
-    places: dict[str, Any] | None = None
+    places: Regions | None = None
     """The lines and zones of `motes watch`; None for rows of `motes track`."""
-    units: dict[str, Any] | None = None
+    units: RealUnits | None = None
     """How pixels become metres, if they do."""
     corrections: list[list[tuple[int, list[float] | None]]] = []
     """The marks of each command, in order: frames with a region or None. A later mark of a frame
@@ -101,8 +101,8 @@ class History(msgspec.Struct, frozen=True):
             preset=preset,
             config=to_dict(config),
             seed=seed,
-            units=None if units is None else to_dict(units),
-            places=None if places is None else to_dict(places),
+            units=units,
+            places=places,
         )
 
     @classmethod
@@ -138,8 +138,6 @@ class History(msgspec.Struct, frozen=True):
             check_rate(history.fps)
             if history.places is None:
                 history.tracker  # noqa: B018
-            history.regions  # noqa: B018
-            history.real_units  # noqa: B018
             history.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
@@ -181,16 +179,6 @@ class History(msgspec.Struct, frozen=True):
         """The configuration of the tracker of `motes track`."""
         config: TrackerConfig = from_dict(self.config, Algorithm)
         return config
-
-    @property
-    def real_units(self) -> RealUnits | None:
-        """How pixels become metres; None without metres."""
-        return None if self.units is None else from_dict(self.units, RealUnits)
-
-    @property
-    def regions(self) -> Regions:
-        """The lines and zones."""
-        return Regions() if self.places is None else from_dict(self.places, Regions)
 
     @property
     def keys(self) -> dict[int, Ellipse | None]:

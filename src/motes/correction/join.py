@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates, overlap_probability
-from motes.correction.passes import Pass
+from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, fit_motion, outliers, smooth
 from motes.correction.support import Support, support
-
-Flags = NDArray[np.bool_]
 
 CENTER_DRIFT, CENTER_MEMORY = 0.06, 10.0
 """Standard deviation of the offset of a pass's center from the target's, in mean sides, and its
@@ -57,21 +54,7 @@ class Stretch(NamedTuple):
         return {i: key for i, key in ends.items() if key is not None}
 
 
-class Joined(NamedTuple):
-    """The track of a stretch, as arrays with a row for each frame."""
-
-    ellipses: Floats
-    variances: Floats
-    """(n, 5): the path and the variances of x, y, a, b, theta; NaN where the target is absent."""
-    status: list[Status]
-    """The status of each frame."""
-    confidence: Floats
-    """(n,), the probability that the box overlaps the target by more than half."""
-    outlier: Flags
-    """(n,), whether a pass reported a place that is not used."""
-
-
-def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joined:
+def join(stretch: Stretch, forward: Course | None, backward: Course | None) -> Course:
     """Return the track of a stretch.
 
     Parameters
@@ -94,9 +77,9 @@ def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joine
     return fuse(passes, follows, stretch.keys, starts, absent)
 
 
-def tracked(only: Pass, absent: Flags) -> Support:
+def tracked(only: Course, absent: Flags) -> Support:
     """Return the support of one pass: what it has tracked, except for jumps away and back."""
-    used = only.tracking & ~absent
+    used = only.where(Status.TRACKING) & ~absent
     ellipses = only.ellipses[used]
     if len(ellipses):
         space = Coordinates.of([Ellipse(*row) for row in ellipses.tolist()], only.ellipses)
@@ -105,7 +88,7 @@ def tracked(only: Pass, absent: Flags) -> Support:
 
 
 def both(
-    stretch: Stretch, forward: Pass, backward: Pass, absent: Flags, *, same_end: bool = False
+    stretch: Stretch, forward: Course, backward: Course, absent: Flags, *, same_end: bool = False
 ) -> Support:
     """Return the support of two passes, judged by each other and by the keyframes at their ends.
 
@@ -123,12 +106,12 @@ def both(
 
 
 def fuse(
-    passes: Sequence[Pass],
+    passes: Sequence[Course],
     follows: Support,
     keys: dict[int, Ellipse],
     starts: Sequence[int],
     absent: Flags,
-) -> Joined:
+) -> Course:
     """Return one track from one or two passes.
 
     Parameters
@@ -177,12 +160,12 @@ def fuse(
     for i, key in keys.items():  # as the user has marked it
         ellipses[i], variances[i], confidence[i] = key, 0.0, 1.0
     ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan
-    claims = np.array([each.tracking for each in passes])
+    claims = np.array([each.where(Status.TRACKING) for each in passes])
     outlier = (claims & ~used).any(axis=0) & ~absent
     outlier[[*keys]] = False
     states = np.select([absent, supported, bridged], [0, 1, 2], 3)
     names = (Status.ABSENT, Status.TRACKING, Status.INTERPOLATED, Status.LOST)
-    return Joined(ellipses, variances, [names[i] for i in states], confidence, outlier)
+    return Course(ellipses, variances, confidence, [names[i] for i in states], outlier)
 
 
 def enclosing(ellipses: Floats) -> Floats:

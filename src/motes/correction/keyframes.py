@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
-from motes.core.files import check_ended
+from motes.core.files import check_ended, read_text
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
@@ -113,14 +113,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     InputError
         If the file cannot be read, has no keyframe, or a row has another form, with its number.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(
-            f"The keyframes {path} cannot be read: {error.strerror}; check the name."
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError(f"The keyframes {path} are not text; check the name.") from None
+    text = read_text(path, InputError)
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     size: int | None = None
     for number, line in enumerate(text.splitlines(), start=1):

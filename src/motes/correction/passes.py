@@ -2,51 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check
 from motes.core.track import Status, Track
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
 
-class Pass(NamedTuple):
-    """What a tracker has reported, in order of the frames, not of the pass."""
+class Course(NamedTuple):
+    """Where a target is in frames in order, as arrays: of one pass, or of all that is known."""
 
     ellipses: Floats
-    """(n, 5)."""
     variances: Floats
-    """(n, 5), the diagonal of each covariance."""
+    """(n, 5), x, y, a, b, theta and their variances; NaN where the target is absent."""
     confidence: Floats
     """(n,)."""
-    tracking: NDArray[np.bool_]
-    """(n,), whether its status was `tracking`."""
+    status: Sequence[Status]
+    """The status of each frame."""
+    outlier: Flags
+    """(n,), whether a tracker reported a place that is not used."""
 
-    def part(self, start: int, stop: int) -> Pass:
-        """Return the frames from `start` on, before `stop`."""
-        part = slice(start, stop)
-        return Pass(
-            self.ellipses[part], self.variances[part], self.confidence[part], self.tracking[part]
+    @classmethod
+    def of(cls, tracks: Sequence[Track]) -> Course:
+        """Return tracks, in order of their frames, as a course."""
+        return cls(
+            np.array([track.ellipse for track in tracks], np.float64).reshape(-1, 5),
+            np.array([track.covariance.diagonal() for track in tracks]).reshape(-1, 5),
+            np.array([track.confidence for track in tracks], np.float64),
+            [track.status for track in tracks],
+            np.array([track.outlier for track in tracks], bool),
         )
 
+    def where(self, *states: Status) -> Flags:
+        """Return in which frames (n,) the status is one of these."""
+        return np.array([each in states for each in self.status], bool)
 
-def as_pass(tracks: Iterable[Track]) -> Pass:
-    """Return tracks, in order of their frames, as a pass."""
-    each = list(tracks)
-    return Pass(
-        np.array([track.ellipse for track in each], np.float64).reshape(-1, 5),
-        np.array([track.covariance.diagonal() for track in each]).reshape(-1, 5),
-        np.array([track.confidence for track in each], np.float64),
-        np.array([track.status is Status.TRACKING for track in each], bool),
-    )
+    def tracks(self, like: Sequence[Track]) -> list[Track]:
+        """Return tracks with this course, and all else of other tracks of the same frames."""
+        return [
+            replace(
+                track,
+                ellipse=Ellipse(*self.ellipses[i].tolist()),
+                covariance=np.diag(self.variances[i]),
+                confidence=float(self.confidence[i]),
+                status=self.status[i],
+                outlier=bool(self.outlier[i]),
+            )
+            for i, track in enumerate(like)
+        ]
 
 
 def run_pass(

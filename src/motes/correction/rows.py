@@ -10,13 +10,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, InputError
-from motes.core.files import write_whole, writing
+from motes.core.files import read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundMotion, RealUnits
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
-from motes.rows.reader import read_text, table_of
+from motes.rows.reader import table_of
 from motes.rows.schema import (
     COLUMNS,
     DEVIATIONS,
@@ -63,7 +63,7 @@ class KnownRows:
 
     def __init__(self, path: Path, *, growing: bool = False) -> None:
         self._path, self._form = path, form_of(path)
-        text = read_text(path)
+        text = read_text(path, InputError, newline="")
         if growing:
             text = text[: text.rfind("\n") + 1]
         table = table_of(text, path, self._form)

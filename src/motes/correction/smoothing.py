@@ -20,9 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.types import Floats
-
-Flags = NDArray[np.bool_]
+from motes.core.types import Flags, Floats
 
 PERSISTENCE = (0.0, 0.5, 0.8, 0.95)
 """The shares rho of a velocity that may stay from frame to frame; the likeliest one is taken."""
@@ -227,26 +225,18 @@ def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
     return left
 
 
-def robust_spread(seen: Floats, times: NDArray[np.int64]) -> Floats:
-    """Return the standard deviation (k,) of the motion in a frame, from observations at times.
-
-    It is the median of the steps over that of a standard normal variable's absolute value.
-    """
-    steps = np.abs(np.diff(seen, axis=0)) / np.sqrt(np.diff(times))[:, None]
-    return np.maximum(np.median(steps, axis=0) / NORMAL_MEDIAN, LEAST_DEVIATION)
-
-
 def local_variance(seen: Floats, times: NDArray[np.int64]) -> Floats:
     """Return the variance (n - 1, k) of the motion from each observation to the next.
 
     It is that of the whole track, or that of the steps around where the target moves faster: it may
-    rest most of the time and run now and then. A jump is one fast step, a run has several.
+    rest most of the time and run now and then. A jump is one fast step, a run has several. The
+    deviation is the median of steps over that of a standard normal variable's absolute value.
     """
     steps = np.abs(np.diff(seen, axis=0)) / np.sqrt(np.diff(times))[:, None]
     padded = np.pad(steps, ((RUN - 1, RUN - 1), (0, 0)), constant_values=np.nan)
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * RUN - 1, axis=0)
-    nearby = np.nanmedian(around, axis=2) / NORMAL_MEDIAN
-    spread = np.maximum(nearby, robust_spread(seen, times))
+    fastest = np.maximum(np.nanmedian(around, axis=2), np.median(steps, axis=0))
+    spread = np.maximum(fastest / NORMAL_MEDIAN, LEAST_DEVIATION)
     out: Floats = spread**2 * np.diff(times)[:, None]
     return out
 

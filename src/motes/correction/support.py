@@ -12,11 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from motes.core.types import Floats
-
-Flags = NDArray[np.bool_]
+from motes.core.types import Flags, Floats
 
 LEAVES = 0.01
 """Probability that a pass leaves its target from one frame to the next."""

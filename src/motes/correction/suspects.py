@@ -10,18 +10,20 @@ from msgspec.structs import replace
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates
 from motes.correction.doubts import ranked
-from motes.correction.join import DRIFT, Flags, Stretch, both, shared_variance
+from motes.correction.join import DRIFT, Stretch, both, shared_variance
 from motes.correction.keyframes import Keyframes
-from motes.correction.passes import Pass, as_pass
+from motes.correction.passes import Course
 from motes.correction.smoothing import local_variance
 
 PLANE_GATE = 13.82
 """The 99.9 % quantile of the chi-square distribution with 2 degrees of freedom."""
 LEAST_GAIN = 0.5
 """Frames that a correction is expected to make right, at least: others are not worth a look."""
+DOUBTFUL = [each for each in Status if each not in (Status.TRACKING, Status.ABSENT)]
+"""States in which a frame is doubtful."""
 EITHER = 0.5
 """Confidence after a jump: the place before it or the one after it is right."""
 
@@ -53,12 +55,11 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
     count
         Number of frames; there are fewer if others have no gain.
     """
-    only = as_pass(tracks)
-    frames = np.array([track.frame for track in tracks])
-    keys = np.isin(frames, [*keyframes])
-    tracking = np.isin([str(track.status) for track in tracks], PLACED)
-    outlier = np.array([track.outlier for track in tracks], bool)
-    absent = np.array([track.status is Status.ABSENT for track in tracks], bool)
+    only = Course.of(tracks)
+    outlier = only.outlier
+    keys = np.isin([track.frame for track in tracks], [*keyframes])
+    tracking = only.where(Status.TRACKING, Status.INTERPOLATED)
+    absent = only.where(Status.ABSENT)
     jumps, leaps = _jumps(only, tracking)
     confidence = np.where(outlier, np.minimum(only.confidence, EITHER), only.confidence)
     for start in np.flatnonzero(jumps & ~outlier & ~keys):
@@ -69,11 +70,7 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
         "a tracker was elsewhere": outlier,
         "jump": jumps,
         "leap of the size": leaps,
-        **{
-            str(each): np.array([track.status is each for track in tracks], bool)
-            for each in Status
-            if each not in (Status.TRACKING, Status.ABSENT)
-        },
+        **{str(each): only.where(each) for each in DOUBTFUL},
         "low confidence": only.confidence < EITHER,
     }
     ellipses = np.where(absent[:, None], np.nan, only.ellipses)
@@ -87,32 +84,30 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
     ]
 
 
-PLACED = (str(Status.TRACKING), str(Status.INTERPOLATED))
-
-
 def compare(tracks: Sequence[Track], backward: Sequence[Track]) -> list[Track]:
     """Return tracks judged by a backward pass over the same frames, from the last of them.
 
     The confidence is at most the probability that the forward pass follows the target. Rows that
     the backward pass contradicts are outliers.
     """
-    forward, back = as_pass(tracks), as_pass(backward)
+    forward, back = Course.of(tracks), Course.of(backward)
     begin, end = tracks[0].ellipse, tracks[-1].ellipse
     absent = np.zeros(len(tracks), bool)
     stretch = Stretch(tracks[0].frame, tracks[-1].frame, begin, end)
     follows = both(stretch, forward, back, absent, same_end=True)
+    unlike = forward.where(Status.TRACKING) & ~follows.used[0]
     share = np.where(follows.used[0], follows.probability, 1 - follows.probability)
     return [
         replace(
             track,
             confidence=min(track.confidence, float(share[i])),
-            outlier=bool(forward.tracking[i] and not follows.used[0, i]),
+            outlier=bool(unlike[i]),
         )
         for i, track in enumerate(tracks)
     ]
 
 
-def _jumps(only: Pass, tracking: Flags) -> tuple[Flags, Flags]:
+def _jumps(only: Course, tracking: Flags) -> tuple[Flags, Flags]:
     """Return in which frames the place, and the size, changes by more than the motion explains."""
     where = np.flatnonzero(tracking)
     jumps, leaps = np.zeros(len(tracking), bool), np.zeros(len(tracking), bool)
@@ -126,7 +121,7 @@ def _jumps(only: Pass, tracking: Flags) -> tuple[Flags, Flags]:
     return jumps, leaps
 
 
-def _drifted(only: Pass, keys: Flags) -> Floats:
+def _drifted(only: Course, keys: Flags) -> Floats:
     """Return the part (n, 5) of variances that grows with the distance from a keyframe alone."""
     rows = np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
     ellipses = np.where(rows[:, None], only.ellipses, [0.0, 0.0, 1.0, 1.0, 0.0])

@@ -47,45 +47,34 @@ _NEEDED, _MOST = 7, 10
 _SEPARATOR = re.compile(r"[ \t]*[,;][ \t]*|[ \t]+")
 
 
-def write_results(recorded: Recording) -> Iterator[bytes]:
-    """Yield a line for each visible object: frame, identity, box, confidence, class, 1, -1.
+def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
+    """Yield a line for each visible object; only truth has a line for an occluded one, too.
 
-    The class is 1 for an object without one, and -1 for one that is none of `CLASSES`. An occluded
-    object has no line, as the form cannot mark a predicted box, and scores would count it.
+    Elsewhere the form cannot mark a predicted box, and scores would count it. Detections have no
+    identity, and are for `motes watch --detector`.
     """
     for row in recorded:
-        for each in visible(row):
-            yield result_line(row.frame, each).encode() + b"\n"
+        for each in shown(row) if kind == "truth" else visible(row):
+            yield line_of(kind, row.frame, each).encode() + b"\n"
 
 
-def result_line(frame: int, each: ObjectRow) -> str:
-    """Return the line of an object in a frame that counts from 0."""
-    box = _box(each)
-    return f"{frame + 1},{each.identity},{box},{each.confidence:.4f},{_class(each)},1,-1"
+def line_of(kind: Kind, frame: int, each: ObjectRow) -> str:
+    """Return the line of an object in a frame that counts from 0.
 
-
-def write_truth(recorded: Recording) -> Iterator[bytes]:
-    """Yield a line for each object: frame, identity, box, flag, class, visibility.
-
-    The flag is 0 for an object with confidence 0, which does not count. An occluded object counts,
-    with visibility 0.
+    - Results: frame, identity, box, confidence, class, 1, -1. The class is 1 for an object without
+      one, and -1 for one that is none of `CLASSES`.
+    - Truth: frame, identity, box, flag, class, visibility. The flag is 0 for an object with
+      confidence 0, which does not count. An occluded object counts, with visibility 0.
+    - Detections: frame, -1, box, confidence, -1, -1, -1.
     """
-    for row in recorded:
-        for each in shown(row):
-            hidden = each.status is Status.OCCLUDED
-            flag = int(hidden or each.confidence > 0)
-            line = (
-                f"{row.frame + 1},{each.identity},{_box(each)},{flag},{_class(each)},{1 - hidden}"
-            )
-            yield line.encode() + b"\n"
-
-
-def write_detections(recorded: Recording) -> Iterator[bytes]:
-    """Yield a line for each visible object, without its identity, for `motes watch --detector`."""
-    for row in recorded:
-        for each in visible(row):
-            line = f"{row.frame + 1},-1,{_box(each)},{each.confidence:.4f},-1,-1,-1"
-            yield line.encode() + b"\n"
+    box, sure = _box(each), f"{each.confidence:.4f}"
+    if kind == "detections":
+        return f"{frame + 1},-1,{box},{sure},-1,-1,-1"
+    if kind == "results":
+        return f"{frame + 1},{each.identity},{box},{sure},{_class(each)},1,-1"
+    hidden = each.status is Status.OCCLUDED
+    flag = int(hidden or each.confidence > 0)
+    return f"{frame + 1},{each.identity},{box},{flag},{_class(each)},{1 - hidden}"
 
 
 def _box(each: ObjectRow) -> str:
@@ -100,22 +89,11 @@ def _class(each: ObjectRow) -> int:
     return CLASSES.get(SYNONYMS.get(name, name), UNKNOWN)
 
 
-def read_results(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of results."""
-    return _read(path, facts, "results")
+def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
+    """Return the objects of a file.
 
-
-def read_truth(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of a truth; the confidence is the flag, and visibility 0 is occluded."""
-    return _read(path, facts, "truth")
-
-
-def read_detections(path: Path, facts: FilmFacts) -> Recording:
-    """Return detections, which have no identity."""
-    return _read(path, facts, "detections")
-
-
-def _read(path: Path, facts: FilmFacts, kind: Kind) -> Recording:
+    The confidence of truth is its flag, and visibility 0 is occluded. Detections have no identity.
+    """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
     return recording_of(facts, _objects(lines, facts.label))
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,8 @@ class Format:
     longest one that fits counts."""
     read: str | Callable[..., Recording] | None = None
     """Returns the `Recording` of a path and of the `FilmFacts`; or `module:function` in
-    `motes.formats`. None if it cannot be read."""
+    `motes.formats`, or `module:function:text` if it takes a text before. None if it cannot be
+    read."""
     write: str | Callable[..., Iterator[Any]] | None = None
     """Returns the bytes of a `Recording`, piece by piece; of a folder, pairs of a name and bytes.
     None if it cannot be written."""
@@ -48,46 +50,47 @@ class Format:
     """Whether it needs the size of the picture."""
     thinned: bool = False
     """Whether it holds keyframes, between which its tools interpolate."""
-    folder: bool = False
-    """Whether it is a folder of files."""
+    folder: tuple[str, ...] = ()
+    """The endings of the files in a folder; none if it is a single file."""
     single: bool = False
     """Whether it holds one object."""
 
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
+LABELS = (".txt", ".yaml", ".cache")
 
 OWN: dict[str, Format] = {
     "csv": Format(
-        title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write_csv",
+        title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write:csv",
         holds=ROWS,
     ),
     "jsonl": Format(
         title="rows of motes, JSON Lines", endings=(".jsonl",), read="rows:read",
-        write="rows:write_jsonl", holds=ROWS,
+        write="rows:write:jsonl", holds=ROWS,
     ),
     "parquet": Format(
         title="rows of motes, Apache Parquet", endings=(".parquet",), read="parquet:read",
         write="parquet:write", holds=ROWS,
     ),
     "mot": Format(
-        title="results of the MOTChallenge", endings=(".txt",), read="mot:read_results",
-        write="mot:write_results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
+        title="results of the MOTChallenge", endings=(".txt",), read="mot:read:results",
+        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
     ),
     "mot-truth": Format(
-        title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read_truth",
-        write="mot:write_truth", holds=(IDENTITIES, CLASSES, HIDDEN),
+        title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read:truth",
+        write="mot:write:truth", holds=(IDENTITIES, CLASSES, HIDDEN),
     ),
     "mot-detections": Format(
         title="detections of the MOTChallenge", endings=(".det.txt", "det.txt"),
-        read="mot:read_detections", write="mot:write_detections", holds=(CONFIDENCES,),
+        read="mot:read:detections", write="mot:write:detections", holds=(CONFIDENCES,),
     ),
     "otb": Format(
-        title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="otb:read",
-        write="otb:write", single=True,
+        title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="truth:read:otb",
+        write="truth:write:otb", single=True,
     ),
     "vot": Format(
-        title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="vot:read",
-        write="vot:write", holds=(ANGLES,), single=True,
+        title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="truth:read:vot",
+        write="truth:write:vot", holds=(ANGLES,), single=True,
     ),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
@@ -98,12 +101,16 @@ OWN: dict[str, Format] = {
         holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True,
     ),
     "yolo": Format(
-        title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
-        holds=(CLASSES,), sized=True, folder=True,
+        title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
+        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS,
     ),
     "yolo-predictions": Format(
-        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write_predictions",
-        holds=(CONFIDENCES, CLASSES), sized=True, folder=True,
+        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS,
+    ),
+    "masks": Format(
+        title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
+        folder=(".png",), single=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
@@ -189,7 +196,7 @@ def recognized(path: Path) -> str:
     if named and named not in OWN:
         return named
     if path.is_dir():
-        return "yolo"
+        return "masks" if named == "masks" else "yolo"
     try:
         _check_not_empty(path)
         with path.open("rb") as file:
@@ -250,11 +257,8 @@ def _function(name: str | Callable[..., Any]) -> Callable[..., Any]:
     """Return a function of a format; a text names one of motes."""
     if not isinstance(name, str):
         return name
-    module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(
-        importlib.import_module(f"motes.formats.{module}"), function
-    )
-    return found
+    module, function, *texts = name.split(":")
+    return partial(getattr(importlib.import_module(f"motes.formats.{module}"), function), *texts)
 
 
 def read(path: Path, name: str, facts: FilmFacts) -> Recording:
@@ -270,11 +274,9 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     form = FORMATS.resolve(name)
     if form.read is None:
         raise ConfigError(f"{name} is only written; motes reads {', '.join(_readable())}.")
-    if path.exists() and path.is_dir() != form.folder:
-        kinds = ("a file", "a folder")
-        raise SourceError(
-            f"{path} is {kinds[path.is_dir()]}, and {name} is {kinds[form.folder]}; check the name."
-        )
+    if path.exists() and path.is_dir() != bool(form.folder):
+        here, wanted = ("a folder", "a file") if path.is_dir() else ("a file", "a folder")
+        raise SourceError(f"{path} is {here}, and {name} is {wanted}; check the name.")
     if name in ("yolo", "yolo-predictions", "label-studio") and not facts.width:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
@@ -333,14 +335,12 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     if not form.folder:
         write_whole(path, pieces)
         return
-    check_folder(path)
+    check_folder(path, form)
     write_folder(path, pieces)
 
 
-def check_folder(
-    path: Path, suffixes: Sequence[str] = (".txt", ".yaml", ".cache"), kind: str = "label"
-) -> None:
-    """Check that nothing but one kind of files is lost if a folder is made anew.
+def check_folder(path: Path, form: Format) -> None:
+    """Check that nothing but files of a format is lost if a folder is made anew.
 
     Raises
     ------
@@ -352,10 +352,10 @@ def check_folder(
     if path.samefile("."):
         raise FormatError(f"{path} is the current folder; name another one.")
     for each in path.iterdir():
-        if each.is_dir() or each.suffix not in suffixes:
+        if each.is_dir() or each.suffix not in form.folder:
             raise FormatError(
-                f"{path} would be replaced, but holds {each.name}, which is no {kind}; choose "
-                f"another name."
+                f"{path} would be replaced, but holds {each.name}, which is no part of "
+                f"{form.title}; choose another name."
             )
 
 

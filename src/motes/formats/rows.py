@@ -41,17 +41,8 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
     return (*COLUMNS, *further), values
 
 
-def write_csv(recorded: Recording) -> Iterator[bytes]:
-    """Yield a line of titles, and a line for each row."""
-    return _lines(recorded, "csv")
-
-
-def write_jsonl(recorded: Recording) -> Iterator[bytes]:
-    """Yield an object of JSON for each row."""
-    return _lines(recorded, "jsonl")
-
-
-def _lines(recorded: Recording, form: Form) -> Iterator[bytes]:
+def write(form: Form, recorded: Recording) -> Iterator[bytes]:
+    """Yield a line for each row, after the titles of CSV."""
     columns, rows = table_of(recorded)
     for text in head(form, columns):
         yield f"{text}\n".encode()

@@ -6,6 +6,7 @@ Their coordinates begin at the upper left corner of the picture, ours at the fir
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from motes.core.geometry import Ellipse, area, clipped
 from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import Header, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow
 
 MIN_AREA = 0.01
 """Smallest area inside the frame of an object that is annotated, in square pixels."""
@@ -76,6 +77,11 @@ def labels_of(classes: Mapping[int, str] | Iterable[str], head: Header) -> list[
 def label_or_none(name: str | None, usual: str) -> str | None:
     """Return a class that a file names, or None for the usual one."""
     return None if name in (None, "", usual) else name
+
+
+def stem_of(row: FrameRow) -> str:
+    """Return the name of a frame's image without its ending; of a video, that of CVAT."""
+    return Path(row.file).stem if row.file else frame_name(row.frame)
 
 
 def frame_name(frame: int) -> str:

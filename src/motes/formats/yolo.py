@@ -10,12 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.shapes import frame_name, label_or_none, labels_of, visible_box
+from motes.formats.shapes import label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
 from motes.rows.journal import ObjectRow
@@ -24,17 +25,13 @@ NAMES = "data.yaml"
 CLASSES = "classes.txt"
 
 
-def write(recorded: Recording) -> Iterator[tuple[str, bytes]]:
-    """Yield names and contents of files: the texts of all frames, then the names of the classes."""
-    yield from _files(recorded, confidences=False)
+def write(
+    kind: Literal["labels", "predictions"], recorded: Recording
+) -> Iterator[tuple[str, bytes]]:
+    """Yield names and contents of files: the texts of all frames, then the names of the classes.
 
-
-def write_predictions(recorded: Recording) -> Iterator[tuple[str, bytes]]:
-    """Yield the files of `write`, with the confidence at the end of each line."""
-    yield from _files(recorded, confidences=True)
-
-
-def _files(recorded: Recording, *, confidences: bool) -> Iterator[tuple[str, bytes]]:
+    In predictions, a line ends with the confidence.
+    """
     head = recorded.head
     every = [each.label or head.label for row in recorded for each in row.objects]
     numbers = {name: number for number, name in enumerate(labels_of(every, head))}
@@ -51,10 +48,9 @@ def _files(recorded: Recording, *, confidences: bool) -> Iterator[tuple[str, byt
                 (box.bottom - box.top) / head.height,
             )
             fields = [str(numbers[each.label or head.label]), *(f"{share:.8f}" for share in shares)]
-            fields += [f"{each.confidence:.5f}"] if confidences else []
+            fields += [f"{each.confidence:.5f}"] if kind == "predictions" else []
             lines.append(" ".join(fields) + "\n")
-        stem = Path(row.file).with_suffix("").name if row.file else frame_name(row.frame)
-        yield f"{stem}.txt", "".join(lines).encode()
+        yield f"{stem_of(row)}.txt", "".join(lines).encode()
     names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
     yield (
         NAMES,

@@ -1,18 +1,14 @@
-"""Recording of a run for the figures of the papers, and the files of these figures."""
+"""The figures of the papers, of what was recorded of a run, and the names of their files."""
 
 from __future__ import annotations
 
-from array import array
-from pathlib import Path
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import FormatError
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.optional import optional
-from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
@@ -21,188 +17,84 @@ from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 
-APPEARING = "appearing.png"
-FIGURES = (
-    "rho_surface.png",
-    "time_per_frame.png",
-    APPEARING,
-    "size_and_displacement.png",
-)
-"""The files that `Recorder.save` writes; `APPEARING` only for trackers with the appearance rule."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RHO_SURFACE, TIME, APPEARING = "rho_surface.png", "time_per_frame.png", "appearing.png"
+SIZE = "size_and_displacement.png"
+FIGURES = (RHO_SURFACE, TIME, APPEARING, SIZE)
+"""The files of the figures; `APPEARING` only for trackers with the appearance rule."""
 CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 """The files for a tracker with several cues, and for one with the cue `orientation`."""
-DPI = 110
 
 
 def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> RhoSurface:
-    """Return the surface of figure 3 around the estimate in a frame, over all cues."""
-    x, y, distances = cue_distances(config, frame, info)
-    rho = np.zeros(x.size * y.size)
-    for name, each in distances.items():
-        rho += info.cue_weights[name] * (1 - each**2)
-    mean = np.array(info.track.ellipse[:2])
-    return RhoSurface(frame.index, x, y, rho.reshape(y.size, x.size), info.ellipses[:, :2], mean)
-
-
-def cue_distances(
-    config: TrackerConfig, frame: Frame, info: StepInfo
-) -> tuple[Floats, Floats, dict[str, Floats]]:
-    """Return how far the estimate's ellipse is from the target model where it is moved to.
-
-    Returns
-    -------
-    The places in x (n,) and in y (m,), and for each cue the distances (m * n,), row by row.
-    """
+    """Return the surface of figure 3, over all cues: the estimate's ellipse, moved around it."""
     ellipse, n = info.track.ellipse, SURFACE_STEPS
     reach = max(ellipse.box[2:])
     x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), n)
     y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), n)
     moved = np.tile(np.array(ellipse), (n, n, 1))
     moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
-    places = moved.reshape(-1, 5)
-    cues = config.cues.items()
-    return x, y, {name: cue.distances(info.models[name], frame, places) for name, cue in cues}
+    rho = np.zeros(n * n)
+    for name, cue in config.cues.items():
+        distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
+        rho += info.cue_weights[name] * (1 - distances**2)
+    mean = np.array(ellipse[:2])
+    return RhoSurface(frame.index, x, y, rho.reshape(n, n), info.ellipses[:, :2], mean)
 
 
-def orientation_of(cue: Orientation, frame: Frame, ellipse: Ellipse) -> tuple[Floats, Floats]:
-    """Return the ROH and the FOH of a region: its orientations, turned with it, and a spectrum."""
-    rotated, spectrum = (
-        replace(cue, form=form).learn(frame, ellipse).histogram for form in ("rotated", "fourier")
+def orientations_of(
+    cue: Orientation, frame: Frame, info: StepInfo
+) -> tuple[Floats, Floats, Floats]:
+    """Return FOH, ROH and model of figure 1: of the estimate's region, turned with it."""
+    spectrum, rotated = (
+        replace(cue, form=form).learn(frame, info.track.ellipse).histogram
+        for form in ("fourier", "rotated")
     )
-    return rotated, spectrum
+    return spectrum, rotated, info.models["orientation"].histogram
 
 
-class Recorder:
-    """Collects the data for the figures of the papers, and draws them.
+def files_of(config: TrackerConfig) -> list[str]:
+    """Return the names of the files that the figures of a tracker may have."""
+    names = [name for name in FIGURES if config.presence is not None or name != APPEARING]
+    names += [CUE_WEIGHTS] * (len(config.cues) > 1) + [ORIENTATION] * ("orientation" in config.cues)
+    return names
 
-    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with weights of cues that change also
-    figure 3 of Maggio et al., and with orientation their figure 1. About a dozen numbers are kept
-    of each frame. Only one whole frame is kept, for the figures that show a single frame: the last
-    one whose number among the tracked frames, counted from 1, is a power of two. It lies in the
-    second half of the tracked frames. Neither the length of the run nor the quality of the track is
-    needed to choose it.
+
+def figures_of(
+    config: TrackerConfig, series: Series, samples: int, kept: tuple[Frame, StepInfo] | None
+) -> Iterator[tuple[str, Figure]]:
+    """Draw the figures of a run; yield each with the name of its file, which is in `files_of`.
+
+    Figures of a single frame are left out if no frame was tracked, running times if there is only
+    one frame, weights of cues that never change, and all if no frame was recorded.
 
     Parameters
     ----------
     config
-        Configuration of the tracker that is recorded.
-
-    Raises
-    ------
-    MissingDependencyError
-        If matplotlib is not installed.
+        The tracker.
+    series
+        The numbers of all frames.
+    samples
+        The number of particles.
+    kept
+        The frame of the figures that show a single one; None if none was tracked.
     """
-
-    def __init__(self, config: TrackerConfig) -> None:
-        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
-        self._config = config
-        self._numbers = array("d")
-        self._tracked = self._samples = 0
-        self._kept: tuple[Frame, StepInfo] | None = None
-
-    def add(
-        self, frame: Frame, info: StepInfo, seconds: float, mean_shift_seconds: float | None
-    ) -> None:
-        """Record a frame.
-
-        Parameters
-        ----------
-        frame, info
-            The frame, and the tracker's step information for it.
-        seconds
-            The tracker's running time.
-        mean_shift_seconds
-            The running time of mean shift for the same frame; None if it was not run.
-        """
-        track, tracking = info.track, info.track.status is Status.TRACKING
-        shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
-        supporting = np.nan if info.n_supporting is None else info.n_supporting
-        self._samples = self._samples or len(info.weights)  # a budget may change it later
-        self._numbers.extend(
-            (frame.index, *track.ellipse[:4], supporting, tracking, seconds, shift)
-        )
-        self._numbers.extend(info.cue_weights.values())
-        self._tracked += tracking
-        if tracking and self._tracked.bit_count() == 1:
-            self._kept = frame, info
-
-    @property
-    def series(self) -> Series:
-        """The numbers recorded so far."""
-        single = len(Series._fields) - 1
-        table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
-        return Series(*[*table.T[:single], table[:, single:]])
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """The names of the files that `save` may write."""
-        cues = self._config.cues
-        more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
-        rule = self._config.presence is not None
-        return tuple(name for name in FIGURES if rule or name != APPEARING) + more
-
-    def surface(self) -> RhoSurface | None:
-        """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
-        if self._kept is None:
-            return None
-        return surface_of(self._config, *self._kept)
-
-    def edges(self) -> tuple[Floats, Floats, Floats] | None:
-        """Return FOH, ROH and model of figure 1 in the kept frame; None without frame or cue."""
-        cue = self._config.cues.get("orientation")
-        if self._kept is None or not isinstance(cue, Orientation):
-            return None
-        frame, info = self._kept
-        rotated, spectrum = orientation_of(cue, frame, info.track.ellipse)
-        return spectrum, rotated, info.models["orientation"].histogram
-
-    def save(self, folder: Path) -> list[Path]:
-        """Draw the figures into a folder, which is made if needed; return the written files.
-
-        They are among `files`, and replace files with these names. Figures of a single frame are
-        left out if no frame was tracked, running times if there is only one frame, weights of cues
-        that never change, and all figures if no frame was recorded.
-
-        Raises
-        ------
-        FormatError
-            If a file cannot be written.
-        """
-        series, surface, edges = self.series, self.surface(), self.edges()
-        if not series.frame.size:
-            return []
-        rule = self._config.presence
-        figures = {
-            "rho_surface.png": charts.rho_surface(surface) if surface else None,
-            "time_per_frame.png": charts.time_per_frame(series, self._name)
-            if series.frame.size > 1
-            else None,
-            APPEARING: charts.appearing(series, self._samples, rule.fraction) if rule else None,
-            "size_and_displacement.png": charts.size_and_displacement(series),
-            CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues))
-            if np.ptp(series.cue_weights, axis=0).any()
-            else None,
-            ORIENTATION: charts.orientation_histograms(
-                self._kept[0], self._kept[1].track.ellipse, *edges
-            )
-            if self._kept and edges
-            else None,
-        }
-        written = []
-        for name in self.files:
-            if figure := figures[name]:
-                path = folder / name
-                try:
-                    folder.mkdir(parents=True, exist_ok=True)
-                    figure.savefig(path, dpi=DPI)
-                except OSError as error:
-                    raise FormatError(
-                        f"The figure {path} cannot be written: {error.strerror}; choose another "
-                        f"folder, or make room there."
-                    ) from None
-                written.append(path)
-        return written
-
-    @property
-    def _name(self) -> str:
-        return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
+    if not series.frame.size:
+        return
+    if kept is not None:
+        yield RHO_SURFACE, charts.rho_surface(surface_of(config, *kept))
+    if series.frame.size > 1:
+        name = "mean shift" if isinstance(config, MeanShift) else "particle filter"
+        yield TIME, charts.time_per_frame(series, name)
+    if config.presence is not None:
+        yield APPEARING, charts.appearing(series, samples, config.presence.fraction)
+    yield SIZE, charts.size_and_displacement(series)
+    if np.ptp(series.cue_weights, axis=0).any():
+        yield CUE_WEIGHTS, charts.cue_weights(series, list(config.cues))
+    cue = config.cues.get("orientation")
+    if kept is not None and isinstance(cue, Orientation):
+        frame, info = kept
+        histograms = orientations_of(cue, frame, info)
+        yield ORIENTATION, charts.orientation_histograms(frame, info.track.ellipse, *histograms)

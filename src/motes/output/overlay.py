@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable
 from functools import lru_cache
@@ -120,6 +121,15 @@ def draw(
     if label != "":
         _draw_label(image, label or describe(track), track.confidence, color)
     return np.array(image)
+
+
+def png(pixels: NDArray[np.uint8]) -> bytes:
+    """Return a picture as a PNG file."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "PNG")
+    return data.getvalue()
 
 
 def _points(points: ArrayLike | None, name: str) -> NDArray[np.float64]:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.frame import as_rgb
+from motes.core.types import Bytes
 from motes.output.scene_overlay import color_of
 
-Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
 
 SPREAD = 0.01
@@ -19,7 +19,7 @@ DIM = 0.6
 """Share of its brightness that the frame keeps below the paths."""
 
 
-def heatmap(pixels: Pixels, seconds: NDArray[np.float64]) -> Pixels:
+def heatmap(pixels: Bytes, seconds: NDArray[np.float64]) -> Bytes:
     """Return a frame with colors for how long feet have been at each place.
 
     Parameters
@@ -38,11 +38,11 @@ def heatmap(pixels: Pixels, seconds: NDArray[np.float64]) -> Pixels:
     color = np.stack([np.full_like(share, 255), 255 * (1 - share), np.zeros_like(share)], axis=2)
     opacity = 0.8 * share[:, :, None]
     mixed = (1 - opacity) * as_rgb(pixels) + opacity * color
-    heated: Pixels = np.rint(mixed).clip(0, 255).astype(np.uint8)
+    heated: Bytes = np.rint(mixed).clip(0, 255).astype(np.uint8)
     return heated
 
 
-def paths(pixels: Pixels, feet: Mapping[int, Sequence[Point]]) -> Pixels:
+def paths(pixels: Bytes, feet: Mapping[int, Sequence[Point]]) -> Bytes:
     """Return a darkened frame with the path of each identity's foot in its color; a dot ends it."""
     from PIL import Image, ImageDraw
 

@@ -9,17 +9,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Box
 from motes.core.track import Status
+from motes.core.types import Bytes
 from motes.mot.analytics.regions import Point, crossing
 from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
-
-Pixels = NDArray[np.uint8]
 
 LONGEST = 8000
 """Largest number of rows: then every other one is left out, and so on."""
@@ -65,13 +63,13 @@ class SlitScan:
         self, points: tuple[float, float, float, float], names: tuple[str, ...] = ()
     ) -> None:
         self._points, self._names = points, names
-        self._rows: list[Pixels] = []
+        self._rows: list[Bytes] = []
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
         self._marks: list[Mark] = []
-        self._seen: dict[int, tuple[Point, Pixels]] = {}
+        self._seen: dict[int, tuple[Point, Bytes]] = {}
         """Where each object was last, and how it looked when it came to that side of the line."""
-        self._counted = dict[Mark, Pixels]()
+        self._counted = dict[Mark, Bytes]()
 
     def add(self, frame: Frame, tracks: Sequence[SceneTrack] = ()) -> None:
         """Add a frame, and the objects in it."""
@@ -103,7 +101,7 @@ class SlitScan:
             if len(self._counted) > COUNTED:
                 self._counted.pop(next(iter(self._counted)))
 
-    def picture(self) -> Pixels:
+    def picture(self) -> Bytes:
         """Return the picture, RGB; at least one frame must have been added."""
         from PIL import Image, ImageDraw
 
@@ -145,7 +143,7 @@ class SlitScan:
             pen.text((x + 4, y + 2), text, color, typeface, stroke_width=1, stroke_fill=(0, 0, 0))
         return np.array(image)
 
-    def _under(self, pixels: Pixels) -> Pixels:
+    def _under(self, pixels: Bytes) -> Bytes:
         """Return the pixels under the line, (n, 3); beside the picture they are black."""
         x1, y1, x2, y2 = self._points
         count = round(max(abs(x2 - x1), abs(y2 - y1))) + 1
@@ -157,7 +155,7 @@ class SlitScan:
         return out
 
 
-def _look(frame: Frame, box: Box) -> Pixels:
+def _look(frame: Frame, box: Box) -> Bytes:
     """Return an object with what is around it."""
     from PIL import Image
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError
-from motes.core.files import check_ended
+from motes.core.files import check_ended, read_text
 from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
@@ -68,27 +68,11 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
         If a DataFrame is asked for and pandas is not installed.
     """
     form = form_of(path)
-    table = table_of(read_text(path), path, form)
+    table = table_of(read_text(path, InputError, newline=""), path, form)
     if not pandas:
         return table
     made = optional("pandas", "A DataFrame needs pandas", "pandas").DataFrame
     return made({name: table[name] for name in table.dtype.names or ()})
-
-
-def read_text(path: str | Path) -> str:
-    """Return the text of a file of rows, its ends of lines as they are.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            return file.read()
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not text"
-        raise InputError(f"Cannot read the rows in {path}: {why}; check the name.") from None
 
 
 def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, from_dict, from_toml
 from motes.core.errors import ConfigError
+from motes.core.files import read_text
 from motes.core.frame import Frame
 
 Side = Annotated[float, Meta(ge=1)]
@@ -61,14 +62,12 @@ def load_places(path: str | Path) -> tuple[Place, ...]:
 
     Raises
     ------
+    SourceError
+        If the file cannot be read.
     ConfigError
-        If the file cannot be read or has another form.
+        If it has another form.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"Cannot read the places in {path}: {error}.") from None
-    places: _Places = from_dict(from_toml(text, str(path)), _Places)
+    places: _Places = from_dict(from_toml(read_text(path), str(path)), _Places)
     if not places.place:
         raise ConfigError(f"{path} names no place; add a [[place]] with a box or a border.")
     return places.place

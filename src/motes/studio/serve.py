@@ -1,4 +1,4 @@
-"""Runs the studio until it is interrupted, with so many connections, and none that is silent."""
+"""Runs the studio until it is interrupted, with few connections, and none that is silent."""
 
 from __future__ import annotations
 

@@ -10,7 +10,6 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.correction.passes import Pass
 from motes.studio.messages import Row
 
 STATUSES = tuple(Status)
@@ -49,12 +48,6 @@ def pack(table: Table) -> bytes:
 def unpack(data: bytes, cues: int) -> Table:
     """Return the table of `pack`, given the number of cues."""
     return np.frombuffer(data, np.float64).reshape(-1, CUES + cues)
-
-
-def as_pass(table: Table) -> Pass:
-    """Return rows, in order of their frames, as a pass."""
-    tracking = table[:, STATUS] == STATUSES.index(Status.TRACKING)
-    return Pass(table[:, ELLIPSE], table[:, VARIANCES], table[:, CONFIDENCE], tracking)
 
 
 def tracks(table: Table) -> list[Track]:

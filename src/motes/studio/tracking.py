@@ -15,7 +15,7 @@ from motes.core.worker import Part
 from motes.correction.correct import tracks_of
 from motes.correction.join import Stretch, join
 from motes.correction.keyframes import Keyframes
-from motes.correction.passes import run_pass
+from motes.correction.passes import Course, run_pass
 from motes.correction.suspects import doubts
 from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig
@@ -23,7 +23,7 @@ from motes.sot.step_info import StepInfo
 from motes.studio import messages
 from motes.studio.messages import Overlay
 from motes.studio.plan import RunPass
-from motes.studio.tables import Table, as_pass, line, pack, table_of, tracks
+from motes.studio.tables import Table, line, pack, table_of, tracks
 from motes.studio.workplace import Workplace
 from motes.video.shared import FrameReader, shared
 
@@ -88,7 +88,7 @@ def join_stretch(
     place: Workplace, stretch: Stretch, forward: Table | None, backward: Table | None, cues: int
 ) -> bytes:
     """Return the smoothed rows of a stretch from its passes: tables over its frames, in order."""
-    passes = (None if table is None else as_pass(table) for table in (forward, backward))
+    passes = (None if table is None else Course.of(tracks(table)) for table in (forward, backward))
     joined = tracks_of(stretch, join(stretch, *passes), place.film.times)
     return pack(table_of((line(track, [0.0] * cues, final=True) for track in joined), cues))
 

@@ -50,6 +50,7 @@ from typing import Any
 from motes import __version__
 from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.core.files import read_text
 from motes.core.import_callable import explain, import_callable
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.pipeline_config import named_detector
@@ -234,12 +235,7 @@ def motes_config(name: str) -> TrackerConfig:
     """Return the configuration of a preset or of a TOML file; raise as `tracker_spec` does."""
     if not name.endswith(".toml"):
         return presets.preset(name)
-    try:
-        values = from_toml(Path(name).read_text(encoding="utf-8-sig"), "this file")
-    except OSError as error:
-        raise SourceError(f"It cannot be read: {error.strerror}; check the name.") from None
-    except UnicodeDecodeError:
-        raise SourceError("It is not a text; save it as UTF-8.") from None
+    values = from_toml(read_text(name), "this file")
     base = values.pop("preset", "nummiaro")
     if not isinstance(base, str):
         raise ConfigError(f"preset is {base!r}; give the name of one, such as 'nummiaro'.")

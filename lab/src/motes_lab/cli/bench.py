@@ -7,9 +7,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts, read_text
+from motes.cli.input_checks import check_counts
 from motes.cli.options import REPEATED, RUN
 from motes.core.errors import ConfigError, SourceError
+from motes.core.files import read_text
 from motes_lab.adapters.opencv import peer
 from motes_lab.datasets.sot import Sequence as TrueSequence
 from motes_lab.datasets.sot import load_dataset

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from motes.core.geometry import Ellipse
+from motes.core.track import Track
 from motes.core.types import Floats
 from motes.correction.coordinates import Coordinates
 from motes.correction.correct import correct_stretch, stretches
-from motes.correction.join import DRIFT, Joined, Stretch, shared_variance
+from motes.correction.join import DRIFT, Stretch, shared_variance
 from motes.correction.keyframes import Keyframes
-from motes.correction.passes import Pass, as_pass, run_pass
+from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig
 from motes.video.shared import FrameReader
 
@@ -49,20 +50,18 @@ class Film:
     ) -> None:
         self.used = used
         self._frames, self._config, self._seed = frames, config, seed
-        self._passes: dict[int, tuple[int, Pass]] = {}
-        self._joined: dict[Stretch, Joined] = {}
+        self._passes: dict[int, list[Track]] = {}
+        self._joined: dict[Stretch, Course] = {}
 
-    def forward(self, key: int, region: Ellipse, last: int) -> Pass:
+    def forward(self, key: int, region: Ellipse, last: int) -> Course:
         """Return the pass from a keyframe to a frame; part of an earlier pass if it is known."""
-        reached, known = self._passes.get(key, (-1, None))
-        if known is None or reached < last:
-            known = as_pass(
-                run_pass(self._config, self._seed, self._frames.forward(key, last), region)
-            )
-            self._passes[key] = last, known
-        return known.part(0, last - key + 1)
+        known, count = self._passes.get(key, []), last - key + 1
+        if len(known) < count:
+            frames = self._frames.forward(key, last)
+            known = self._passes[key] = run_pass(self._config, self._seed, frames, region)
+        return Course.of(known[:count])
 
-    def joined(self, stretch: Stretch) -> Joined:
+    def joined(self, stretch: Stretch) -> Course:
         """Return the smoothed track of a stretch."""
         if stretch not in self._joined:
             self._joined[stretch] = correct_stretch(self._frames, stretch, self._config, self._seed)
@@ -73,7 +72,7 @@ def smoothed(film: Film, keys: Keyframes) -> Path:
     """Return the track from passes in both directions between keyframes."""
     parts = [(each, film.joined(each)) for each in stretches(film.used, keys)]
     values = (
-        np.concatenate([parts[0][1][i][:1], *(part[i][1:] for _, part in parts)]) for i in (0, 1, 3)
+        np.concatenate([parts[0][1][i][:1], *(part[i][1:] for _, part in parts)]) for i in (0, 1, 2)
     )
     return Path(*values)  # neighboring stretches share a frame
 

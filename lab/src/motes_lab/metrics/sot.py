@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.cues.sampling import sunflower
-
-Flags = NDArray[np.bool_]
 
 THRESHOLDS = np.linspace(0, 1, 21)
 """Overlaps at which the success curve is computed."""

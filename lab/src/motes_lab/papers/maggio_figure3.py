@@ -14,10 +14,11 @@ import numpy as np
 from cyclopts import Parameter
 from msgspec import Meta
 
-from motes.cli.input_checks import check_counts, error_context, read_text
+from motes.cli.input_checks import check_counts, error_context
 from motes.cli.options import RUN
 from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError, SourceError
+from motes.core.files import read_text
 from motes.core.types import Bytes, Floats
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker

@@ -12,8 +12,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from msgspec import Meta
 
-from motes.cli.input_checks import error_context, read_text
+from motes.cli.input_checks import error_context
 from motes.core.config import Config, from_dict, from_toml
+from motes.core.files import read_text
 from motes.mot.analytics.events import Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.mot.assignment import assign

@@ -8,8 +8,9 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from motes.cli.input_checks import error_context, read_text
+from motes.cli.input_checks import error_context
 from motes.core.config import Config, from_dict, from_toml
+from motes.core.files import read_text
 from motes.core.geometry import iou
 from motes.core.track import Status
 from motes.mot.assignment import assign

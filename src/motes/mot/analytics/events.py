@@ -130,7 +130,7 @@ class _Trajectory:
         return self.walked or now - self.since >= LEAST_AGE
 
     def settle(self, now: float, settled: float) -> None:
-        """Make pending events sure that happened so many seconds ago."""
+        """Make pending events sure that happened `settled` seconds before `now`, or earlier."""
         done = [name for name, event in self.pending.items() if now - event.time >= settled]
         self.sure += [self.pending.pop(name) for name in done]
 

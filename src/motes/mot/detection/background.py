@@ -55,8 +55,8 @@ TEXTURE = 6.0
 LIMIT = 100
 """Objects of a frame that are used, the largest ones: more would be a flood of specks."""
 STILL = 10
-"""The camera moves if almost all is foreground in so many frames in a row; a light that is switched
-on takes fewer. Then it must stand still for as many."""
+"""Frames in a row in which almost all is foreground if the camera moves; a light that is switched
+on takes fewer. After a move, the camera must stand still for this number of frames."""
 MOVES = "the camera moves; what moves before it is not seen"
 PREVIEWED = 31
 """Largest number of frames from which the first background is made; at least half of it."""

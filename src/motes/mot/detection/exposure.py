@@ -14,7 +14,7 @@ RECENT = 50
 LARGEST_GAIN = 1.5
 """Largest gain, or its inverse, that is a change of exposure; what is more is another light."""
 POINTS = 1024
-"""A curve is read off so many pixels."""
+"""Number of pixels that a curve is read off."""
 KNOTS = 8
 """Points of a curve: as many groups of like pixels, of which most must be background."""
 NOTICED = 2.0

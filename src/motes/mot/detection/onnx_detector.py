@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, Share, from_toml
 from motes.core.detection import Detection, DetectorConfig
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import ConfigError
+from motes.core.files import read_text
 from motes.core.frame import Frame
-from motes.core.onnx_session import open_session
+from motes.core.onnx_session import Session
 from motes.mot.detection.adapters import Names, label_of, to_boxes
 from motes.mot.detection.onnx_heads import (
     KINDS,
@@ -108,8 +109,7 @@ class OnnxDetector:
     def __init__(self, config: OnnxConfig | str) -> None:
         config = OnnxConfig(config) if isinstance(config, str) else config
         self.config = config
-        self._session = open_session(config.file, config.threads)
-        file = self._session.file
+        self._session = file = Session(config.file, config.threads)
         if not file.inputs or file.inputs[0].type not in TYPES or len(file.inputs[0].shape) != 4:
             raise self._error(f"Its first input is not a picture: {file}")
         (self._name, kind, shape), *others = file.inputs
@@ -232,11 +232,7 @@ def onnx_values(file: str) -> dict[str, Any]:
     values: dict[str, Any] = {"type": "onnx", "file": file}
     beside = Path(file).with_suffix(".toml")
     if beside.exists():
-        try:
-            given = from_toml(beside.read_text(encoding="utf-8-sig"), str(beside))
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not text"
-            raise SourceError(f"{beside} cannot be read: {reason}; check the file.") from None
+        given = from_toml(read_text(beside), str(beside))
         for key in ("type", "file"):
             if key in given:
                 raise ConfigError(f"{beside} has the key {key}, which follows from its name.")

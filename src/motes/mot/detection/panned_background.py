@@ -23,7 +23,7 @@ HISTORY = 50
 SLOWER = 5.0
 """Foreground is learned more slowly by this factor, so that mistakes heal."""
 LEARNED = 250
-"""Frames over which foreground is learned; the motions of so many are known."""
+"""Frames over which foreground is learned; the camera's motions in these frames are kept."""
 
 
 class PannedBackground:

@@ -10,6 +10,7 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import SourceError
+from motes.core.files import read_text
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.optional import optional
@@ -123,12 +124,7 @@ class RecordedDetections:
 
     def __init__(self, path: str | Path) -> None:
         self._frames: dict[int, list[Detection]] = {}
-        try:
-            lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not text"
-            raise SourceError(f"{path} cannot be read: {reason}; check the name.") from None
-        for number, line in enumerate(lines, start=1):
+        for number, line in enumerate(read_text(path).splitlines(), start=1):
             if not line.strip():
                 continue
             try:

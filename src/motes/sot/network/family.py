@@ -8,7 +8,6 @@ from typing import ClassVar
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.onnx_file import OnnxFile
 from motes.core.onnx_session import Session
 from motes.core.registry import Registry
 from motes.core.types import Singles
@@ -29,8 +28,8 @@ class NetworkFamily:
     """Whether a file takes pictures of other sizes than the one it fixes."""
 
     @abstractmethod
-    def arranged(self, files: Sequence[OnnxFile]) -> tuple[OnnxFile, ...] | None:
-        """Return the files in the order of its sessions; None if they are of another kind."""
+    def arranged(self, files: Sequence[Session]) -> tuple[Session, ...] | None:
+        """Return the files in the order of its methods; None if they are of another kind."""
 
     @abstractmethod
     def learn(self, sessions: Sequence[Session], frame: Frame, ellipse: Ellipse) -> Singles:

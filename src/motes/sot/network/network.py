@@ -13,8 +13,7 @@ from motes.core.config import Config, Count
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.onnx_file import OnnxFile, read_onnx
-from motes.core.onnx_session import Session, open_session
+from motes.core.onnx_session import Session
 from motes.core.types import Singles
 from motes.sot.network.family import FAMILIES, NetworkFamily
 from motes.sot.network.view import NetworkView
@@ -114,12 +113,10 @@ class _Opened(msgspec.Struct, frozen=True):
 @lru_cache(KEPT_OPEN)
 def _opened(network: Network) -> _Opened:
     """Return a network ready to run, tried on a gray picture; raise the errors of `open`."""
-    files = [read_onnx(path) for path in network.files]
-    name, family, arranged = _recognized(files)
-    sessions = tuple(
-        open_session(file.path, network.threads, network.provider, open_sizes=family.open_sizes)
-        for file in arranged
-    )
+    files = [Session(path, network.threads, network.provider) for path in network.files]
+    name, family, sessions = _recognized(files)
+    if family.open_sizes:
+        sessions = tuple(each.with_open_sizes() for each in sessions)
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
     named = " and ".join(Path(path).name for path in network.files)
     try:
@@ -137,9 +134,7 @@ def _opened(network: Network) -> _Opened:
     return _Opened(name, family, sessions)
 
 
-def _recognized(
-    files: Sequence[OnnxFile],
-) -> tuple[str, NetworkFamily, tuple[OnnxFile, ...]]:
+def _recognized(files: Sequence[Session]) -> tuple[str, NetworkFamily, tuple[Session, ...]]:
     """Return the family that files belong to, with its name, and the files in its order."""
     families = {name: kind() for name, kind in FAMILIES.usable().items()}
     for name, family in families.items():

@@ -16,8 +16,7 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.onnx_file import OnnxFile, Tensor
-from motes.core.onnx_session import Session
+from motes.core.onnx_session import Session, Tensor
 from motes.core.types import Floats, Singles
 from motes.sot.network.family import NetworkFamily
 from motes.sot.network.region import BLACK, Region, mean_color, reaches_outside, read
@@ -38,7 +37,7 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
     )
     open_sizes = True
 
-    def arranged(self, files: Sequence[OnnxFile]) -> tuple[OnnxFile, ...] | None:
+    def arranged(self, files: Sequence[Session]) -> tuple[Session, ...] | None:
         """Return backbone and head; see `NetworkFamily`."""
         backbones = [each for each in files if _is_backbone(each)]
         heads = [each for each in files if _is_head(each)]
@@ -64,7 +63,7 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
         return look_in(sessions, template, frame, region, place.box[2:])
 
 
-def _is_backbone(file: OnnxFile) -> bool:
+def _is_backbone(file: Session) -> bool:
     return (
         len(file.inputs) == len(file.outputs) == 1
         and file.inputs[0].holds(1, 3, SEARCH, SEARCH)
@@ -72,7 +71,7 @@ def _is_backbone(file: OnnxFile) -> bool:
     )
 
 
-def _is_head(file: OnnxFile) -> bool:
+def _is_head(file: Session) -> bool:
     if len(file.inputs) != 2 or len(file.outputs) != 2:
         return False
     return all(_with_sides(file.inputs, side) for side in (TEMPLATE_CELLS, CELLS)) and all(
@@ -100,7 +99,7 @@ def features(backbone: Session, frame: Frame, region: Region, size: int) -> Sing
     """Return the backbone's features (1, C, h, w) of a region, read in `size` rows and columns."""
     fill = mean_color(frame) if reaches_outside(frame, region) else BLACK
     pixels = read(frame, region, size, fill)
-    (out,) = backbone.run({backbone.file.inputs[0].name: pixels}).values()
+    (out,) = backbone.run({backbone.inputs[0].name: pixels}).values()
     return out
 
 
@@ -113,7 +112,7 @@ def look_in(
 ) -> NetworkView:
     """Return what the network sees in a region, for a target of a width and height."""
     backbone, head = sessions
-    (first, *_), (*_, last) = (_with_sides(head.file.inputs, n) for n in (TEMPLATE_CELLS, CELLS))
+    (first, *_), (*_, last) = (_with_sides(head.inputs, n) for n in (TEMPLATE_CELLS, CELLS))
     seen = features(backbone, frame, region, SEARCH)
     outputs = head.run({first: template, last: seen})
     by_channels = {each.shape[1]: each[0].reshape(each.shape[1], -1) for each in outputs.values()}

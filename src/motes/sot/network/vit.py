@@ -15,7 +15,6 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.onnx_file import OnnxFile
 from motes.core.onnx_session import Session
 from motes.core.types import Floats, Singles
 from motes.sot.network.family import NetworkFamily
@@ -38,7 +37,7 @@ class Vit(NetworkFamily, Config, frozen=True, tag="vit"):
         "output2 and output3)"
     )
 
-    def arranged(self, files: Sequence[OnnxFile]) -> tuple[OnnxFile, ...] | None:
+    def arranged(self, files: Sequence[Session]) -> tuple[Session, ...] | None:
         """Return the file; see `NetworkFamily`."""
         if len(files) != 1:
             return None
