@@ -178,10 +178,7 @@ def test_features_of_a_slope_are_its_sector(turn: int) -> None:
     y, x = np.mgrid[:32, :32]
     angle = turn * np.pi / 9
     slope = 128 + 3 * (np.cos(angle) * (x - 16) + np.sin(angle) * (y - 16))
-    samples = np.tile(slope, (3, 1, 1)).astype(np.float32)
-    found = features(samples)[:, 2:-2, 2:-2]
-    unsigned = features(samples, signed=False)[:, 2:-2, 2:-2]
-    np.testing.assert_array_equal(unsigned, found[[*range(9), 27, 28, 29]])
+    found = features(np.tile(slope, (3, 1, 1)).astype(np.float32))[:, 2:-2, 2:-2]
     assert (found[:9].argmax(axis=0) == turn % 9).all()
     assert (found[9:27].argmax(axis=0) == turn).all()
     gray = slope.reshape(8, 4, 8, 4).mean((1, 3))[2:-2, 2:-2] / 255 - 0.5

@@ -140,7 +140,7 @@ def shaken(scene: NDArray[np.uint8]) -> tuple[list[Frame], list[Ellipse]]:
     shown[row : row + 20, column : column + 20] = target.repeat(4, axis=0).repeat(4, axis=1)
     frames, places = [], []
     for index in range(40):
-        left, top = np.array((WIDTH, HEIGHT)) + rng.uniform(-36, 36, 2).round() * (index > 0)
+        left, top = np.array((WIDTH, HEIGHT)) + rng.uniform(-27, 27, 2).round() * (index > 0)
         frames.append(seen(shown, left, top, index))
         places.append(Ellipse(column + 9.5 - left, row + 9.5 - top, 10.0, 10.0))
     return frames, places

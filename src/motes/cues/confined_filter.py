@@ -59,7 +59,7 @@ class ConfinedModel(msgspec.Struct, frozen=True, eq=False, tag="confined"):
     b: Annotated[float, SAME]
     """Half-axes of the target's first region in pixels, from which the window follows."""
     filter: Spectra
-    """(12, n, n // 2 + 1): the filter's transform."""
+    """(30, n, n // 2 + 1): the filter's transform."""
     reference: Annotated[float, Meta(ge=1e-6)]
     """The mean response to the target in the first frames."""
     seen: int
@@ -111,7 +111,7 @@ class ConfinedView:
     pixels: float
     """Pixels from one sample to the next."""
     spectra: Spectra
-    """(12, n, n // 2 + 1): the transform of the window's features."""
+    """(30, n, n // 2 + 1): the transform of the window's features."""
     plane: Singles
     """(CELL_SIZE n, CELL_SIZE n): the response at each sample, relative to that in the first
     frames."""
@@ -239,11 +239,11 @@ class ConfinedFilter(Config, frozen=True):
         return self.updated(model, frame, self.view(model, frame, ellipse), ellipse, INERTIA)
 
     def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
-        """Return the transform (12, n, n // 2 + 1) of the window's tapered features."""
+        """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
         from scipy import fft
 
         side, step = samples.cells * CELL_SIZE, samples.step(place)
-        cells = features(cut(frame, place, (step, step), (side, side)), signed=False)
+        cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))
         gain = np.float32(math.sqrt(cells.size / (energy + 1e-6)))
         cells *= ridge.taper(samples.cells, samples.cells) * gain

@@ -169,18 +169,14 @@ def sectors() -> Bytes:
     return out
 
 
-def features(samples: Singles, *, signed: bool = True) -> Singles:
-    """Return the features (30, h, w) of the cells of samples (3, H, W); without signs (12, h, w).
+def features(samples: Singles) -> Singles:
+    """Return the features (30, h, w) of the cells of samples (3, H, W).
 
     Histograms of oriented gradients after Felzenszwalb et al., Object detection with
     discriminatively trained part-based models, PAMI 2010, section 6, without their texture
-    features: of 9 directions and, if `signed`, of 18 that tell from which side it gets brighter.
-    Gray and two color differences stand beside them.
+    features; gray and two color differences beside them.
     """
-    count = 30 if signed else 12
-    out = np.empty(
-        (count, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32
-    )
+    out = np.empty((30, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32)
     kernels.search_window.gradient_cells(samples, CELL_SIZE, sectors(), out)
     return out
 

@@ -305,10 +305,9 @@ inline void energies(Plane<const float> votes, Plane<float> energy) {
         energy[i][0] = energy[i][1], energy[i][columns + 1] = energy[i][columns];
 }
 
-// Writes gray and two differences of color, the last three planes of `gradient_cells`.
+// Writes gray and two differences of color, the planes 27 to 29 of `gradient_cells`.
 inline void colors(Samples samples, Index cell, Volume<float> out) {
     const auto scale = float(1.0 / (double(cell * cell) * 255.0));
-    const Index gray = out.planes - 3;
     for (Index i = 0; i < out.rows; ++i) {
         for (Index j = 0; j < out.columns; ++j) {
             float sums[3] = {};
@@ -316,9 +315,9 @@ inline void colors(Samples samples, Index cell, Volume<float> out) {
                 for (Index column = j * cell; column < (j + 1) * cell; ++column)
                     for (Index c = 0; c < 3; ++c) sums[c] += samples[c][row][column];
             const auto [red, green, blue] = sums;
-            out[gray][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
-            out[gray + 1][i][j] = (red - green) * scale;
-            out[gray + 2][i][j] = (0.5f * (red + green) - blue) * scale;
+            out[27][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
+            out[28][i][j] = (red - green) * scale;
+            out[29][i][j] = (0.5f * (red + green) - blue) * scale;
         }
     }
 }
@@ -327,9 +326,9 @@ inline void colors(Samples samples, Index cell, Volume<float> out) {
 //
 // 9 orientations of gradients without and 18 with their sign, each normalized by the energy of the
 // four blocks of 2x2 cells around, truncated at 0.2 and averaged (Felzenszwalb et al., section 6);
-// then gray and two color differences. Where there is room for (12, h, w), those with their sign
-// are left out. `sectors` (512, 512) has the number of a gradient's sector, 18 to the turn, at row
-// 256 + dy / 3 and column 256 + dx / 3, the derivatives being those of R + G + B.
+// then gray and two color differences. `sectors` (512, 512) has the number of a gradient's sector,
+// 18 to the turn, at row 256 + dy / 3 and column 256 + dx / 3, the derivatives being those of
+// R + G + B.
 inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                            Volume<float> out) {
     const Index rows = out.rows, columns = out.columns;
@@ -351,7 +350,7 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
             n2[j] = 1.0f / std::sqrt(below[j] + below[j + 1] + here[j] + middle);
             n3[j] = 1.0f / std::sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle);
         }
-        for (Index k = 0; k < out.planes - 3; ++k) {
+        for (Index k = 0; k < 27; ++k) {
             const float* one = votes[i + 1] + (k < 9 ? k : k - 9) * (columns + 2) + 1;
             const float* opposite = one + 9 * (columns + 2);
             if (k < 9)

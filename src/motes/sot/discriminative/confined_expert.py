@@ -11,6 +11,9 @@ from motes.sot.discriminative.evidence import LARGEST_VOICE, NEUTRAL
 from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.rival import APART
 
+TRUSTED_RESPONSE = NEUTRAL / 2
+"""From this response on, relative to the first frames, the filter's place counts."""
+
 
 class Confined(ConfinedFilter, Expert, frozen=True):
     """The response of a filter that is confined to the target; see `ConfinedFilter`."""
@@ -36,7 +39,7 @@ class Confined(ConfinedFilter, Expert, frozen=True):
     def refined(self, sight: ConfinedView, place: Ellipse) -> Ellipse | None:
         """Return where the response is largest among the places that may be the same target."""
         response, peak = sight.near(place, APART)
-        return peak if response > NEUTRAL else None
+        return peak if response > TRUSTED_RESPONSE else None
 
     def log_odds(self, sight: ConfinedView, place: Ellipse) -> float:
         """Return by how much the response speaks for a place."""
