@@ -15,6 +15,9 @@ from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.redetection import SYSTEMATIC, limits
 from motes.sot.filtering.resampling import Weights
 
+BORDER_SHARPNESS = 50.0
+"""The border term is exp(-BORDER_SHARPNESS · squared difference to the border's running mean)."""
+
 
 @dataclass(frozen=True, slots=True)
 class SizeEstimator:
@@ -45,7 +48,7 @@ class SizeEstimator:
         boxes = np.tile(look.box, (sizes.count, 1))
         boxes[:, 2:] *= factors[:, None]
         errors = borders(look.integral, boxes) - border
-        pool += self.border_gain * np.exp(-(errors**2).sum(axis=1) / self.sigma)
+        pool += self.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = factors[SYSTEMATIC.ancestors(rng, weights, len(look.centers))]
         grown = min(max(sizes.between(pool), low), high)
