@@ -59,6 +59,18 @@ def test_the_response_is_relative_to_the_first_frames() -> None:
     assert response == pytest.approx(1.0, abs=0.2)
 
 
+def test_the_target_is_found_in_both_looks_that_were_learned() -> None:
+    """Also where they have nothing in common but their place."""
+    pictures = [scene(1), scene(1)]
+    for seed, picture in enumerate(pictures, start=2):
+        picture[70:110, 104:136] = scene(seed, 40, 32)
+    one, two = (Frame(0, 0.0, picture) for picture in pictures)
+    both = FILTER.learn_also(FILTER.learn(one, TARGET), two, TARGET)
+    for frame in (one, two):
+        peak = FILTER.view(both, frame, TARGET).peak()
+        assert peak[:2] == pytest.approx(TARGET[:2], abs=1.5)
+
+
 def test_a_place_outside_of_the_window_has_no_response() -> None:
     view = FILTER.view(first(), moved(0, 0), TARGET)
     far = TARGET._replace(x=TARGET.x + 3 * REACH * TARGET.side)

@@ -226,7 +226,7 @@ class Score(NamedTuple):
 
 
 WORDS = "frames with IoU > 0.5", "off the target, and says so", "time"
-"""What is said of each tracker in a film."""
+"""The rows of the table: how well a tracker followed the target of a film, and how fast."""
 
 
 class Played(NamedTuple):

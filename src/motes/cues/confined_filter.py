@@ -217,7 +217,7 @@ class ConfinedFilter(Config, frozen=True):
             Where the target is.
         share
             How much of the frame is learned, from 0: the inertia is divided by it. 1 is a frame,
-            and `INERTIA` as much as all before.
+            and `INERTIA` gives it the weight of all before.
         """
         if not share:
             return model
@@ -235,7 +235,7 @@ class ConfinedFilter(Config, frozen=True):
         return replace(model, filter=learned, reference=reference, seen=seen)
 
     def learn_also(self, model: ConfinedModel, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
-        """Return the filter that has learned the target in another frame as much as all before."""
+        """Return the filter that has also learned another frame, with the weight of all before."""
         return self.updated(model, frame, self.view(model, frame, ellipse), ellipse, INERTIA)
 
     def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
