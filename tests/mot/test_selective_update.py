@@ -102,6 +102,16 @@ def test_the_usual_colors_are_found_though_objects_cover_them_most_of_the_time()
     assert np.abs(np.median(pictures, axis=0) - ground).max() > 20
 
 
+def test_a_ground_without_noise_is_found_behind_who_passes() -> None:
+    """Its pictures are equal to the bit, as in drawn film and where a codec repeats a picture."""
+    ground = np.full((6, 40, 3), 120, np.uint8)
+    pictures = [ground.copy() for _ in range(30)]
+    for index, picture in enumerate(pictures):
+        left, right = max(3 * index - 50, 0), max(3 * index - 30, 0)
+        picture[:, left:right] = 160, 100, 98  # nearly the ground's brightness
+    np.testing.assert_array_equal(densest(pictures), ground)
+
+
 def test_a_prepared_detector_finds_who_is_in_the_first_frame(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
