@@ -198,11 +198,12 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
+@pytest.mark.parametrize("mark", ["--at 0=BOX", "--init BOX"])
 def test_a_correction_killed_between_its_files_is_finished(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
 ) -> None:
     """The history is written before the rows and after them."""
-    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM {mark} -o rows.csv {OPTIONS}")[0] == 0
     assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
     expected, old = Path("expected.csv").read_text(), Path("rows.csv").read_text()
     save = History.save
@@ -229,7 +230,7 @@ def test_a_correction_killed_between_its_files_is_finished(
         assert Path("rows.csv").read_text() == expected
         assert not History.load(Path("rows.csv.run.json")).unfinished
         Path("rows.csv.run.json").unlink()
-        assert go(f"track FILM --at 0=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
+        assert go(f"track FILM {mark} -o rows.csv --overwrite {OPTIONS}")[0] == 0
 
 
 def test_rows_with_other_ends_of_lines_keep_them(go: Go) -> None:
@@ -244,7 +245,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_text().splitlines()
     code, said = go("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21")
-    assert (code, "3 corrections, 11 rows of 24 made anew" in said) == (0, True)
+    assert (code, "3 corrections, 12 rows of 24 made anew" in said) == (0, True)
     after = Path("rows.csv").read_text().splitlines()
     changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
     assert min(changed) > 12
@@ -278,8 +279,7 @@ def _text(mark: object) -> str:
 def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
     assert go(f"track FILM --init BOX -o rows.jsonl {OPTIONS}")[0] == 0
     assert go(f"refine FILM rows.jsonl --at 12=BOX -o new.jsonl {OPTIONS}")[0] == 0
-    old, new = (Path(f"{name}.jsonl").read_text().splitlines() for name in ("rows", "new"))
-    assert old[0] == new[0]
+    new = Path("new.jsonl").read_text().splitlines()
     assert tuple(json.loads(new[12])) == COLUMNS
     assert json.loads(new[12])["x"] == 44.5
     assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
