@@ -276,15 +276,30 @@ def _text(mark: object) -> str:
     return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
 
 
-def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
-    assert go(f"track FILM --init BOX -o rows.jsonl {OPTIONS}")[0] == 0
-    assert go(f"refine FILM rows.jsonl --at 12=BOX -o new.jsonl {OPTIONS}")[0] == 0
-    new = Path("new.jsonl").read_text().splitlines()
-    assert tuple(json.loads(new[12])) == COLUMNS
-    assert json.loads(new[12])["x"] == 44.5
-    assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
-        "--seed is already in new.jsonl.run.json"
+@pytest.mark.parametrize("metres", ["", "--scale 20"])
+def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(go: Go, metres: str) -> None:
+    """Also those of a plain run, which lack what `motes check` reads."""
+    options = f"{OPTIONS} {metres}"
+    assert go(f"track FILM --at 0=BOX --at 12=31,25,30,40 -o expected.jsonl {options}")[0] == 0
+    assert go(f"track FILM --init BOX -o rows.jsonl {options}")[0] == 0
+    code, said = go("refine FILM rows.jsonl --at 12=31,25,30,40")
+    assert (code, "24 rows of 24 made anew" in said) == (0, True), said
+    assert Path("rows.jsonl").read_text() == Path("expected.jsonl").read_text()
+    assert go("refine FILM rows.jsonl --at 3=BOX --seed 1")[1].count(
+        "--seed is already in rows.jsonl.run.json"
     )
+
+
+def test_rows_that_stay_have_the_further_columns_of_corrected_ones(go: Go) -> None:
+    """The target is first tracked in frame 2."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    lines = Path("rows.csv").read_text().splitlines(keepends=True)
+    nowhere = [f"{i},{i / 25:.6f},1,,,,,,,,,,,,searching,,,\n" for i in range(2)]
+    Path("rows.csv").write_text("".join([lines[0], *nowhere, *lines[3:]]))
+    assert go("refine FILM rows.csv --at 12=BOX")[0] == 0
+    found = rows("rows.csv")
+    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
+    assert [found[i]["x_std"] for i in (1, 2)] == ["", "0.00000"]
 
 
 def test_an_interrupted_correction_is_finished_later(
