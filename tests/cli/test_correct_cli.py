@@ -96,8 +96,20 @@ def test_an_unknown_option_is_named_before_rows_of_many_objects(go: Go) -> None:
     ):
         code, said = go(command)
         assert (code, "There is no option --particls" in said) == (2, True), said
-    code, said = go("refine FILM many.csv --at 3=BOX")
-    assert (code, "many.csv has no rows of one target" in said) == (3, True), said
+
+
+def test_of_several_objects_one_is_taken(go: Go) -> None:
+    two = "--init BOX --init 20,20,30,40"
+    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
+    way = "convert many.csv one.csv --identity 1"
+    message = f"many.csv has 2 objects; take one of them, as with motes {way}."
+    for line in ("refine FILM many.csv --at 2=BOX", "check FILM many.csv", "smooth many.csv -o s"):
+        code, said = go(line)
+        assert (code, message in said) == (3, True), said
+    assert go(way)[0] == 0
+    assert go("check FILM one.csv")[0] == 0
+    assert go("smooth one.csv -o s.csv")[0] == 0
+    assert go("refine FILM one.csv --at 2=BOX")[0] == 0
 
 
 def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:

@@ -73,9 +73,10 @@ class KnownRows:
         if missing := [name for name in COLUMNS if name not in self.columns]:
             what = f"{path} lacks {', '.join(missing)} among its columns"
             raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
-        if len({*table["id"].tolist()}) > 1:
+        if len(identities := sorted({*table["id"].tolist()})) > 1:
             raise InputError(
-                f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
+                f"{path} has {len(identities)} objects; take one of them, as with motes convert "
+                f"{path} one{path.suffix} --identity {identities[0]}."
             )
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
