@@ -243,6 +243,10 @@ def test_doubts_have_reasons() -> None:
     assert reasons[45] == ("a tracker was elsewhere", "low confidence")
 
 
+def test_no_tracks_no_doubts() -> None:
+    assert motes.doubts([], {}) == motes.doubts([], {3: None}) == []
+
+
 def test_a_run_is_no_jump() -> None:
     steps = np.zeros(60)
     steps[20:26] = steps[40:46] = 12.0
