@@ -186,6 +186,23 @@ def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> No
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
+@pytest.mark.parametrize("mark", ["--init BOX", "--at 0=BOX"])
+def test_an_interrupt_before_the_first_row_leaves_what_was_there(
+    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
+) -> None:
+    def interrupted(*_: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("motes.sot.tracker.Tracker.init", interrupted)
+    line = f"track FILM {mark} -o rows.csv --overlay o.mp4 {OPTIONS}"
+    code, said = go(line)
+    assert (code, said) == (130, "motes: interrupted after 0 frames; nothing is written.\n")
+    assert not [*Path().iterdir()]
+    Path("rows.csv").write_text("old")
+    assert go(f"{line} --overwrite")[0] == 130
+    assert Path("rows.csv").read_text() == "old"
+
+
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
