@@ -17,7 +17,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import motes
-from motes.cli.app import EXIT_CODES, app
+from motes.cli.app import app
+from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import Key, keys, summary
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative

@@ -735,6 +735,7 @@ def test_flags_look_alike_in_all_commands(go: Go) -> None:
     for command in (name for name in app if not name.startswith("-")):
         out = go(f"{command} --help")[1]
         assert f"Usage: motes {command}" in out
+        assert "130  interrupted by Ctrl-C" in out
         assert "--no-" not in out
         assert "[default: False]" not in out
 

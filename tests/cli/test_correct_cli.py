@@ -96,8 +96,20 @@ def test_an_unknown_option_is_named_before_rows_of_many_objects(go: Go) -> None:
     ):
         code, said = go(command)
         assert (code, "There is no option --particls" in said) == (2, True), said
-    code, said = go("refine FILM many.csv --at 3=BOX")
-    assert (code, "many.csv has no rows of one target" in said) == (3, True), said
+
+
+def test_of_several_objects_one_is_taken(go: Go) -> None:
+    two = "--init BOX --init 20,20,30,40"
+    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
+    way = "convert many.csv one.csv --identity 1"
+    message = f"many.csv has 2 objects; take one of them, as with motes {way}."
+    for line in ("refine FILM many.csv --at 2=BOX", "check FILM many.csv", "smooth many.csv -o s"):
+        code, said = go(line)
+        assert (code, message in said) == (3, True), said
+    assert go(way)[0] == 0
+    assert go("check FILM one.csv")[0] == 0
+    assert go("smooth one.csv -o s.csv")[0] == 0
+    assert go("refine FILM one.csv --at 2=BOX")[0] == 0
 
 
 def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
@@ -174,6 +186,23 @@ def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> No
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
+@pytest.mark.parametrize("mark", ["--init BOX", "--at 0=BOX"])
+def test_an_interrupt_before_the_first_row_leaves_what_was_there(
+    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
+) -> None:
+    def interrupted(*_: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("motes.sot.tracker.Tracker.init", interrupted)
+    line = f"track FILM {mark} -o rows.csv --overlay o.mp4 {OPTIONS}"
+    code, said = go(line)
+    assert (code, said) == (130, "motes: interrupted after 0 frames; nothing is written.\n")
+    assert not [*Path().iterdir()]
+    Path("rows.csv").write_text("old")
+    assert go(f"{line} --overwrite")[0] == 130
+    assert Path("rows.csv").read_text() == "old"
+
+
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,11 +227,12 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
+@pytest.mark.parametrize("mark", ["--at 0=BOX", "--init BOX"])
 def test_a_correction_killed_between_its_files_is_finished(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
 ) -> None:
     """The history is written before the rows and after them."""
-    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM {mark} -o rows.csv {OPTIONS}")[0] == 0
     assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
     expected, old = Path("expected.csv").read_text(), Path("rows.csv").read_text()
     save = History.save
@@ -229,7 +259,7 @@ def test_a_correction_killed_between_its_files_is_finished(
         assert Path("rows.csv").read_text() == expected
         assert not History.load(Path("rows.csv.run.json")).unfinished
         Path("rows.csv.run.json").unlink()
-        assert go(f"track FILM --at 0=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
+        assert go(f"track FILM {mark} -o rows.csv --overwrite {OPTIONS}")[0] == 0
 
 
 def test_rows_with_other_ends_of_lines_keep_them(go: Go) -> None:
@@ -244,7 +274,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_text().splitlines()
     code, said = go("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21")
-    assert (code, "3 corrections, 11 rows of 24 made anew" in said) == (0, True)
+    assert (code, "3 corrections, 12 rows of 24 made anew" in said) == (0, True)
     after = Path("rows.csv").read_text().splitlines()
     changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
     assert min(changed) > 12
@@ -275,16 +305,30 @@ def _text(mark: object) -> str:
     return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
 
 
-def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
-    assert go(f"track FILM --init BOX -o rows.jsonl {OPTIONS}")[0] == 0
-    assert go(f"refine FILM rows.jsonl --at 12=BOX -o new.jsonl {OPTIONS}")[0] == 0
-    old, new = (Path(f"{name}.jsonl").read_text().splitlines() for name in ("rows", "new"))
-    assert old[0] == new[0]
-    assert tuple(json.loads(new[12])) == COLUMNS
-    assert json.loads(new[12])["x"] == 44.5
-    assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
-        "--seed is already in new.jsonl.run.json"
+@pytest.mark.parametrize("metres", ["", "--scale 20"])
+def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(go: Go, metres: str) -> None:
+    """Also those of a plain run, which lack what `motes check` reads."""
+    options = f"{OPTIONS} {metres}"
+    assert go(f"track FILM --at 0=BOX --at 12=31,25,30,40 -o expected.jsonl {options}")[0] == 0
+    assert go(f"track FILM --init BOX -o rows.jsonl {options}")[0] == 0
+    code, said = go("refine FILM rows.jsonl --at 12=31,25,30,40")
+    assert (code, "24 rows of 24 made anew" in said) == (0, True), said
+    assert Path("rows.jsonl").read_text() == Path("expected.jsonl").read_text()
+    assert go("refine FILM rows.jsonl --at 3=BOX --seed 1")[1].count(
+        "--seed is already in rows.jsonl.run.json"
     )
+
+
+def test_rows_that_stay_have_the_further_columns_of_corrected_ones(go: Go) -> None:
+    """The target is first tracked in frame 2."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    lines = Path("rows.csv").read_text().splitlines(keepends=True)
+    nowhere = [f"{i},{i / 25:.6f},1,,,,,,,,,,,,searching,,,\n" for i in range(2)]
+    Path("rows.csv").write_text("".join([lines[0], *nowhere, *lines[3:]]))
+    assert go("refine FILM rows.csv --at 12=BOX")[0] == 0
+    found = rows("rows.csv")
+    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
+    assert [found[i]["x_std"] for i in (1, 2)] == ["", "0.00000"]
 
 
 def test_an_interrupted_correction_is_finished_later(

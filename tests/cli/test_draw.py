@@ -64,6 +64,24 @@ def test_every_kind_of_rows_is_drawn(go: Go) -> None:
         assert all(changed("drawn.mkv")) or "keyframes" in name, name
 
 
+def test_rows_of_one_object_are_those_of_a_target(go: Go) -> None:
+    """Also boxes, as between keyframes; but what a watched scene shows are objects."""
+    target = ["path.pdf", "size.pdf", "speed.pdf"]
+    assert go("track film.mkv --at 0=20,20,20,20 --preset mean_shift -o boxes.csv")[0] == 0
+    Path("alone.csv").write_text(Path("boxes.csv").read_text())
+    assert go("convert boxes.csv one.txt")[0] == 0
+    assert go("watch film.mkv -o seen.csv --line 50,0,50,59")[0] in (0, 4)
+    Path("seen.csv").write_text(Path("boxes.csv").read_text())
+    for name, figures in (
+        ("boxes.csv", target), ("alone.csv", target), ("one.txt", target),
+        ("seen.csv", ["heatmap.png", "paths.png", "slit.png"]),
+    ):  # fmt: skip
+        assert go(f"draw film.mkv {name} --figures {name}.d")[0] == 0
+        found = sorted(path.name.partition(".")[2] for path in Path(f"{name}.d").iterdir())
+        assert found == figures, name
+    assert go("draw film.mkv boxes.csv --masks masks")[0] == 0
+
+
 def test_an_outline_stands_where_the_row_says(go: Go) -> None:
     assert go(f"{TRACK} -o rows.csv")[0] == 0
     assert go("refine film.mkv rows.csv --at 29=78,20,20,20")[0] == 0

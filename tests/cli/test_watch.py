@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from motes.cli import main
 from motes.cli.watch_loop import table
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
+from motes.mot.scene import Scene
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.rows.schema import COLUMNS
 from motes.video.writer import VideoWriter
@@ -73,6 +75,25 @@ def test_one_walks_by(go: Go) -> None:
     assert events[1]["speed"] == pytest.approx(100, abs=8)  # 4 pixels in 1/25 s
     with open_source("o.mkv") as overlay:
         assert sum(1 for _ in overlay) == FRAMES
+
+
+def test_an_interrupted_run_counts_what_it_has_written(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The interrupt comes before the frame with the first event is written."""
+    watch = Scene.watch
+
+    def interrupted(scene: Scene, *frames: Any, **options: Any) -> Iterator[object]:
+        for found in watch(scene, *frames, **options):
+            yield found
+            if scene.created:
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(Scene, "watch", interrupted)
+    code, _, error = go("FILM -o r.csv --events e.jsonl")
+    assert (code, "frames, 0 objects, 0 of them gone; " in error) == (130, True), error
+    assert "appears" not in error
+    assert (Path("e.jsonl").read_text(), Path("r.csv").read_text().count("\n")) == ("", 1)
 
 
 def test_a_film_that_breaks_off_keeps_all_frames_before(go: Go, tmp_path: Path) -> None:

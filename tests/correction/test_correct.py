@@ -135,7 +135,7 @@ def test_only_neighboring_stretches_are_made_anew(
     known = {**marks, 20: box(clip, 20)}
     second = motes.refine(film, first, known, {30: box(clip, 30), 25: None})
     same = [new is old for new, old in zip(second, first, strict=True)]
-    assert same == [frame <= 20 or frame == FRAMES - 1 for frame in range(FRAMES)]
+    assert same == [frame < 20 for frame in range(FRAMES)]
     assert second[25].status is Status.ABSENT
     again = motes.correct(film, {**known, 30: box(clip, 30), 25: None})
     assert [track.to_dict() for track in again] == [track.to_dict() for track in second]
@@ -241,6 +241,10 @@ def test_doubts_have_reasons() -> None:
     reasons = {d.frame: d.reasons for d in motes.doubts(tracks, {0: None}, 60)}
     assert "jump" in reasons[30]
     assert reasons[45] == ("a tracker was elsewhere", "low confidence")
+
+
+def test_no_tracks_no_doubts() -> None:
+    assert motes.doubts([], {}) == motes.doubts([], {3: None}) == []
 
 
 def test_a_run_is_no_jump() -> None:

@@ -5,24 +5,9 @@ from __future__ import annotations
 from cyclopts import App
 
 from motes import __version__
+from motes.cli.exit_codes import EXIT_CODES
 from motes.cli.help import Help
 from motes.cli.settings import refuse_clashes
-
-EXIT_CODES = """\
-Exit codes:
-  0    done
-  1    a fault in motes or its installation
-  2    wrong option, configuration or region, or a part is not installed
-  3    an input cannot be read
-  4    the target was never found
-  5    an output exists or cannot be written
-  6    done, but some sequences, trackers or cameras failed
-  7    a live source ended, and was away for longer than --reconnect allows
-  129  the terminal was closed (SIGHUP)
-  130  interrupted by Ctrl-C (SIGINT)
-  143  terminated (SIGTERM)
-With the last three, the outputs are finished and kept, and the summary is printed.
-"""
 
 
 def program(name: str, what: str) -> App:

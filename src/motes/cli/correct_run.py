@@ -13,7 +13,7 @@ from motes.correction.correct import correct_stretch, partial, reader_of, tracks
 from motes.correction.history import History, history_path, line_count
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
-from motes.correction.refine import changed, kept
+from motes.correction.refine import changed
 from motes.correction.rows import KnownRows
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
@@ -108,18 +108,13 @@ def refine_rows(
     FormatError
         If a file cannot be written.
     """
-    old, new = before.keys, after.keys
-    check_keyframes(new, film.name, film.frames, film.width, film.height)
-    parts = changed(film.frames, old, new, before.unfinished)
-    half_done = set(before.unfinished)
+    check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
+    parts = changed(film.frames, before.keys, after.keys, before.unfinished)
     made = set[int]()
 
-    def replace(stretch: Stretch, tracks: list[Track]) -> None:
-        unfinished = (stretch.first, stretch.last) in half_done
-        same = set() if unfinished else kept(stretch, old)
-        found = [track for track in tracks if track.frame not in same]
-        table.replace(found, after.units)
-        made.update(track.frame for track in found)
+    def replace(_: Stretch, tracks: list[Track]) -> None:
+        table.replace(tracks, after.units)
+        made.update(track.frame for track in tracks)
 
     after.unfinished_with(parts).save(history_path(goal))
     left = parts

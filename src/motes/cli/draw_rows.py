@@ -19,7 +19,7 @@ from motes.core.track import Track
 from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
-from motes.formats.recording import FilmFacts
+from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import PIXELS, GroundMotion, GroundPlace, RealUnits
 from motes.mot.analytics.regions import Regions
@@ -59,7 +59,7 @@ class Given:
 
 
 def rows_in(path: Path, form: str | None, film: Source, known: History | None) -> Given:
-    """Return the rows in a file of any format; those of one target if no scene was watched.
+    """Return the rows in a file of any format; those of one object, unless a scene was watched.
 
     Raises
     ------
@@ -71,10 +71,8 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
         source=film.name, width=film.width, height=film.height, frames=None, fps=film.fps
     )
     rows = {row.frame: row for row in registry.read(path, form, facts)}
-    objects = [each for row in rows.values() for each in row.objects]
-    alone = len({each.identity for each in objects}) == 1 and any(
-        each.ellipse.theta or each.distance is not None for each in objects
-    )
+    identities = {each.identity for row in rows.values() for each in row.objects}
+    alone = len(identities) == 1 and ANONYMOUS not in identities
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     return Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))

@@ -143,7 +143,8 @@ def run(
 
     Returns
     -------
-    The exit code. All outputs are closed, also after an interrupt.
+    The exit code. All outputs are closed, also after an interrupt; before the first frame it
+    leaves none.
     """
     interrupted: KeyboardInterrupt | None = None
     try:
@@ -166,6 +167,8 @@ def run(
                         bar.count(state)
                         check()
                 except KeyboardInterrupt as interrupt:
+                    if not tally.frames:
+                        raise
                     interrupted = interrupt
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
@@ -187,7 +190,7 @@ def summarize(
     outputs: Sequence[Sink],
     interrupted: KeyboardInterrupt | None,
 ) -> None:
-    """Print a line on a run that is over, if there was a frame, and the remarks.
+    """Print a line on a run that is over, if it did not fail before the first frame, and remarks.
 
     Parameters
     ----------
@@ -200,10 +203,13 @@ def summarize(
     interrupted
         The interrupt that ended the run, if one did.
     """
+    word = interrupts.word(interrupted)
     if not tally.frames:
+        if interrupted:
+            log(f"{word}0 frames; nothing is written.")
         return
     written = [output.result for output in outputs if output.result is not None]
-    line = [f"{interrupts.word(interrupted)}{tally}"]
+    line = [f"{word}{tally}"]
     if written:
         line.append("wrote " + ", ".join(written))
     if film.report.problems:

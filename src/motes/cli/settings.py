@@ -12,17 +12,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter, Token
 
+from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import NAME, Key, all_keys, keys
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from cyclopts import ArgumentCollection
 
-HELP = """\
-Every key of the configuration is an option too, such as {example}. The preset comes first, then \
-the file of --config, then these options. motes config lists the presets; {command} lists all \
+HELP = f"""\
+Every key of the configuration is an option too, such as {{example}}. The preset comes first, then \
+the file of --config, then these options. motes config lists the presets; {{command}} lists all \
 keys with their types, values and meanings.
-"""
+
+{EXIT_CODES}"""
+"""The text below the options of a command that takes such keys."""
 TRACKER_HELP = HELP.format(
     example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
 )

@@ -100,6 +100,8 @@ class KeyframeRun(Tally):
     def track(self, outputs: list[Sink]) -> None:
         """Track the target between its keyframes, write its rows in order, and close them.
 
+        An interrupt before the first row is raised, and leaves no file.
+
         Before the first row, the history notes all stretches as not finished, and each one as
         finished after its rows. So `motes refine` can finish a run that was killed.
         """
@@ -124,6 +126,8 @@ class KeyframeRun(Tally):
             _, self.interrupted = run_stretches(
                 self._film, parts, history, write, quiet=self._quiet
             )
+            if self.interrupted and not self.frames:
+                raise self.interrupted
         if path is not None and not left:
             history.save(path, line_count(rows_path(path)))
 

@@ -11,8 +11,9 @@ from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.messages import counted, log
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
+from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS
-from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.events import MINUTE, EventCounter
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.video.sources import Source
@@ -52,7 +53,7 @@ def counted_moments(
 
 
 class SceneTally(Tally):
-    """Statistics of a scene, and its warnings as they come.
+    """Statistics of the frames that are written, and a scene's warnings as they come.
 
     Parameters
     ----------
@@ -64,32 +65,38 @@ class SceneTally(Tally):
         super().__init__()
         self._scene, self._counter = scene, counter
         self._printed = set[str]()
+        self._came = self._gone = 0
+        self._counts = Counter[tuple[int, str, str, str, str]]()
 
     def add(self, moment: Moment) -> str:
         """Count a frame; return how many objects are there, came and went."""
         super().add(moment)
-        scene = self._scene
-        for kind, text in scene.warnings.items():
+        for kind, text in self._scene.warnings.items():
             if kind not in self._printed:
                 self._printed.add(kind)
                 log(text)
-        here = scene.created - scene.terminated
-        return f"{counted(here, 'object')}, {scene.created} came, {scene.terminated} went"
+        self._came = max([self._came, *(each.identity for each in moment.tracks)])
+        self._gone += sum(each.track.status is Status.LOST for each in moment.tracks)
+        for event in moment.events:
+            parts = event.event, event.place or "", event.direction or "", event.label or ""
+            self._counts[(int(event.time // MINUTE), *parts)] += 1
+        here = counted(self._came - self._gone, "object")
+        return f"{here}, {self._came} came, {self._gone} went"
 
     def remarks(self) -> Sequence[str]:
         """Return the events of each minute, and what is to be known of them."""
-        return [*table(self._counter.counts), *self._counter.remarks()]
+        return [*table(self._counts), *self._counter.remarks()]
 
     @property
     def missing(self) -> str | None:
         """What to say if there was no object."""
-        return None if self._scene.created else "No object was ever found; try another --detector."
+        return None if self._came else "No object was ever found; try another --detector."
 
     def __str__(self) -> str:
-        scene, tracker = self._scene, self._scene.config.tracker
+        tracker = self._scene.config.tracker
         return (
-            f"{super().__str__()}, {counted(scene.created, 'object')}, {scene.terminated} of them "
-            f"gone; each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}"
+            f"{super().__str__()}, {counted(self._came, 'object')}, {self._gone} of them gone; "
+            f"each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}"
         )
 
 

@@ -100,8 +100,7 @@ def ranked(
 
 def _spans(keys: Flags) -> list[tuple[int, int]]:
     """Return the stretches between neighboring keyframes, which both belong to them."""
-    places = np.flatnonzero(keys).tolist()
-    ends = [*([0] if not keys[0] else []), *places, *([len(keys) - 1] if not keys[-1] else [])]
+    ends = [0, *np.flatnonzero(keys).tolist(), len(keys) - 1]
     return [(a, b + 1) for a, b in itertools.pairwise(ends) if b > a]
 
 

@@ -65,9 +65,7 @@ def refine(
     found = {track.frame: track for track in tracks}
     for stretch in changed(film.frames, old, new):
         joined = correct_stretch(reader_of(film, stretch), stretch, tracker, seed)
-        same = kept(stretch, old)
-        made = tracks_of(stretch, joined, film.times)
-        found |= {track.frame: track for track in made if track.frame not in same}
+        found |= {track.frame: track for track in tracks_of(stretch, joined, film.times)}
     return [found[frame] for frame in frames]
 
 
@@ -82,9 +80,3 @@ def changed(
         for each in stretches(frames, new)
         if each not in before or (each.first, each.last) in left
     ]
-
-
-def kept(stretch: Stretch, old: Keyframes) -> set[int]:
-    """Return the keyframes at the ends of a stretch that were there before: their rows stay."""
-    ends = {stretch.first: stretch.begin, stretch.last: stretch.end}
-    return {frame for frame, mark in ends.items() if mark is not None and old.get(frame) == mark}

@@ -22,8 +22,10 @@ from motes.rows.schema import (
     DEVIATIONS,
     ELLIPSE,
     GROUND,
+    HINDSIGHT,
     NUMBERS,
     form_of,
+    head,
     hindsight,
     line,
 )
@@ -71,13 +73,13 @@ class KnownRows:
         if missing := [name for name in COLUMNS if name not in self.columns]:
             what = f"{path} lacks {', '.join(missing)} among its columns"
             raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
-        if len({*table["id"].tolist()}) > 1:
+        if len(identities := sorted({*table["id"].tolist()})) > 1:
             raise InputError(
-                f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
+                f"{path} has {len(identities)} objects; take one of them, as with motes convert "
+                f"{path} one{path.suffix} --identity {identities[0]}."
             )
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
-        self._further = tuple(name for name in self.columns if name not in COLUMNS)
         self._id, self._label = int(table["id"][0]), str(table["label"][0]) or None
         self.tracks = [
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
@@ -157,24 +159,32 @@ class KnownRows:
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
 
+        Rows without the columns of hindsight get them: the others are then empty there.
+
         Parameters
         ----------
         tracks
-            The new tracks.
+            The new tracks, in hindsight.
         units
             How pixels become metres, for rows that have metres.
         """
         new = {track.frame: track for track in tracks}
         known = {track.frame: track for track in self.tracks} | new
         self.tracks = [known[frame] for frame in sorted(known)]
+        usual = (*COLUMNS, *HINDSIGHT)
+        columns = (*usual, *(name for name in self.columns if name not in usual))
+        if columns != self.columns:
+            self.columns, new = columns, known
+            self._head = [f"{text}\n" for text in head(self._form, columns)]
         motion = None if units is None else GroundMotion(units)
         for track in self.tracks:
             place = None if motion is None else motion.update(as_read(track))
             if track.frame in new:
-                columns = (*COLUMNS, *self._further)
                 further = hindsight(track) if place is None else hindsight(track) | place.columns
                 target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)
-                values = FrameRow(track.frame, track.time, ()).values(target, self._further)
+                values = FrameRow(track.frame, track.time, ()).values(
+                    target, columns[len(COLUMNS) :]
+                )
                 self._lines[track.frame] = line(self._form, columns, values) + "\n"
 
     def write(self, path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cyclopts import App
 
+from motes.cli.exit_codes import EXIT_CODES
 from motes.core.errors import ConfigError
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
@@ -35,9 +36,10 @@ Trackers of many objects:
   module:factory                a Python callable; it returns an object with
                                 update(frame, detections)
   results=FOLDER                existing results: SEQUENCE.txt
+
 """
 
-app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
+app = App(name="evaluate", help_epilogue=TRACKERS + EXIT_CODES, help_format="plaintext")
 
 
 @app.default
