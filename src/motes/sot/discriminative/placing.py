@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.prediction import Prediction, Transition
@@ -68,9 +70,9 @@ class Placer:
         transition = None if state.standing.missed else sight.transition(state.motion, predicted)
         experts = self.localizer.experts
         sights = experts.look(state.experts, frame, predicted, shift)
-        look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
+        look = self._look(rng, state, frame, predicted, sights, transition)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self.localizer.localize(rng, state, frame, last, sights)
+            there = self._look(rng, state, frame, last, sights)
             look = max(look, there, key=lambda look: look.evidence)
         proposals = experts.proposals(sights)
         return self._compare(rng, state, frame, look, shift, proposals, transition)
@@ -94,14 +96,14 @@ class Placer:
         rival = state.rival
         if rival.alive:
             place = moved(rival.place, shift, frame)
-            other = self.localizer.localize(rng, state, frame, place, look.sights)
+            other = self._look(rng, state, frame, place, look.sights)
             rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
         if not rival.alive:
             places = [
                 moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
             ]
             others = [
-                self.localizer.localize(rng, state, frame, place, look.sights)
+                self._look(rng, state, frame, place, look.sights)
                 for place in places
                 if rival.parts(place, look.pose)
             ]
@@ -126,7 +128,7 @@ class Placer:
     ) -> WindowEstimate:
         """Return the estimate, or one of a window turned to either side with more evidence."""
         looks = [
-            self.localizer.localize(
+            self._look(
                 rng,
                 state,
                 frame,
@@ -153,12 +155,35 @@ class Placer:
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
         looks = [
-            self.localizer.localize(rng, state, frame, place, found.look.sights) for place in places
+            self._look(rng, state, frame, place, found.look.sights, elsewhere=True)
+            for place in places
         ]
         best = max(looks, key=lambda look: look.evidence)
         if best.evidence > max(found.look.evidence, CLEAR):
             return Found(best, Rival(best.pose), True, searchers)
         return found._replace(searchers=searchers)
+
+    def _look(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        place: Ellipse,
+        sights: Mapping[str, Any],
+        transition: Transition | None = None,
+        *,
+        elsewhere: bool = False,
+    ) -> WindowEstimate:
+        """Return the target's place in the window around `place`; see `Localizer.localize`.
+
+        Where the target is not followed from the frame before, since it is lost or the place is
+        `elsewhere`, the histograms of its first region have a voice, too.
+        """
+        look = self.localizer.localize(rng, state, frame, place, sights, transition)
+        if elsewhere or state.standing.status is not Status.TRACKING:
+            likeness = self.redetection.log_odds(state.appearance, frame, look.pose)
+            look = replace(look, evidence=look.evidence + likeness)
+        return look
 
 
 def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
