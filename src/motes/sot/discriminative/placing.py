@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.core.types import Floats
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.prediction import Prediction, Transition
@@ -70,9 +68,9 @@ class Placer:
         transition = None if state.standing.missed else sight.transition(state.motion, predicted)
         experts = self.localizer.experts
         sights = experts.look(state.experts, frame, predicted, shift)
-        look = self._look(rng, state, frame, predicted, sights, transition)
+        look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self._look(rng, state, frame, last, sights)
+            there = self.localizer.localize(rng, state, frame, last, sights)
             look = max(look, there, key=lambda look: look.evidence)
         proposals = experts.proposals(sights)
         return self._compare(rng, state, frame, look, shift, proposals, transition)
@@ -96,14 +94,14 @@ class Placer:
         rival = state.rival
         if rival.alive:
             place = moved(rival.place, shift, frame)
-            other = self._look(rng, state, frame, place, look.sights)
+            other = self.localizer.localize(rng, state, frame, place, look.sights)
             rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
         if not rival.alive:
             places = [
                 moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
             ]
             others = [
-                self._look(rng, state, frame, place, look.sights)
+                self.localizer.localize(rng, state, frame, place, look.sights)
                 for place in places
                 if rival.parts(place, look.pose)
             ]
@@ -128,7 +126,7 @@ class Placer:
     ) -> WindowEstimate:
         """Return the estimate, or one of a window turned to either side with more evidence."""
         looks = [
-            self._look(
+            self.localizer.localize(
                 rng,
                 state,
                 frame,
@@ -147,43 +145,26 @@ class Placer:
         frame: Frame,
         found: Found,
     ) -> Found:
-        """Return the target's place, or another one that the search finds and that is clear."""
+        """Return the target's place, or another one that the search finds and that is clear.
+
+        There the target is not followed from the frame before, so the histograms of its first
+        region have a voice, too: a red car is not a black one of the same shape.
+        """
         searchers, last = state.search_particles, state.ellipse
         if not len(searchers):
             searchers = np.tile(np.array(last), (self.localizer.particles, 1))
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
-        looks = [
-            self._look(rng, state, frame, place, found.look.sights, elsewhere=True)
-            for place in places
-        ]
+        looks = []
+        for place in places:
+            look = self.localizer.localize(rng, state, frame, place, found.look.sights)
+            likeness = self.redetection.log_odds(state.appearance, frame, look.pose)
+            looks.append(replace(look, evidence=look.evidence + likeness))
         best = max(looks, key=lambda look: look.evidence)
         if best.evidence > max(found.look.evidence, CLEAR):
             return Found(best, Rival(best.pose), True, searchers)
         return found._replace(searchers=searchers)
-
-    def _look(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        place: Ellipse,
-        sights: Mapping[str, Any],
-        transition: Transition | None = None,
-        *,
-        elsewhere: bool = False,
-    ) -> WindowEstimate:
-        """Return the target's place in the window around `place`; see `Localizer.localize`.
-
-        Where the target is not followed from the frame before, since it is lost or the place is
-        `elsewhere`, the histograms of its first region have a voice, too.
-        """
-        look = self.localizer.localize(rng, state, frame, place, sights, transition)
-        if elsewhere or state.standing.status is not Status.TRACKING:
-            likeness = self.redetection.log_odds(state.appearance, frame, look.pose)
-            look = replace(look, evidence=look.evidence + likeness)
-        return look
 
 
 def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
