@@ -22,6 +22,7 @@ from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
+from motes.synthetic.street import Street
 
 Pixels = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -157,6 +158,16 @@ def test_a_hidden_target_is_lost_and_found_again() -> None:
     assert {track.status for track in tracks[30:38]} == {Status.SEARCHING}
     assert {track.status for track in tracks[-8:]} == {Status.TRACKING}
     assert iou(tracks[-1].box, boxes[-1]) > 0.6
+
+
+def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> None:
+    """A red car goes behind a lorry; a black one of the same shape comes before it is out."""
+    tracker, found = Tracker(seed=0), []
+    for index, (frame, (truth, *_)) in enumerate(Street()):
+        track = tracker.update(frame) if index else tracker.init(frame, truth.ellipse)
+        if truth.visible > 0.5:
+            found.append(iou(track.box, truth.ellipse.box) > 0.5)
+    assert np.mean(found) > 0.85
 
 
 def test_nothing_is_learned_of_what_hides_the_target() -> None:

@@ -10,10 +10,12 @@ import pytest
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.sot.discriminative.placing import Placer
+from motes.sot.discriminative.localization import WindowEstimate
+from motes.sot.discriminative.placing import Found, Placer
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.rival import Rival
+from motes.sot.discriminative.standing import Standing
 
 HERE, THERE = Ellipse(50.0, 50.0, 10.0, 10.0), Ellipse(90.0, 50.0, 10.0, 10.0)
 FRAME = Frame(0, 0.0, np.zeros((100, 150, 3), np.uint8))
@@ -45,3 +47,30 @@ def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
     )  # fmt: skip
     assert (found.look.pose == THERE) is wins
     assert found.rival.alive is not wins
+
+
+def test_the_search_finds_what_looks_like_the_first_region() -> None:
+    """Two cars of one shape, as likely by all other voices; the red one was there first."""
+    red, black = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
+    pixels = np.full((100, 150, 3), 120, np.uint8)
+    pixels[42:59, 28:53], pixels[42:59, 88:113] = (200, 30, 30), (20, 20, 30)
+    frame, redetection = Frame(0, 0.0, pixels), Redetection()
+    appearance = redetection.updated(redetection.learn(frame, red), frame, red, 0.05)
+    lost: Any = SimpleNamespace(
+        appearance=appearance,
+        search_particles=np.empty((0, 5)),
+        ellipse=black,
+        standing=Standing(missed=5),
+    )
+
+    def seen(place: Ellipse, evidence: float) -> Any:
+        return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore[arg-type]
+
+    for there, clear in ((red, True), (black, False)):
+        localizer: Any = SimpleNamespace(
+            particles=100, localize=lambda *_, there=there: seen(there, 2.0)
+        )
+        before = Found(seen(HERE, -1.0), Rival(HERE))
+        found = Placer(localizer, redetection).search(np.random.default_rng(0), lost, frame, before)
+        assert found.jumped is clear
+        assert found.look.pose == (red if clear else HERE)

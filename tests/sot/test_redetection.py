@@ -108,6 +108,23 @@ def test_edges_tell_what_colors_do_not() -> None:
     assert places[0].y == pytest.approx(39.5, abs=12)
 
 
+def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle() -> None:
+    cue, frame = Redetection(), picture(60, 60)
+    model = cue.updated(cue.learn(frame, LAST), frame, LAST, 0.05)  # the first counts as a whole
+    assert cue.log_odds(model, frame, LAST) == 0
+    red = frame.pixels.copy()
+    red[48:72, 48:72, 1:] //= 4
+    tinted = Frame(1, 0.04, red)
+    strict = cue.log_odds(model, tinted, LAST)
+    assert strict < -3
+    model = cue.updated(model, tinted, LAST, 0.05)  # and the second one half
+    assert cue.log_odds(model, tinted, LAST) == pytest.approx(strict / 2)
+    for _ in range(100):  # the target has been red for long
+        model = cue.updated(model, tinted, LAST, 0.05)
+    assert cue.log_odds(model, tinted, LAST) == pytest.approx(0, abs=0.05)
+    assert cue.log_odds(model, frame, LAST) == 0  # and is as likely as it was at first
+
+
 def test_searchers_stay_in_the_frame() -> None:
     frame, cue = picture(60, 60), Redetection()
     model = cue.learn(frame, LAST)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -145,16 +145,22 @@ class Placer:
         frame: Frame,
         found: Found,
     ) -> Found:
-        """Return the target's place, or another one that the search finds and that is clear."""
+        """Return the target's place, or another one that the search finds and that is clear.
+
+        There the target is not followed from the frame before, so the histograms of its first
+        region have a voice, too: a red car is not a black one of the same shape.
+        """
         searchers, last = state.search_particles, state.ellipse
         if not len(searchers):
             searchers = np.tile(np.array(last), (self.localizer.particles, 1))
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, last, state.standing.missed + 1
         )
-        looks = [
-            self.localizer.localize(rng, state, frame, place, found.look.sights) for place in places
-        ]
+        looks = []
+        for place in places:
+            look = self.localizer.localize(rng, state, frame, place, found.look.sights)
+            likeness = self.redetection.log_odds(state.appearance, frame, look.pose)
+            looks.append(replace(look, evidence=look.evidence + likeness))
         best = max(looks, key=lambda look: look.evidence)
         if best.evidence > max(found.look.evidence, CLEAR):
             return Found(best, Rival(best.pose), True, searchers)

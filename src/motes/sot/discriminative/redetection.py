@@ -4,14 +4,20 @@ The particles are weighted by the color histogram (Nummiaro et al., section III)
 histogram (Ng and Delp, section 3.2) of the target's first region. Among 400 places in a frame,
 these rank the target first far more often than the color posterior does, and they also work
 without color. The histogram of gradient directions shows by how much the target is turned.
+
+The same histograms have a voice about what the search finds. While the target is followed from
+frame to frame they have none, since it may be half hidden or in another light.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
 
 from motes.core.config import Config, NonNegative, Positive
 from motes.core.frame import Frame
@@ -45,6 +51,10 @@ class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
     color: ColorModel
     edges: HistogramModel
     directions: HistogramModel
+    usual: Annotated[float, Meta(ge=0)] = 0.0
+    """Running mean of the target's distance, by color and edges, while it was tracked."""
+    seen: Annotated[int, Meta(ge=0)] = 0
+    """Number of frames in this mean."""
 
 
 class Redetection(Config, frozen=True):
@@ -105,14 +115,39 @@ class Redetection(Config, frozen=True):
         factors = np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
         fresh[:, 2:4] = last[2:4] * np.clip(factors, *limits(last, frame))
         moved[:, :2] = np.clip(moved[:, :2], 0, ends)
-        distances = COLOR.distances(model.color, frame, moved)
-        distances += EDGES_GAIN * EDGES.distances(model.edges, frame, moved)
+        distances = self._distances(model, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[SYSTEMATIC.ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=PLACES - 1)]
         drawn[-1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[-1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])
         return chosen, [Ellipse(*place) for place in places.tolist()]
+
+    def log_odds(self, model: RedetectionModel, frame: Frame, place: Ellipse) -> float:
+        """Return by how much a place that is less like the first region than usual is not it.
+
+        It is the logarithm of the weight of a search particle there, beside that of the target
+        as it usually is; 0 where the place is as like as that.
+        """
+        distance = float(self._distances(model, frame, np.array([place]))[0])
+        return min((model.usual - distance) / self.sigma, 0.0)
+
+    def updated(
+        self, model: RedetectionModel, frame: Frame, ellipse: Ellipse, rate: float
+    ) -> RedetectionModel:
+        """Return the model after a frame with the target in `ellipse`; the histograms stay.
+
+        The frame has the weight `rate` in the usual distance, and more while few were seen.
+        """
+        distance = float(self._distances(model, frame, np.array([ellipse]))[0])
+        seen = model.seen + 1
+        usual = model.usual + max(rate, 1 / seen) * (distance - model.usual)
+        return replace(model, usual=usual, seen=seen)
+
+    def _distances(self, model: RedetectionModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances of ellipses (N, 5) to the first region, (N,)."""
+        colors = COLOR.distances(model.color, frame, ellipses)
+        return colors + EDGES_GAIN * EDGES.distances(model.edges, frame, ellipses)
 
     def _turn(
         self, rng: np.random.Generator, model: RedetectionModel, frame: Frame, place: Ellipse

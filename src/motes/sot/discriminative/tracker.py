@@ -55,7 +55,7 @@ from motes.sot.network.network import Network
 from motes.sot.step_info import StepInfo
 
 RUNNING_MEAN_RATE = 0.05
-"""Weight of a frame in the running means of contrast and borders."""
+"""Weight of a frame in the running means of contrast, borders and likeness."""
 BIN = 0.25
 """Side of a bin of the particles' places, from which their number follows, in half sides of the
 target."""
@@ -303,6 +303,7 @@ class Discriminative(
                 state.correlation, spectra, correlation.learning_rate, x, y
             ),
             posterior=posterior.updated(state.posterior, window, posterior.learning_rate, x, y),
+            appearance=self.redetection.updated(state.appearance, frame, pose, RUNNING_MEAN_RATE),
             scale=scale,
             contrast=kept * state.contrast + RUNNING_MEAN_RATE * look.contrast,
             border=kept * state.border + RUNNING_MEAN_RATE * border,
