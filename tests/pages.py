@@ -60,11 +60,12 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
     """Run all blocks of a page in the current folder; return how many pieces of code ran.
 
     A block with a title is written into that file. Commands of motes must end with exit code 0.
-    All Python shares one namespace. Every line of a text block must be in what was printed since
-    the last such block, but for its measured numbers.
+    All Python shares one namespace. A text block below Python is all that this printed, with numbers
+    near to its own. Below commands, each of its lines must be in what was printed since the last
+    such block, but for its measured numbers.
     """
     names: dict[str, Any] = {}
-    output, ran = "", 0
+    output, ran, language = "", 0, ""
     for block in blocks(page):
         where = f"{page.name}:{block.line}"
         if block.title:
@@ -83,5 +84,12 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
             there = NUMBER.sub("#", output).splitlines()
             for line in block.text.splitlines():
                 assert NUMBER.sub("#", line) in there, (where, line, output)
+            if language == "python":
+                assert len(there) == len(block.text.splitlines()), (where, output)
+                said, printed = (NUMBER.findall(text) for text in (block.text, output))
+                numbers = [float(number) for number in printed]
+                assert [float(number) for number in said] == pytest.approx(numbers, rel=0.1, abs=3)
             output = ""
+        if block.language in ("sh", "python", "text"):
+            language = block.language
     return ran
