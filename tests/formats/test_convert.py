@@ -285,3 +285,19 @@ def test_track_writes_all_formats(go: Go, name: str) -> None:
         assert go(f"{command} a.csv")[0] == 0
         assert go("convert a.parquet b.csv")[0] == 0
         assert Path("a.csv").read_text() == Path("b.csv").read_text()
+
+
+@pytest.mark.parametrize("rows", ["one.csv", "one.vot.txt", "one.xml"])
+def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str) -> None:
+    names = [f"img_{10 * frame:04d}" for frame in range(1, 41)]
+    Path("Übung").mkdir()
+    for name in names:
+        Image.new("RGB", (320, 240)).save(f"Übung/{name}.png")
+    if rows != "one.csv":
+        assert go(f"convert one.csv {rows} --size 320x240")[0] == 0
+    for target in ("a.json", "a.yolo", "masks"):
+        assert go(f"convert {rows} {target} --video Übung")[0] == 0
+    images = json.loads(Path("a.json").read_text())["images"]
+    assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
+    assert sorted(path.stem for path in Path("a.yolo").glob("*.txt")) == names
+    assert sorted(path.stem for path in Path("masks").iterdir()) == names

@@ -12,6 +12,7 @@ from pathlib import Path
 import httpx
 import msgspec
 import pytest
+from PIL import Image
 
 from motes.cli import main
 from motes.formats.registry import FORMATS
@@ -421,3 +422,21 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
+
+
+def test_exports_have_the_names_of_a_folders_images(tmp_path: Path) -> None:
+    """Labels and documents have the names of the images, from which others know them."""
+    names = [f"img_{10 * frame:04d}" for frame in range(1, 4)]
+    (tmp_path / "films/img").mkdir(parents=True)
+    for name in names:
+        Image.effect_noise((96, 80), 60).convert("RGB").save(tmp_path / f"films/img/{name}.png")
+    with running(tmp_path / "films", tmp_path / "data") as client:
+        session = begin(client, "img")
+        with looking(client, session) as page:
+            page.tracked(page.drawn())
+        files = {form: client.get(f"/api/sessions/{session}/export", params={"format": form})
+                 for form in ("yolo", "coco")}  # fmt: skip
+        with zipfile.ZipFile(io.BytesIO(files["yolo"].content)) as archive:
+            assert {f"{name}.txt" for name in names} <= {*archive.namelist()}
+        images = files["coco"].json()["images"]
+        assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]

@@ -69,7 +69,7 @@ def convert(
     list_
         List the formats and exit.
     video
-        The film: for its size, its number of frames and its rate.
+        The film: for its size, its number of frames, its rate and the names of its images.
     size
         Width and height of the film, as 640x480.
     fps
@@ -148,18 +148,21 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = _sides(size)
-    name = "unknown"
+    name, files = "unknown", list[str]()
     if video is not None:
         from motes.video.sources import open_source
 
         with open_source(video, fps=fps) as film:
             say_rate(film)
             name, fps, frames = film.name, film.fps, frames or film.frame_count
+            files = film.files
             width, height = (width, height) if size else (film.width, film.height)
     elif known is not None:
         name, fps, frames = known.film, fps or known.fps, frames or known.frames
         width, height = (width, height) if size else (known.width, known.height)
-    return FilmFacts(source=name, width=width, height=height, frames=frames, fps=fps, label=label)
+    return FilmFacts(
+        source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files
+    )
 
 
 def _sides(size: str | None) -> tuple[int, int]:

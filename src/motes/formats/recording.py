@@ -9,7 +9,7 @@ from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
 from motes.formats.regions import MAX_FRAME
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
@@ -49,6 +49,12 @@ class FilmFacts:
     """Its frames per second; None if unknown."""
     label: str = "object"
     """The class of objects without one."""
+    files: Sequence[str] = ()
+    """The paths of its images, by frame, as `Source.files`; none of a video."""
+
+    def file(self, frame: int) -> str | None:
+        """Return the path of a frame's image; None for a video."""
+        return text_name(self.files[frame]) if frame < len(self.files) else None
 
     def time(self, frame: int) -> float:
         """Return the time of a frame in seconds."""
@@ -77,7 +83,7 @@ def recording_of(
     size
         Width and height in the file; else those of `facts`.
     files
-        The names of the images of frames, where each is a file.
+        The names of the images of frames in the file; else those of `facts`.
     left_out
         What of the file is not here, in a few words each.
 
@@ -109,7 +115,7 @@ def recording_of(
                 frame,
                 known.get(frame, facts.time(frame)),
                 tuple(frames[frame]),
-                files.get(frame),
+                files.get(frame) or facts.file(frame),
             )
             for frame in sorted(frames)
         ],

@@ -37,8 +37,41 @@ class Reproduction(msgspec.Struct, frozen=True):
     """The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`."""
 
 
-def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
-    """Return the rows of one object, as `motes track --at ... -o` writes them.
+def target_rows(tracks: Sequence[Track]) -> list[FrameRow]:
+    """Return the rows of one object, as `motes track --at ... -o` writes them."""
+    return [
+        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
+        for track in tracks
+    ]
+
+
+def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[FrameRow]:
+    """Return the rows of several objects, with their numbers as identities, names as classes."""
+    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
+    for number, (name, tracks) in found.items():
+        for track in tracks:
+            _, objects = frames.setdefault(track.frame, (track.time, []))
+            if track.status is not Status.ABSENT:
+                row = ObjectRow.of_target(track)
+                objects.append(msgspec.structs.replace(row, identity=number, label=name))
+    return [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
+
+
+def recorded_file(
+    form: str, film: OpenFilm, files: Sequence[str], rows: Sequence[FrameRow]
+) -> bytes:
+    """Return objects in a format of `motes convert`; a format of many files as ZIP.
+
+    Parameters
+    ----------
+    form
+        The name of the format.
+    film
+        The film.
+    files
+        The names of its images, by frame; none of a video.
+    rows
+        The objects in its frames.
 
     Raises
     ------
@@ -47,38 +80,10 @@ def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
     FormatError
         If the format cannot hold them.
     """
-    frames = [
-        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
-        for track in tracks
-    ]
-    return recorded_file(form, film, frames)
-
-
-def objects_file(
-    form: str, found: Mapping[int, tuple[str, Sequence[Track]]], film: OpenFilm
-) -> bytes:
-    """Return several objects in one file, each with its number as identity and its name as class.
-
-    Raises
-    ------
-    ConfigError, FormatError
-        As `target_file`.
-    """
-    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
-    for number, (name, tracks) in found.items():
-        for track in tracks:
-            _, objects = frames.setdefault(track.frame, (track.time, []))
-            if track.status is not Status.ABSENT:
-                row = ObjectRow.of_target(track)
-                objects.append(msgspec.structs.replace(row, identity=number, label=name))
-    rows = [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
-    return recorded_file(form, film, rows)
-
-
-def recorded_file(form: str, film: OpenFilm, frames: Sequence[FrameRow]) -> bytes:
-    """Return objects in a format of `motes convert`; a format of many files as ZIP."""
     known = registry.FORMATS.resolve(form)
-    recording = Recording(Header(film.name, film.width, film.height, LABEL), frames)
+    if files:
+        rows = [msgspec.structs.replace(row, file=files[row.frame]) for row in rows]
+    recording = Recording(Header(film.name, film.width, film.height, LABEL), rows)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
         try:
