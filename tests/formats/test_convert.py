@@ -301,3 +301,43 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str
     assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
     assert sorted(path.stem for path in Path("a.yolo").glob("*.txt")) == names
     assert sorted(path.stem for path in Path("masks").iterdir()) == names
+
+
+@pytest.mark.parametrize("step", [1, 10])
+def test_labels_belong_to_the_images_of_their_names(go: Go, step: int) -> None:
+    """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""
+    Path("film").mkdir()
+    for frame in range(6):
+        picture = Image.effect_noise((64, 48), 60).convert("RGB")
+        picture.save(f"film/img_{step * (frame + 1):04d}.png")
+    track = "track film --fps 25 --preset mean_shift --init 20,10,16,20"
+    assert go(f"{track} -o rows.csv")[0] == 0
+    assert go(f"{track} -o a.yolo")[0] == 0
+    last = Path(f"a.yolo/img_{6 * step:04d}.txt")
+    kept = last.read_text()
+    last.unlink()
+    Path("a.yolo/frame_000005.txt").write_text(kept)  # as motes names a frame of a video
+    assert go("convert a.yolo back.csv --video film --fps 25")[0] == 0
+    rows, back = (
+        [*csv.DictReader(Path(name).read_text().splitlines())] for name in ("rows.csv", "back.csv")
+    )
+    for row, same in zip(rows, back, strict=True):
+        assert row["frame"] == same["frame"]
+        assert float(row["left"]) == pytest.approx(float(same["left"]), abs=0.01)
+    code, said = go("draw film a.yolo --fps 25 -o a.mp4")
+    assert (code, "6 frames" in said) == (0, True), said
+
+
+def test_labels_of_other_images_are_refused(go: Go) -> None:
+    for folder, names in (("film", ("1.png", "2.png")), ("twins", ("3.png", "3.jpg"))):
+        Path(folder).mkdir()
+        for name in names:
+            Image.new("RGB", (320, 240)).save(f"{folder}/{name}")
+    Path("labels").mkdir()
+    Path("labels/3.txt").write_text("0 0.5 0.5 0.1 0.1\n")
+    code, said = go("convert labels a.csv --video film --fps 25")
+    assert (code, said.count("\n")) == (3, 1), said
+    assert "labels: 3.txt: the film has no image of this name; give the film that it" in said
+    code, said = go("convert labels a.csv --video twins --fps 25")
+    assert (code, said.count("\n")) == (3, 1), said
+    assert "twins has several images 3, so that a text is of none of them" in said

@@ -424,7 +424,7 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert "csv" in client.get("/api/formats").json()
 
 
-def test_exports_have_the_names_of_a_folders_images(tmp_path: Path) -> None:
+def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
     """Labels and documents have the names of the images, from which others know them."""
     names = [f"img_{10 * frame:04d}" for frame in range(1, 4)]
     (tmp_path / "films/img").mkdir(parents=True)
@@ -440,3 +440,9 @@ def test_exports_have_the_names_of_a_folders_images(tmp_path: Path) -> None:
             assert {f"{name}.txt" for name in names} <= {*archive.namelist()}
         images = files["coco"].json()["images"]
         assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
+        address, data = f"/api/sessions/{session}/import", files["yolo"].content
+        answer = client.post(address, params={"name": "a.zip"}, content=data)
+        assert answer.status_code == 201, answer.text
+        with looking(client, session) as page:
+            drawn, back = (page.item(each) for each in (1, *answer.json()["objects"]))
+            assert (back.first, back.last) == (drawn.first, drawn.last) == (0, 2)

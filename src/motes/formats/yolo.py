@@ -8,7 +8,7 @@ them, so identities have no place. https://docs.ultralytics.com/datasets/detect/
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -19,7 +19,7 @@ from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_o
 from motes.formats.shapes import label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.rows.journal import ObjectRow
+from motes.rows.journal import ObjectRow, text_name
 
 NAMES = "data.yaml"
 CLASSES = "classes.txt"
@@ -66,20 +66,20 @@ def _quoted(name: str) -> str:
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a folder of labels.
 
-    A frame is the last number in the name of its file, from 0.
+    Of a folder of images, a text belongs to the image of its name. Of a video, its frame is the
+    last number in its name, from 0.
     """
-    names = _names(path)
+    names, images = _names(path), _images(facts)
     left_out: list[str] = []
     objects, times, ended = [], dict[int, None](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
-        digits = re.findall(r"\d+", file.stem)
-        if not digits:
+        frame = _frame(text_name(file.stem), images)
+        if frame is None:
             if file.name != CLASSES:
                 left_out.append(f"{file.name}, whose name has no number of a frame")
             continue
-        frame = int(digits[-1])
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
         times[frame] = None
@@ -98,6 +98,38 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     return recording_of(facts, objects, times, left_out=left_out)
+
+
+def _images(facts: FilmFacts) -> dict[str, int]:
+    """Return the frames of the images of a folder, by their names without endings."""
+    names = [text_name(Path(file).stem) for file in facts.files]
+    frames = {name: frame for frame, name in enumerate(names)}
+    for frame, name in enumerate(names):
+        if frames[name] != frame:
+            raise FormatError(
+                f"{facts.source} has several images {name}, so that a text is of none of them"
+            )
+    return frames
+
+
+def _frame(name: str, images: Mapping[str, int]) -> int | None:
+    """Return the frame of a text by its name without ending; None if it has no number.
+
+    Raises
+    ------
+    FormatError
+        If the film is a folder of images, and none has this name.
+    """
+    if name in images:
+        return images[name]
+    digits = re.findall(r"\d+", name)
+    if not digits:
+        return None
+    if images and not re.fullmatch(r"frame_\d+", name):
+        raise FormatError(
+            f"{name}.txt: the film has no image of this name; give the film that it belongs to."
+        )
+    return int(digits[-1])
 
 
 def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
