@@ -52,8 +52,9 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
 
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None:
     Path("film").mkdir()
+    picture = Image.effect_noise((32, 24), 40).convert("RGB")
     for frame in range(5):
-        Image.effect_noise((32, 24), 40).convert("RGB").save(f"film/{frame}.png")
+        picture.save(f"film/{frame}.png")
     assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
     assert go("convert run.csv run.json")[0] == 0
     document = json.loads(Path("run.json").read_text())
@@ -211,7 +212,7 @@ def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch)
         assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 5
     assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
     assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 0
-    assert len(list(Path("labels").iterdir())) == 41
+    assert len(list(Path("labels").iterdir())) == 36  # in five of 40 frames it is searched for
     assert go("convert two.json labels/ --overwrite")[0] == 0  # and no frame of another film
     assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
     assert len(list(Path().glob("labels*"))) == 1
@@ -297,9 +298,10 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str
         assert go(f"convert one.csv {rows} --size 320x240")[0] == 0
     for target in ("a.json", "a.yolo", "masks"):
         assert go(f"convert {rows} {target} --video Übung")[0] == 0
+    kept = names[:20] + names[25:] if rows == "one.csv" else names  # not where it is searched for
     images = json.loads(Path("a.json").read_text())["images"]
-    assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
-    assert sorted(path.stem for path in Path("a.yolo").glob("*.txt")) == names
+    assert [each["file_name"] for each in images] == [f"{name}.png" for name in kept]
+    assert sorted(path.stem for path in Path("a.yolo").glob("*.txt")) == kept
     assert sorted(path.stem for path in Path("masks").iterdir()) == names
 
 
@@ -341,3 +343,40 @@ def test_labels_of_other_images_are_refused(go: Go) -> None:
     code, said = go("convert labels a.csv --video twins --fps 25")
     assert (code, said.count("\n")) == (3, 1), said
     assert "twins has several images 3, so that a text is of none of them" in said
+
+
+STATES = (
+    ("tracking", True), ("lost", True), ("searching", True), ("searching", False),
+    ("absent", False), ("interpolated", True),
+)  # fmt: skip
+"""Those of the frames of a row, and whether it has a place."""
+
+
+def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) -> None:
+    """The frames 1 to 3 are no pictures without it; frame 4 is one, as a user has marked it."""
+    lines = ["frame,id,x,y,a,b,theta,confidence,status"]
+    for frame, (state, placed) in enumerate(STATES):
+        place = f"{50 + frame},40,8,6,0,0.5" if placed else ",,,,,"
+        lines += [f"{frame},1,{place},{state}", f"{frame},2,200,100,9,9,0,1,tracking"]
+    Path("rows.csv").write_text("\n".join(lines) + "\n")
+    for target in ("a.yolo", "b --to yolo-predictions", "a.json"):
+        code, said = go(f"convert rows.csv {target} --size 320x240 --identity 1")
+        assert code == 0
+        assert "with 3 of the 6 frames in rows.csv; in the others a target is lost or" in said
+    for folder in ("a.yolo", "b"):
+        texts = {path.stem: path.read_text() for path in Path(folder).glob("*.txt")}
+        assert [*sorted(texts)] == ["frame_000000", "frame_000004", "frame_000005"]
+        assert [bool(text) for _, text in sorted(texts.items())] == [True, False, True]
+    document = json.loads(Path("a.json").read_text())
+    assert [each["frame"] for each in document["images"]] == [0, 4, 5]
+    assert [each["image_id"] for each in document["annotations"]] == [1, 6]
+    assert go("convert rows.csv a.keyframes.csv --identity 1")[0] == 0
+    marks = [line.split(",")[:2] for line in Path("a.keyframes.csv").read_text().splitlines()]
+    assert marks == [["frame", "x"], ["0", "42.5"], ["4", "absent"], ["5", "47.5"]]
+    assert "with 3 of the 6 frames" in go("convert rows.csv both.yolo --size 320x240")[1]
+    assert "with the 6 frames" in go("convert rows.csv 2.yolo --size 320x240 --identity 2")[1]
+
+
+def test_a_hidden_object_is_not_absent(go: Go) -> None:
+    assert go("convert two.json a.keyframes.csv --identity 2")[0] == 0
+    assert "absent" not in Path("a.keyframes.csv").read_text()

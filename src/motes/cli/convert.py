@@ -106,10 +106,13 @@ def convert(
     point_out_leftovers(target)
     check_beside(target, overwrite)
     with writing(target):
-        registry.write(target, form, recorded, keyframe_error)
+        left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    log(f"wrote {target} ({written.title}) with the {len(recorded.frames)} frames in {rows}.")
+    count = len(recorded.frames)
+    part = f"{count - left} of the {count}" if left else f"the {count}"
+    reason = "; in the others a target is lost or searched for" * (left > 0)
+    log(f"wrote {target} ({written.title}) with {part} frames in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
@@ -203,7 +206,11 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
 def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
     """Return only the object with an identity; raise a ConfigError if there is none."""
     kept = [
-        replace(row, objects=tuple(each for each in row.objects if each.identity == identity))
+        replace(
+            row,
+            objects=tuple(each for each in row.objects if each.identity == identity),
+            searched=tuple(each for each in row.searched if each == identity),
+        )
         for row in recorded
     ]
     if not any(row.objects for row in kept):

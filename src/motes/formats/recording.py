@@ -68,6 +68,7 @@ def recording_of(
     size: tuple[int, int] | None = None,
     files: Mapping[int, str] = {},
     left_out: Sequence[str] = (),
+    searched: Iterable[tuple[int, int]] = (),
 ) -> Recording:
     """Return a recording of pairs of a frame and an object there, in any order.
 
@@ -86,6 +87,9 @@ def recording_of(
         The names of the images of frames in the file; else those of `facts`.
     left_out
         What of the file is not here, in a few words each.
+    searched
+        Pairs of a frame and of the identity of an object that is searched for there, and has no
+        place.
 
     Raises
     ------
@@ -100,6 +104,9 @@ def recording_of(
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
         frames.setdefault(frame, []).append(each)
+    missed: dict[int, list[int]] = {}
+    for frame, identity in searched:
+        missed.setdefault(frame, []).append(identity)
     for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
             raise FormatError(f"no film has a frame {frame}")
@@ -116,6 +123,7 @@ def recording_of(
                 known.get(frame, facts.time(frame)),
                 tuple(frames[frame]),
                 files.get(frame) or facts.file(frame),
+                tuple(missed.get(frame, ())),
             )
             for frame in sorted(frames)
         ],
