@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import csv
 import json
+import re
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 import disks
 from motes.cli import main
 from motes.formats import registry
+from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
 Go = Callable[[str], tuple[int, str]]
@@ -32,6 +38,11 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         return code, out + error
 
     return run
+
+
+def contents(folder: str) -> dict[Path, bytes]:
+    """Return what is in the files of a folder, and of folders in it."""
+    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
 
 
 def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
@@ -171,7 +182,7 @@ def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
 
 def test_what_is_left_out_is_said(go: Go) -> None:
     assert go("convert two.json labels")[0] == 0
-    Path("labels/readme.txt").write_text("of somebody\n")
+    Path("labels/labels/readme.txt").write_text("of somebody\n")
     Path("labels/classes.txt").write_text("car\nobject\n")
     code, said = go("convert labels a.csv --size 320x240")
     assert (code, said.count("left out")) == (0, 1), said
@@ -205,16 +216,16 @@ def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert (code, "labels cannot be written: No space left on device" in said) == (5, True), said
     assert list(Path().glob("labels*")) == []
     assert go("convert two.json labels")[0] == 0
-    whole = {path.name: path.read_bytes() for path in Path("labels").iterdir()}
-    assert len(whole) == 31
+    whole = contents("labels")
+    assert len(whole) == 32
     with monkeypatch.context() as patch:
         disks.fill_after(patch, 6)
         assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 5
-    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert contents("labels") == whole
     assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 0
-    assert len(list(Path("labels").iterdir())) == 36  # in five of 40 frames it is searched for
+    assert len(contents("labels")) == 37  # in five of 40 frames it is searched for
     assert go("convert two.json labels/ --overwrite")[0] == 0  # and no frame of another film
-    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert contents("labels") == whole
     assert len(list(Path().glob("labels*"))) == 1
 
 
@@ -301,7 +312,7 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str
     kept = names[:20] + names[25:] if rows == "one.csv" else names  # not where it is searched for
     images = json.loads(Path("a.json").read_text())["images"]
     assert [each["file_name"] for each in images] == [f"{name}.png" for name in kept]
-    assert sorted(path.stem for path in Path("a.yolo").glob("*.txt")) == kept
+    assert sorted(path.stem for path in Path("a.yolo/labels").glob("*.txt")) == kept
     assert sorted(path.stem for path in Path("masks").iterdir()) == names
 
 
@@ -315,10 +326,10 @@ def test_labels_belong_to_the_images_of_their_names(go: Go, step: int) -> None:
     track = "track film --fps 25 --preset mean_shift --init 20,10,16,20"
     assert go(f"{track} -o rows.csv")[0] == 0
     assert go(f"{track} -o a.yolo")[0] == 0
-    last = Path(f"a.yolo/img_{6 * step:04d}.txt")
+    last = Path(f"a.yolo/labels/img_{6 * step:04d}.txt")
     kept = last.read_text()
     last.unlink()
-    Path("a.yolo/frame_000005.txt").write_text(kept)  # as motes names a frame of a video
+    Path("a.yolo/labels/frame_000005.txt").write_text(kept)  # as motes names a frame of a video
     assert go("convert a.yolo back.csv --video film --fps 25")[0] == 0
     rows, back = (
         [*csv.DictReader(Path(name).read_text().splitlines())] for name in ("rows.csv", "back.csv")
@@ -364,7 +375,7 @@ def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) ->
         assert code == 0
         assert "with 3 of the 6 frames in rows.csv; in the others a target is lost or" in said
     for folder in ("a.yolo", "b"):
-        texts = {path.stem: path.read_text() for path in Path(folder).glob("*.txt")}
+        texts = {path.stem: path.read_text() for path in Path(folder, "labels").glob("*.txt")}
         assert [*sorted(texts)] == ["frame_000000", "frame_000004", "frame_000005"]
         assert [bool(text) for _, text in sorted(texts.items())] == [True, False, True]
     document = json.loads(Path("a.json").read_text())
@@ -380,3 +391,46 @@ def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) ->
 def test_a_hidden_object_is_not_absent(go: Go) -> None:
     assert go("convert two.json a.keyframes.csv --identity 2")[0] == 0
     assert "absent" not in Path("a.keyframes.csv").read_text()
+
+
+def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
+    with VideoWriter("clip.mp4", 25) as writer:
+        for frame in range(3):
+            writer.write(np.full((48, 64, 3), 90, np.uint8), frame / 25)
+    _, said = go("track clip.mp4 --init 8,6,10,8 --preset mean_shift -o a.yolo")
+    assert (
+        "motes: to train with a.yolo, put its images beside its labels: mkdir a.yolo/images && "
+        "ffmpeg -i clip.mp4 -fps_mode passthrough -start_number 0 a.yolo/images/frame_%06d.png\n"
+    ) in said
+    _, said = go("convert two.json b.yolo")
+    assert "beside its labels: those that b.yolo/train.txt lists, into b.yolo/images\n" in said
+    assert "to train" not in go("convert two.json b --to yolo-predictions")[1]
+    Path("img").mkdir()
+    for name in ("1.png", "2.png"):
+        Image.new("RGB", (320, 240)).save(f"img/{name}")
+    assert go("convert one.csv c.vot.txt --frames 40")[0] == 0
+    Path("c.vot.txt").write_text("".join(Path("c.vot.txt").read_text().splitlines(True)[:2]))
+    _, said = go("convert c.vot.txt c.yolo --video img --fps 25")
+    (command,) = re.findall("beside its labels: (cp .*)", said)
+    if sys.platform != "win32":
+        subprocess.run(shlex.split(command), check=True)
+        listed = Path("c.yolo/train.txt").read_text().split()
+        assert listed == ["./images/1.png", "./images/2.png"]
+        assert all(Path("c.yolo", each).is_file() for each in listed)
+        code, said = go("convert c.vot.txt c.yolo --video img --fps 25 --overwrite")
+        assert (code, "holds images, which is no part of labels of YOLO" in said) == (5, True)
+
+
+def test_texts_beside_the_names_of_their_classes_are_read(go: Go) -> None:
+    """As motes wrote them before, and others do: without a folder of their own."""
+    assert go("convert two.json a.yolo")[0] == 0
+    Path("flat").mkdir()
+    for path in (Path("a.yolo/data.yaml"), *Path("a.yolo/labels").iterdir()):
+        path.rename(Path("flat", path.name))
+    assert go("convert two.json a.yolo --overwrite")[0] == 0
+    for folder in ("a.yolo", "a.yolo/labels", "flat"):
+        assert go(f"convert {folder} back.csv --size 320x240 --fps 25 --overwrite")[0] == 0
+        assert Path("back.csv").read_text().count(",car,") == 30
+        if folder == "a.yolo":
+            kept = Path("back.csv").read_text()
+        assert Path("back.csv").read_text() == kept

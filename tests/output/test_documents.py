@@ -85,7 +85,7 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
     assert output.result.endswith(
         "a.yolo without 1 frame in which a target is lost or searched for"
     )
-    assert {path.stem for path in (tmp_path / "a.yolo").glob("*.txt")} == {"0", "2"}
+    assert {path.stem for path in (tmp_path / "a.yolo/labels").glob("*.txt")} == {"0", "2"}
 
 
 def test_names_of_images_are_those_below_their_common_folder(

@@ -437,7 +437,7 @@ def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
         files = {form: client.get(f"/api/sessions/{session}/export", params={"format": form})
                  for form in ("yolo", "coco")}  # fmt: skip
         with zipfile.ZipFile(io.BytesIO(files["yolo"].content)) as archive:
-            assert {f"{name}.txt" for name in names} <= {*archive.namelist()}
+            assert {f"labels/{name}.txt" for name in names} <= {*archive.namelist()}
         images = files["coco"].json()["images"]
         assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
         address, data = f"/api/sessions/{session}/import", files["yolo"].content

@@ -81,7 +81,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.watch_outputs import check_place, format_of
+    from motes.cli.watch_outputs import check_place, format_of, say_how_to_train
     from motes.correction.history import check_beside, hand_on, history_beside
     from motes.formats import registry
     from motes.formats.aspects import TIMES, aspects
@@ -118,6 +118,7 @@ def convert(
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
+    say_how_to_train(target, form, recorded)
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")

@@ -9,9 +9,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.messages import counted
+from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import line_of
+from motes.formats.recording import Recording
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
@@ -176,6 +177,23 @@ class DocumentOutput(Sink):
             raise self._failure(error) from error
         self._done = True
         self.rows.unlink(missing_ok=True)
+        say_how_to_train(self.path, self._form, kept)
+
+
+def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
+    """Print how the images come to labels of YOLO; nothing for other formats."""
+    if form != "yolo":
+        return
+    film, images = recorded.head.source, str(path / "images")
+    if os.path.isdir(film):
+        way = shlex.join(["cp", "-r", film, images])
+    elif os.path.isfile(film) and not any(row.file for row in recorded):
+        make = ["ffmpeg", "-i", film, "-fps_mode", "passthrough", "-start_number", "0"]
+        make.append(f"{images}/frame_%06d.png")
+        way = f"{shlex.join(['mkdir', images])} && {shlex.join(make)}"
+    else:
+        way = f"those that {path / 'train.txt'} lists, into {images}"
+    log(f"to train with {path}, put its images beside its labels: {way}")
 
 
 def check_place(name: str, form: str, overwrite: bool) -> None:

@@ -53,6 +53,8 @@ class Format:
     """Whether it holds keyframes, between which its tools interpolate."""
     folder: tuple[str, ...] = ()
     """The endings of the files in a folder; none if it is a single file."""
+    folders: tuple[str, ...] = ()
+    """The names of folders in it."""
     single: bool = False
     """Whether it holds one object."""
     certain: bool = False
@@ -106,11 +108,13 @@ OWN: dict[str, Format] = {
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
-        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS, certain=True,
+        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS, folders=("labels",),
+        certain=True,
     ),
     "yolo-predictions": Format(
         title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
-        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS, certain=True,
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS, folders=("labels",),
+        certain=True,
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
@@ -362,11 +366,12 @@ def check_folder(path: Path, form: Format) -> None:
         return
     if path.samefile("."):
         raise FormatError(f"{path} is the current folder; name another one.")
-    for each in path.iterdir():
-        if each.is_dir() or each.suffix not in form.folder:
+    for each in path.rglob("*"):
+        plain = each.is_dir() and not each.is_symlink() and each.name in form.folders
+        if not plain and (each.is_dir() or each.suffix not in form.folder):
             raise FormatError(
-                f"{path} would be replaced, but holds {each.name}, which is no part of "
-                f"{form.title}; choose another name."
+                f"{path} would be replaced, but holds {each.relative_to(path)}, which is no part "
+                f"of {form.title}; choose another name."
             )
 
 

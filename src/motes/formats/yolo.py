@@ -1,8 +1,12 @@
-"""YOLO's labels: a folder with a text for each frame, and the names of the classes in `data.yaml`.
+"""YOLO's labels: a folder with a text for each frame in `labels`, which Ultralytics trains with.
+
+`data.yaml` has the names of the classes, and `train.txt` the images in `images`, which motes does
+not write: their texts are where theirs is if `labels` stands for `images`. Without a `path`, all of
+this is looked for beside `data.yaml`. https://docs.ultralytics.com/datasets/detect/
 
 A line is class, center x, center y, width and height, in shares of the picture's sides. Predictions
 have the confidence as a sixth number, which trainers refuse. More than six numbers are a polygon to
-them, so identities have no place. https://docs.ultralytics.com/datasets/detect/
+them, so identities have no place.
 """
 
 from __future__ import annotations
@@ -16,21 +20,29 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.shapes import label_or_none, labels_of, stem_of, visible_box
+from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
 from motes.rows.journal import ObjectRow, text_name
 
 NAMES = "data.yaml"
 CLASSES = "classes.txt"
+LABELS = "labels"
+"""The folder of the texts."""
+IMAGES = "train.txt"
+HEAD = f"""# The images that {IMAGES} lists belong into the folder images.
+train: {IMAGES}
+val: {IMAGES}
+"""
 
 
 def write(
     kind: Literal["labels", "predictions"], recorded: Recording
 ) -> Iterator[tuple[str, bytes]]:
-    """Yield names and contents of files: the texts of all frames, then the names of the classes.
+    """Yield names and contents of files: a text for each frame, and what is common to them.
 
-    In predictions, a line ends with the confidence.
+    These are the list of their images, and the names of the classes. In predictions, a line ends
+    with the confidence.
     """
     head = recorded.head
     every = [each.label or head.label for row in recorded for each in row.objects]
@@ -50,12 +62,11 @@ def write(
             fields = [str(numbers[each.label or head.label]), *(f"{share:.8f}" for share in shares)]
             fields += [f"{each.confidence:.5f}"] if kind == "predictions" else []
             lines.append(" ".join(fields) + "\n")
-        yield f"{stem_of(row)}.txt", "".join(lines).encode()
+        yield f"{LABELS}/{stem_of(row)}.txt", "".join(lines).encode()
+    images = "".join(f"./images/{Path(image_of(row)).name}\n" for row in recorded)
+    yield IMAGES, images.encode()
     names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
-    yield (
-        NAMES,
-        f"path: .\ntrain: images\nval: images\nnc: {len(numbers)}\nnames:\n{names}".encode(),
-    )
+    yield NAMES, f"{HEAD}nc: {len(numbers)}\nnames:\n{names}".encode()
 
 
 def _quoted(name: str) -> str:
@@ -64,11 +75,12 @@ def _quoted(name: str) -> str:
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of a folder of labels.
+    """Return the objects of a folder of labels, which are in it or in its folder `labels`.
 
     Of a folder of images, a text belongs to the image of its name. Of a video, its frame is the
     last number in its name, from 0.
     """
+    path = path / LABELS if (path / LABELS).is_dir() else path
     names, images = _names(path), _images(facts)
     left_out: list[str] = []
     objects, times, ended = [], dict[int, None](), dict[bool, str]()
