@@ -80,11 +80,10 @@ async def export(session: LiveSession, about: Question) -> File:
     def made() -> bytes:
         found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
         if len(found) > 1:
-            rows = exports.objects_rows(found)
-        else:
-            ((_, only),) = found.values()
-            rows = exports.target_rows(only)
-        return exports.recorded_file(form, film, session.files, rows)
+            return exports.recorded_file(form, film, session.files, exports.objects_rows(found))
+        ((name, only),) = found.values()
+        rows, label = exports.target_rows(only), exports.class_of(name)
+        return exports.recorded_file(form, film, session.files, rows, label)
 
     what = "objects" if len(targets) > 1 else targets[0].name
     return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
