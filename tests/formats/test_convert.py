@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import csv
 import json
+import re
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 import disks
 from motes.cli import main
 from motes.formats import registry
+from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
 Go = Callable[[str], tuple[int, str]]
@@ -34,6 +40,11 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     return run
 
 
+def contents(folder: str) -> dict[Path, bytes]:
+    """Return what is in the files of a folder, and of folders in it."""
+    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+
+
 def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
     code, said = go("convert one.csv groundtruth_rect.txt")
     assert code == 0
@@ -52,8 +63,9 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
 
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None:
     Path("film").mkdir()
+    picture = Image.effect_noise((32, 24), 40).convert("RGB")
     for frame in range(5):
-        Image.effect_noise((32, 24), 40).convert("RGB").save(f"film/{frame}.png")
+        picture.save(f"film/{frame}.png")
     assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
     assert go("convert run.csv run.json")[0] == 0
     document = json.loads(Path("run.json").read_text())
@@ -170,7 +182,7 @@ def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
 
 def test_what_is_left_out_is_said(go: Go) -> None:
     assert go("convert two.json labels")[0] == 0
-    Path("labels/readme.txt").write_text("of somebody\n")
+    Path("labels/labels/readme.txt").write_text("of somebody\n")
     Path("labels/classes.txt").write_text("car\nobject\n")
     code, said = go("convert labels a.csv --size 320x240")
     assert (code, said.count("left out")) == (0, 1), said
@@ -204,16 +216,16 @@ def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert (code, "labels cannot be written: No space left on device" in said) == (5, True), said
     assert list(Path().glob("labels*")) == []
     assert go("convert two.json labels")[0] == 0
-    whole = {path.name: path.read_bytes() for path in Path("labels").iterdir()}
-    assert len(whole) == 31
+    whole = contents("labels")
+    assert len(whole) == 32
     with monkeypatch.context() as patch:
         disks.fill_after(patch, 6)
         assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 5
-    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert contents("labels") == whole
     assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 0
-    assert len(list(Path("labels").iterdir())) == 41
+    assert len(contents("labels")) == 37  # in five of 40 frames it is searched for
     assert go("convert two.json labels/ --overwrite")[0] == 0  # and no frame of another film
-    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert contents("labels") == whole
     assert len(list(Path().glob("labels*"))) == 1
 
 
@@ -285,3 +297,153 @@ def test_track_writes_all_formats(go: Go, name: str) -> None:
         assert go(f"{command} a.csv")[0] == 0
         assert go("convert a.parquet b.csv")[0] == 0
         assert Path("a.csv").read_text() == Path("b.csv").read_text()
+
+
+@pytest.mark.parametrize("rows", ["one.csv", "one.vot.txt", "one.xml"])
+def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str) -> None:
+    names = [f"img_{10 * frame:04d}" for frame in range(1, 41)]
+    Path("Übung").mkdir()
+    for name in names:
+        Image.new("RGB", (320, 240)).save(f"Übung/{name}.png")
+    if rows != "one.csv":
+        assert go(f"convert one.csv {rows} --size 320x240")[0] == 0
+    for target in ("a.json", "a.yolo", "masks"):
+        assert go(f"convert {rows} {target} --video Übung")[0] == 0
+    kept = names[:20] + names[25:] if rows == "one.csv" else names  # not where it is searched for
+    images = json.loads(Path("a.json").read_text())["images"]
+    assert [each["file_name"] for each in images] == [f"{name}.png" for name in kept]
+    assert sorted(path.stem for path in Path("a.yolo/labels").glob("*.txt")) == kept
+    assert sorted(path.stem for path in Path("masks").iterdir()) == names
+
+
+@pytest.mark.parametrize("step", [1, 10])
+def test_labels_belong_to_the_images_of_their_names(go: Go, step: int) -> None:
+    """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""
+    Path("film").mkdir()
+    for frame in range(6):
+        picture = Image.effect_noise((64, 48), 60).convert("RGB")
+        picture.save(f"film/img_{step * (frame + 1):04d}.png")
+    track = "track film --fps 25 --preset mean_shift --init 20,10,16,20"
+    assert go(f"{track} -o rows.csv")[0] == 0
+    assert go(f"{track} -o a.yolo")[0] == 0
+    last = Path(f"a.yolo/labels/img_{6 * step:04d}.txt")
+    kept = last.read_text()
+    last.unlink()
+    Path("a.yolo/labels/frame_000005.txt").write_text(kept)  # as motes names a frame of a video
+    assert go("convert a.yolo back.csv --video film --fps 25")[0] == 0
+    rows, back = (
+        [*csv.DictReader(Path(name).read_text().splitlines())] for name in ("rows.csv", "back.csv")
+    )
+    for row, same in zip(rows, back, strict=True):
+        assert row["frame"] == same["frame"]
+        assert float(row["left"]) == pytest.approx(float(same["left"]), abs=0.01)
+    code, said = go("draw film a.yolo --fps 25 -o a.mp4")
+    assert (code, "6 frames" in said) == (0, True), said
+
+
+def test_labels_of_other_images_are_refused(go: Go) -> None:
+    for folder, names in (("film", ("1.png", "2.png")), ("twins", ("3.png", "3.jpg"))):
+        Path(folder).mkdir()
+        for name in names:
+            Image.new("RGB", (320, 240)).save(f"{folder}/{name}")
+    Path("labels").mkdir()
+    Path("labels/3.txt").write_text("0 0.5 0.5 0.1 0.1\n")
+    code, said = go("convert labels a.csv --video film --fps 25")
+    assert (code, said.count("\n")) == (3, 1), said
+    assert "labels: 3.txt: the film has no image of this name; give the film that it" in said
+    code, said = go("convert labels a.csv --video twins --fps 25")
+    assert (code, said.count("\n")) == (3, 1), said
+    assert "twins has several images 3, so that a text is of none of them" in said
+
+
+STATES = (
+    ("tracking", True), ("lost", True), ("searching", True), ("searching", False),
+    ("absent", False), ("interpolated", True),
+)  # fmt: skip
+"""Those of the frames of a row, and whether it has a place."""
+
+
+def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) -> None:
+    """The frames 1 to 3 are no pictures without it; frame 4 is one, as a user has marked it."""
+    lines = ["frame,id,x,y,a,b,theta,confidence,status"]
+    for frame, (state, placed) in enumerate(STATES):
+        place = f"{50 + frame},40,8,6,0,0.5" if placed else ",,,,,"
+        lines += [f"{frame},1,{place},{state}", f"{frame},2,200,100,9,9,0,1,tracking"]
+    Path("rows.csv").write_text("\n".join(lines) + "\n")
+    for target in ("a.yolo", "b --to yolo-predictions", "a.json"):
+        code, said = go(f"convert rows.csv {target} --size 320x240 --identity 1")
+        assert code == 0
+        assert "with 3 of the 6 frames in rows.csv; in the others a target is lost or" in said
+    for folder in ("a.yolo", "b"):
+        texts = {path.stem: path.read_text() for path in Path(folder, "labels").glob("*.txt")}
+        assert [*sorted(texts)] == ["frame_000000", "frame_000004", "frame_000005"]
+        assert [bool(text) for _, text in sorted(texts.items())] == [True, False, True]
+    document = json.loads(Path("a.json").read_text())
+    assert [each["frame"] for each in document["images"]] == [0, 4, 5]
+    assert [each["image_id"] for each in document["annotations"]] == [1, 6]
+    assert go("convert rows.csv a.keyframes.csv --identity 1")[0] == 0
+    marks = [line.split(",")[:2] for line in Path("a.keyframes.csv").read_text().splitlines()]
+    assert marks == [["frame", "x"], ["0", "42.5"], ["4", "absent"], ["5", "47.5"]]
+    assert "with 3 of the 6 frames" in go("convert rows.csv both.yolo --size 320x240")[1]
+    assert "with the 6 frames" in go("convert rows.csv 2.yolo --size 320x240 --identity 2")[1]
+
+
+def test_a_hidden_object_is_not_absent(go: Go) -> None:
+    assert go("convert two.json a.keyframes.csv --identity 2")[0] == 0
+    assert "absent" not in Path("a.keyframes.csv").read_text()
+
+
+def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
+    with VideoWriter("clip.mp4", 25) as writer:
+        for frame in range(3):
+            writer.write(np.full((48, 64, 3), 90, np.uint8), frame / 25)
+    _, said = go("track clip.mp4 --init 8,6,10,8 --preset mean_shift -o a.yolo")
+    assert (
+        "motes: to train with a.yolo, put its images beside its labels: mkdir a.yolo/images && "
+        "ffmpeg -i clip.mp4 -fps_mode passthrough -start_number 0 a.yolo/images/frame_%06d.png\n"
+    ) in said
+    _, said = go("convert two.json b.yolo")
+    assert "beside its labels: those that b.yolo/train.txt lists, into b.yolo/images\n" in said
+    assert "to train" not in go("convert two.json b --to yolo-predictions")[1]
+    Path("img").mkdir()
+    for name in ("1.png", "2.png"):
+        Image.new("RGB", (320, 240)).save(f"img/{name}")
+    assert go("convert one.csv c.vot.txt --frames 40")[0] == 0
+    Path("c.vot.txt").write_text("".join(Path("c.vot.txt").read_text().splitlines(True)[:2]))
+    _, said = go("convert c.vot.txt c.yolo --video img --fps 25")
+    (command,) = re.findall("beside its labels: (cp .*)", said)
+    if sys.platform != "win32":
+        subprocess.run(shlex.split(command), check=True)
+        listed = Path("c.yolo/train.txt").read_text().split()
+        assert listed == ["./images/1.png", "./images/2.png"]
+        assert all(Path("c.yolo", each).is_file() for each in listed)
+        code, said = go("convert c.vot.txt c.yolo --video img --fps 25 --overwrite")
+        assert (code, "holds images, which is no part of labels of YOLO" in said) == (5, True)
+
+
+def test_texts_beside_the_names_of_their_classes_are_read(go: Go) -> None:
+    """As motes wrote them before, and others do: without a folder of their own."""
+    assert go("convert two.json a.yolo")[0] == 0
+    Path("flat").mkdir()
+    for path in (Path("a.yolo/data.yaml"), *Path("a.yolo/labels").iterdir()):
+        path.rename(Path("flat", path.name))
+    assert go("convert two.json a.yolo --overwrite")[0] == 0
+    for folder in ("a.yolo", "a.yolo/labels", "flat"):
+        assert go(f"convert {folder} back.csv --size 320x240 --fps 25 --overwrite")[0] == 0
+        assert Path("back.csv").read_text().count(",car,") == 30
+        if folder == "a.yolo":
+            kept = Path("back.csv").read_text()
+        assert Path("back.csv").read_text() == kept
+
+
+def test_the_pages_say_which_formats_are_only_written() -> None:
+    root = Path(__file__).parents[2]
+    written = {name for name, form in registry.OWN.items() if form.write}
+    unread = {name for name in written if not registry.OWN[name].read}
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    assert (
+        f"writes the files of {len(written)} formats, and reads {len(written - unread)}" in readme
+    )
+    page = (root / "docs/formats.md").read_text(encoding="utf-8")
+    (said,) = re.findall(r"into any other, but (.*?): these are only written", page, re.DOTALL)
+    assert {*re.findall("`(.*?)`", said)} == unread

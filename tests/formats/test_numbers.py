@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -58,11 +59,20 @@ def street() -> Recording:
     return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
 
-def expected(*, cut: bool = True, hidden: bool = False, lost: bool = False) -> Boxes:
-    """Return the boxes that a format holds: cut at the border, with hidden or lost objects."""
+CERTAIN = [frame for frame in range(FRAMES) if frame != 10]
+"""The frames in which no object is lost: those of a set for training."""
+
+
+def expected(
+    *, cut: bool = True, hidden: bool = False, lost: bool = False, frames: Iterable[int] = ()
+) -> Boxes:
+    """Return the boxes that a format holds: cut at the border, with hidden or lost objects.
+
+    They are those of some frames, or of all.
+    """
     kept = {Status.TRACKING, *[Status.OCCLUDED] * hidden, *[Status.LOST] * lost}
     found = {}
-    for frame in range(FRAMES):
+    for frame in frames or range(FRAMES):
         for identity, (_, status, (x, y, width, height)) in truth(frame).items():
             right = min(x + width, WIDTH) if cut else x + width
             if status in kept:
@@ -253,10 +263,10 @@ def test_three_tools_read_coco(images: Path, tmp_path: Path) -> None:
     path = tmp_path / "annotations" / "instances_all.json"
     registry.write(path, "coco", street())
     document = tool.COCO(str(path))
-    known = expected(hidden=True)
+    known = expected(hidden=True, frames=CERTAIN)
     each = document.loadAnns(document.getAnnIds())
     frames = {image["id"]: image["frame"] for image in document.loadImgs(document.getImgIds())}
-    assert sorted(frames.values()) == list(range(FRAMES))
+    assert sorted(frames.values()) == CERTAIN
     same({(frames[one["image_id"]], one["attributes"]["track_id"]): one["bbox"] for one in each},
          known)  # fmt: skip
     for one in each:  # a box has no mask, and its own area
@@ -316,26 +326,60 @@ def ultralytics(path: Path, classes: int) -> list[tuple[int, list[float]]]:
     return found
 
 
+def trained(yaml: Any, data: Path) -> dict[Path, Path]:
+    """Return the texts of the images that Ultralytics trains with, by the rule of its trainer.
+
+    The folder is that of `data.yaml` without a `path`, which would be looked for in the current
+    one. Lines that begin with "./" are beside the text in which they are. The text of an image is
+    where the image is, with `labels` for the last `images`; without one there is nothing in it.
+    """
+    stated = yaml.safe_load(data.read_text())
+    listed = (Path(stated.get("path") or data.parent) / stated["train"]).resolve()
+    parent = str(listed.parent) + os.sep
+    lines = listed.read_text(encoding="utf-8").strip().splitlines()
+    files = [line.replace("./", parent) if line.startswith("./") else line for line in lines]
+    pairs = {}
+    for file in files:
+        place = f"{os.sep}labels{os.sep}".join(file.rsplit(f"{os.sep}images{os.sep}", 1))
+        pairs[Path(file)] = Path(place.rsplit(".", 1)[0] + ".txt")
+    return pairs
+
+
+def test_a_folder_of_yolo_trains_as_it_is(
+    images: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With all images of the film beside the labels, also those that are left out."""
+    yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
+    registry.write(tmp_path / "a.yolo", "yolo", street())
+    images.rename(tmp_path / "a.yolo/images")
+    monkeypatch.chdir("/")
+    found = trained(yaml, tmp_path / "a.yolo/data.yaml")
+    assert all(image.is_file() and text.is_file() for image, text in found.items())
+    assert [*found.values()] == sorted((tmp_path / "a.yolo/labels").iterdir())
+    assert [int(image.stem.removeprefix("frame_")) for image in found] == CERTAIN
+
+
 def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:
     yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
     sv = pytest.importorskip("supervision", reason="supervision is not installed")
-    labels = tmp_path / "labels"
-    registry.write(labels, "yolo", street())
-    known = expected()
-    names = yaml.safe_load((labels / "data.yaml").read_text())["names"]
+    folder, labels = tmp_path / "a.yolo", tmp_path / "a.yolo/labels"
+    registry.write(folder, "yolo", street())
+    known = expected(frames=CERTAIN)
+    names = yaml.safe_load((folder / "data.yaml").read_text())["names"]
     assert names == {0: "car", 1: "object", 2: "van"}
     boxes, classes = [], []
-    for frame in range(FRAMES):  # a frame without objects has an empty text
+    assert len([*labels.glob("*.txt")]) == len(CERTAIN)
+    for frame in CERTAIN:  # a frame without objects has an empty text
         for number, (x, y, width, height) in ultralytics(labels / f"frame_{frame:06d}.txt", 3):
             sides = ((x - width / 2) * WIDTH, (y - height / 2) * HEIGHT, width * WIDTH,
                      height * HEIGHT)  # fmt: skip
             boxes.append((frame, list(sides)))
             classes.append((frame, names[number]))
     same_places(boxes, known)
-    usual = {(frame, who): each[0] or "object" for frame in range(FRAMES)
+    usual = {(frame, who): each[0] or "object" for frame in CERTAIN
              for who, each in truth(frame).items()}  # fmt: skip
     assert sorted(classes) == sorted((frame, usual[frame, who]) for frame, who in known)
-    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(labels / "data.yaml"))
+    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(folder / "data.yaml"))
     same_places(by_supervision(found), known)
     assert found.classes == ["car", "object", "van"]
 
@@ -343,13 +387,13 @@ def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:
 def test_confidences_of_yolo_are_a_sixth_number(images: Path, tmp_path: Path) -> None:
     """As Ultralytics saves predictions with `save_conf`; its trainer refuses them."""
     sv = pytest.importorskip("supervision", reason="supervision is not installed")
-    labels = tmp_path / "labels"
-    registry.write(labels, "yolo-predictions", street())
+    folder, labels = tmp_path / "a.yolo", tmp_path / "a.yolo/labels"
+    registry.write(folder, "yolo-predictions", street())
     rows = [line.split() for file in labels.glob("frame*.txt")
             for line in file.read_text().splitlines()]  # fmt: skip
     assert {(len(row), float(row[5])) for row in rows} == {(6, 0.75)}
-    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(labels / "data.yaml"))
-    same_places(by_supervision(found), expected())
+    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(folder / "data.yaml"))
+    same_places(by_supervision(found), expected(frames=CERTAIN))
 
 
 def between(keys: list[tuple[int, bool, list[float]]]) -> dict[int, list[float]]:

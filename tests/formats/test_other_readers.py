@@ -38,17 +38,17 @@ def test_cocos_own_tool_reads_masks(tmp_path: Path) -> None:
 
 def test_supervision_reads_yolo_and_coco(tmp_path: Path) -> None:
     sv = pytest.importorskip("supervision", reason="supervision is not installed")
-    registry.write(tmp_path / "labels", "yolo", crowd())
+    registry.write(tmp_path / "a.yolo", "yolo", crowd())
     registry.write(tmp_path / "a.json", "coco", crowd())
     (tmp_path / "images").mkdir()
     for row in crowd():
         Image.new("RGB", (320, 240)).save(tmp_path / "images" / f"frame_{row.frame:06d}.png")
-    for file in (tmp_path / "labels").glob("*.txt"):  # supervision takes five numbers a line
+    for file in (tmp_path / "a.yolo/labels").glob("*.txt"):  # supervision takes five numbers a line
         lines = file.read_text().splitlines()
         file.write_text("".join(" ".join(line.split()[:5]) + "\n" for line in lines))
     images = str(tmp_path / "images")
     yolo = sv.DetectionDataset.from_yolo(
-        images, str(tmp_path / "labels"), str(tmp_path / "labels" / "data.yaml")
+        images, str(tmp_path / "a.yolo/labels"), str(tmp_path / "a.yolo/data.yaml")
     )
     coco = sv.DetectionDataset.from_coco(images, str(tmp_path / "a.json"))
     for found in (yolo, coco):

@@ -18,10 +18,13 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
+from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.formats.coco import write as coco
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header
+from motes.rows.journal import FrameRow, Header, ObjectRow
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 
@@ -64,6 +67,25 @@ def test_a_document_names_the_images_of_its_source(go: Go, film: Path) -> None:
     assert [each["file_name"] for each in document["images"]] == ["0.png", "5.png", "10.png"]
     assert document["info"]["video"] == str(film)
     assert here() == {"a.json"}
+
+
+def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
+    film: Path, tmp_path: Path
+) -> None:
+    """Also where it has no place, which a journal does not keep; an absence is kept."""
+    states = [Status.SEARCHING, Status.ABSENT]
+    objects = [ObjectRow(1, Ellipse(50, 40, 8, 6, 0), 1.0, Status.TRACKING)]
+    objects += [ObjectRow.nowhere(1, state) for state in states]
+    with open_source(film) as source:
+        output = DocumentOutput(str(tmp_path / "a.yolo"), "yolo", source, "object", False, None)
+        for frame, each in enumerate(objects):
+            output.add(FrameRow(frame, frame / 25, (each,)))
+        output.__exit__(None, None, None)
+    assert output.result is not None
+    assert output.result.endswith(
+        "a.yolo without 1 frame in which a target is lost or searched for"
+    )
+    assert {path.stem for path in (tmp_path / "a.yolo/labels").glob("*.txt")} == {"0", "2"}
 
 
 def test_names_of_images_are_those_below_their_common_folder(
@@ -113,6 +135,7 @@ def test_rows_have_no_label(go: Go, options: str) -> None:
 PROGRAM = """
 import os, signal, sys
 from motes.cli import main
+from motes.cli.watch_outputs import DocumentOutput
 from motes.cli import watch_outputs
 
 add = watch_outputs.DocumentOutput.add

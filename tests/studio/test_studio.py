@@ -12,6 +12,7 @@ from pathlib import Path
 import httpx
 import msgspec
 import pytest
+from PIL import Image
 
 from motes.cli import main
 from motes.formats.registry import FORMATS
@@ -100,15 +101,15 @@ class Both:
         rows.with_name("rows.csv.run.json").write_bytes(history)
         return rows
 
-    def repeated(self, number: int, output: str) -> bytes:
-        """Run the command line that the studio shows, and return its rows."""
+    def repeated(self, number: int, output: str, *label: str) -> bytes:
+        """Run the command line that the studio shows, with a label, and return its rows."""
         found = self.get("command", object=number).json()
         for name, text in found["files"].items():
             (self.at / name).write_text(text)
         words = found["command"].split()
         assert words[:3] == ["motes", "track", "film.mkv"]
         words = [str(self.at / word) if word in found["files"] else word for word in words]
-        assert main([*words[1:-1], str(self.at / output)]) == 0
+        assert main([*words[1:-1], str(self.at / output), *label]) == 0
         return (self.at / output).read_bytes()
 
 
@@ -135,7 +136,8 @@ def test_rows_are_those_of_the_command_line(both: Both) -> None:
     page.tracked(number)
     page.settle()
     for form, name in FORMS.items():
-        assert both.exported(number, form) == both.repeated(number, name), form
+        label = ["--label", "disk"] * (form in ("coco", "cvat"))  # the name of the object
+        assert both.exported(number, form) == both.repeated(number, name, *label), form
     page.do("set_keyframe", object=number, frame=25, region=moved(2))
     page.do("set_absent", object=number, first=30, last=33)
     page.settle()
@@ -421,3 +423,45 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
+
+
+def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
+    """Labels and documents have the names of the images, from which others know them."""
+    names = [f"img_{10 * frame:04d}" for frame in range(1, 4)]
+    (tmp_path / "films/img").mkdir(parents=True)
+    for name in names:
+        Image.effect_noise((96, 80), 60).convert("RGB").save(tmp_path / f"films/img/{name}.png")
+    with running(tmp_path / "films", tmp_path / "data") as client:
+        session = begin(client, "img")
+        with looking(client, session) as page:
+            page.tracked(page.drawn())
+        files = {form: client.get(f"/api/sessions/{session}/export", params={"format": form})
+                 for form in ("yolo", "coco")}  # fmt: skip
+        with zipfile.ZipFile(io.BytesIO(files["yolo"].content)) as archive:
+            assert {f"labels/{name}.txt" for name in names} <= {*archive.namelist()}
+        images = files["coco"].json()["images"]
+        assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
+        address, data = f"/api/sessions/{session}/import", files["yolo"].content
+        answer = client.post(address, params={"name": "a.zip"}, content=data)
+        assert answer.status_code == 201, answer.text
+        with looking(client, session) as page:
+            drawn, back = (page.item(each) for each in (1, *answer.json()["objects"]))
+            assert (back.first, back.last) == (drawn.first, drawn.last) == (0, 2)
+
+
+def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> None:
+    """In the file of one object as in that of all; a name by default is none."""
+    numbers = [
+        both.page.drawn(name=name) for name in ("Object 1", "cup", "cup (2)", "object 4 (2)")
+    ]
+    both.page.tracked(*numbers)
+
+    def classes(**which: int) -> list[str]:
+        document = both.get("export", format="coco", **which).json()
+        names = {each["id"]: each["name"] for each in document["categories"]}
+        objects = {each["attributes"]["track_id"]: each["category_id"]
+                   for each in document["annotations"]}  # fmt: skip
+        return [names[objects[number]] for number in sorted(objects)]
+
+    assert classes() == ["object", "cup", "cup", "object"]
+    assert [classes(object=number)[0] for number in numbers] == classes()

@@ -112,7 +112,8 @@ def test_commands_say_once_what_they_assume(
     }
     for name, line in lines.items():
         main([*line, "-o", name])
-        assert capfd.readouterr().err.count("25 a second are assumed") == 1, name
+        said = capfd.readouterr().err
+        assert said.count("25 a second are assumed; give --fps if it is another.") == 1, name
         main([*line, "-o", name, "--overwrite", "--fps", "10"])
         assert "assumed" not in capfd.readouterr().err
         assert ",2.900000," in Path(name).read_text() or ",2.9," in Path(name).read_text(), name

@@ -69,7 +69,7 @@ def convert(
     list_
         List the formats and exit.
     video
-        The film: for its size, its number of frames and its rate.
+        The film: for its size, its number of frames, its rate and the names of its images.
     size
         Width and height of the film, as 640x480.
     fps
@@ -81,7 +81,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.watch_outputs import check_place, format_of
+    from motes.cli.watch_outputs import check_place, format_of, say_how_to_train
     from motes.correction.history import check_beside, hand_on, history_beside
     from motes.formats import registry
     from motes.formats.aspects import TIMES, aspects
@@ -106,15 +106,19 @@ def convert(
     point_out_leftovers(target)
     check_beside(target, overwrite)
     with writing(target):
-        registry.write(target, form, recorded, keyframe_error)
+        left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    log(f"wrote {target} ({written.title}) with the {len(recorded.frames)} frames in {rows}.")
+    count = len(recorded.frames)
+    part = f"{count - left} of the {count}" if left else f"the {count}"
+    reason = "; in the others a target is lost or searched for" * (left > 0)
+    log(f"wrote {target} ({written.title}) with {part} frames in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
+    say_how_to_train(target, form, recorded)
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
@@ -148,18 +152,21 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = _sides(size)
-    name = "unknown"
+    name, files = "unknown", list[str]()
     if video is not None:
         from motes.video.sources import open_source
 
         with open_source(video, fps=fps) as film:
             say_rate(film)
             name, fps, frames = film.name, film.fps, frames or film.frame_count
+            files = film.files
             width, height = (width, height) if size else (film.width, film.height)
     elif known is not None:
         name, fps, frames = known.film, fps or known.fps, frames or known.frames
         width, height = (width, height) if size else (known.width, known.height)
-    return FilmFacts(source=name, width=width, height=height, frames=frames, fps=fps, label=label)
+    return FilmFacts(
+        source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files
+    )
 
 
 def _sides(size: str | None) -> tuple[int, int]:
@@ -200,7 +207,11 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
 def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
     """Return only the object with an identity; raise a ConfigError if there is none."""
     kept = [
-        replace(row, objects=tuple(each for each in row.objects if each.identity == identity))
+        replace(
+            row,
+            objects=tuple(each for each in row.objects if each.identity == identity),
+            searched=tuple(each for each in row.searched if each == identity),
+        )
         for row in recorded
     ]
     if not any(row.objects for row in kept):

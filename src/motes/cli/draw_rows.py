@@ -68,7 +68,7 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
     """
     form = form or registry.recognized(path)
     facts = FilmFacts(
-        source=film.name, width=film.width, height=film.height, frames=None, fps=film.fps
+        source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files
     )
     rows = {row.frame: row for row in registry.read(path, form, facts)}
     identities = {each.identity for row in rows.values() for each in row.objects}

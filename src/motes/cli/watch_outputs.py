@@ -9,8 +9,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
+from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import line_of
+from motes.formats.recording import Recording
 from motes.formats.registry import FORMATS, check_folder, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
@@ -116,6 +118,7 @@ class DocumentOutput(Sink):
         self._film, self._label = film, label
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
+        self._left_out = 0
 
     def write(self, moment: Moment) -> None:
         """Add a frame's objects to the journal."""
@@ -125,12 +128,13 @@ class DocumentOutput(Sink):
         """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, file = self._film, self._film.file_of(picture.frame)
         objects = tuple(each for each in picture.objects if each.placed)
+        searched = tuple(each.identity for each in picture.objects if each.searched)
         try:
             if self._journal is None:
                 head = Header(text_name(film.name), film.width, film.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
             name = None if file is None else text_name(file)
-            self._journal.add(replace(picture, objects=objects, file=name))
+            self._journal.add(replace(picture, objects=objects, file=name, searched=searched))
         except FormatError as error:
             self._failed = True
             if isinstance(error.__cause__, OSError):
@@ -140,6 +144,9 @@ class DocumentOutput(Sink):
     @property
     def result(self) -> str | None:
         """The document, or the journal in its place."""
+        if self._done and self._left_out:
+            without = counted(self._left_out, "frame")
+            return f"{self.path} without {without} in which a target is lost or searched for"
         if self._done:
             return str(self.path)
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
@@ -165,11 +172,28 @@ class DocumentOutput(Sink):
             return
         try:
             kept = recording_of_journal(self.rows)
-            write_format(self.path, self._form, kept, self._keyframe_error)
+            self._left_out = write_format(self.path, self._form, kept, self._keyframe_error)
         except OSError as error:
             raise self._failure(error) from error
         self._done = True
         self.rows.unlink(missing_ok=True)
+        say_how_to_train(self.path, self._form, kept)
+
+
+def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
+    """Print how the images come to labels of YOLO; nothing for other formats."""
+    if form != "yolo":
+        return
+    film, images = recorded.head.source, str(path / "images")
+    if os.path.isdir(film):
+        way = shlex.join(["cp", "-r", film, images])
+    elif os.path.isfile(film) and not any(row.file for row in recorded):
+        make = ["ffmpeg", "-i", film, "-fps_mode", "passthrough", "-start_number", "0"]
+        make.append(f"{images}/frame_%06d.png")
+        way = f"{shlex.join(['mkdir', images])} && {shlex.join(make)}"
+    else:
+        way = f"those that {path / 'train.txt'} lists, into {images}"
+    log(f"to train with {path}, put its images beside its labels: {way}")
 
 
 def check_place(name: str, form: str, overwrite: bool) -> None:

@@ -139,6 +139,8 @@ def writing(path: object) -> Iterator[None]:
 def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
     """Write a folder of files, which gets its name when all of them are written.
 
+    A name may have a folder before it.
+
     An old folder of that name is replaced, with all that it holds. If writing fails, as on a full
     disk, the old one stays.
     """
@@ -147,6 +149,7 @@ def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
     partial.mkdir()
     try:
         for name, data in files:
+            (partial / name).parent.mkdir(exist_ok=True)
             with (partial / name).open("xb", buffering=0) as file:
                 write_all(file, data)
                 os.fsync(file.fileno())  # some file systems report only then that they are full

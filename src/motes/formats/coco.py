@@ -68,7 +68,7 @@ def _json_list(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
 def _image(row: FrameRow, head: Header) -> dict[str, object]:
     return {
         "id": row.frame + 1,
-        "file_name": row.file or shapes.frame_name(row.frame) + ".png",
+        "file_name": shapes.image_of(row),
         "width": head.width,
         "height": head.height,
         "frame": row.frame,

@@ -35,7 +35,10 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     here = only_object(recorded, "A file of keyframes")
     turned = any(each.ellipse.theta for each in here.values())
     yield TITLES[turned]
-    listed = [row.frame for row in recorded]
+    hidden = {
+        row.frame for row in recorded if any(each.status is Status.OCCLUDED for each in row.objects)
+    }
+    listed = [row.frame for row in recorded if row.frame in here or row.frame not in hidden]
     own = not all(each.keyframe for each in here.values())
     stretch: list[int] = []
     for frame, after in zip(listed, [*listed[1:], None], strict=True):

@@ -9,7 +9,7 @@ from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
 from motes.formats.regions import MAX_FRAME
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
@@ -49,6 +49,12 @@ class FilmFacts:
     """Its frames per second; None if unknown."""
     label: str = "object"
     """The class of objects without one."""
+    files: Sequence[str] = ()
+    """The paths of its images, by frame, as `Source.files`; none of a video."""
+
+    def file(self, frame: int) -> str | None:
+        """Return the path of a frame's image; None for a video."""
+        return text_name(self.files[frame]) if frame < len(self.files) else None
 
     def time(self, frame: int) -> float:
         """Return the time of a frame in seconds."""
@@ -62,6 +68,7 @@ def recording_of(
     size: tuple[int, int] | None = None,
     files: Mapping[int, str] = {},
     left_out: Sequence[str] = (),
+    searched: Iterable[tuple[int, int]] = (),
 ) -> Recording:
     """Return a recording of pairs of a frame and an object there, in any order.
 
@@ -77,9 +84,12 @@ def recording_of(
     size
         Width and height in the file; else those of `facts`.
     files
-        The names of the images of frames, where each is a file.
+        The names of the images of frames in the file; else those of `facts`.
     left_out
         What of the file is not here, in a few words each.
+    searched
+        Pairs of a frame and of the identity of an object that is searched for there, and has no
+        place.
 
     Raises
     ------
@@ -94,6 +104,9 @@ def recording_of(
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
         frames.setdefault(frame, []).append(each)
+    missed: dict[int, list[int]] = {}
+    for frame, identity in searched:
+        missed.setdefault(frame, []).append(identity)
     for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
             raise FormatError(f"no film has a frame {frame}")
@@ -109,7 +122,8 @@ def recording_of(
                 frame,
                 known.get(frame, facts.time(frame)),
                 tuple(frames[frame]),
-                files.get(frame),
+                files.get(frame) or facts.file(frame),
+                tuple(missed.get(frame, ())),
             )
             for frame in sorted(frames)
         ],

@@ -26,6 +26,7 @@ from motes.formats.aspects import (
     TIMES,
 )
 from motes.formats.recording import FilmFacts, Recording
+from motes.formats.visibility import certain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +53,13 @@ class Format:
     """Whether it holds keyframes, between which its tools interpolate."""
     folder: tuple[str, ...] = ()
     """The endings of the files in a folder; none if it is a single file."""
+    folders: tuple[str, ...] = ()
+    """The names of folders in it."""
     single: bool = False
     """Whether it holds one object."""
+    certain: bool = False
+    """Whether it tells others what a frame shows, so that a frame in which a target is lost or
+    searched for is left out: that it is not found does not say that it is not there."""
 
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
@@ -94,7 +100,7 @@ OWN: dict[str, Format] = {
     ),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
-        holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
+        holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True, certain=True,
     ),
     "cvat": Format(
         title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
@@ -102,11 +108,13 @@ OWN: dict[str, Format] = {
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
-        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS,
+        write="yolo:write:labels", holds=(CLASSES,), sized=True, folder=LABELS, folders=("labels",),
+        certain=True,
     ),
     "yolo-predictions": Format(
         title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
-        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS,
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS, folders=("labels",),
+        certain=True,
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
@@ -124,6 +132,7 @@ OWN: dict[str, Format] = {
     "keyframes": Format(
         title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
         read="keyframes:read", write="keyframes:write", holds=(ANGLES,), thinned=True, single=True,
+        certain=True,
     ),
     "journal": Format(
         title="rows of a run that was killed", endings=(".rows.jsonl",), read="rows:read_journal",
@@ -301,7 +310,7 @@ def _check_not_empty(path: Path) -> None:
         raise SourceError(f"{path} is empty; {ADVICE}")
 
 
-def write(path: Path, name: str, recorded: Recording, keyframe_error: float | None = None) -> None:
+def write(path: Path, name: str, recorded: Recording, keyframe_error: float | None = None) -> int:
     """Write a file or folder of a format, complete or not at all.
 
     Parameters
@@ -315,6 +324,10 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     keyframe_error
         Largest deviation of what a tool interpolates between keyframes, in pixels; by default that
         of the format.
+
+    Returns
+    -------
+    The number of frames that are left out, as a target is lost or searched for there.
 
     Raises
     ------
@@ -331,12 +344,14 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     if form.sized and not recorded.head.width:
         raise ConfigError(f"{name} needs the size of the picture; give --size or --video.")
     thin = {} if keyframe_error is None or not form.thinned else {"keyframe_error": keyframe_error}
-    pieces = _function(form.write)(recorded, **thin)
-    if not form.folder:
+    kept = certain(recorded) if form.certain else recorded
+    pieces = _function(form.write)(kept, **thin)
+    if form.folder:
+        check_folder(path, form)
+        write_folder(path, pieces)
+    else:
         write_whole(path, pieces)
-        return
-    check_folder(path, form)
-    write_folder(path, pieces)
+    return len(recorded.frames) - len(kept.frames)
 
 
 def check_folder(path: Path, form: Format) -> None:
@@ -351,11 +366,12 @@ def check_folder(path: Path, form: Format) -> None:
         return
     if path.samefile("."):
         raise FormatError(f"{path} is the current folder; name another one.")
-    for each in path.iterdir():
-        if each.is_dir() or each.suffix not in form.folder:
+    for each in path.rglob("*"):
+        plain = each.is_dir() and not each.is_symlink() and each.name in form.folders
+        if not plain and (each.is_dir() or each.suffix not in form.folder):
             raise FormatError(
-                f"{path} would be replaced, but holds {each.name}, which is no part of "
-                f"{form.title}; choose another name."
+                f"{path} would be replaced, but holds {each.relative_to(path)}, which is no part "
+                f"of {form.title}; choose another name."
             )
 
 

@@ -117,7 +117,7 @@ def recording_of_rows(
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
     further = [name for name in names if name not in COLUMNS]
-    objects = []
+    objects, searched = [], []
     for number, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
         known = {name: value for name, value in known.items() if value == value}  # NaN is empty
@@ -125,15 +125,17 @@ def recording_of_rows(
             frame = whole(str(known["frame"]))
             times[frame] = float(known["time"]) if "time" in names else None
             each = _object(known, place, further, rated="confidence" in names)
-            objects += [] if each is None else [(frame, each)]
-    return recording_of(facts, objects, times)
+            if each is None:
+                searched.append((frame, _identity(known)))
+            else:
+                objects.append((frame, each))
+    return recording_of(facts, objects, times, searched=searched)
 
 
 def _object(
     row: Mapping[str, Any], place: Sequence[str], further: Sequence[str], *, rated: bool
 ) -> ObjectRow | None:
     """Return the object of a row; None where it has no place, as one that is searched for."""
-    identity = whole(str(row.get("id", 1)))
     status = Status(row.get("status", Status.TRACKING))
     more = {name: row[name] for name in further if name in row}
     for name, value in more.items():
@@ -148,7 +150,7 @@ def _object(
     behind = row.get("occluded_by")
     sure = row["confidence"] if rated and status is Status.TRACKING else math.nan if absent else 1.0
     found = ObjectRow(
-        identity,
+        _identity(row),
         Ellipse(*numbers) if place is ELLIPSE else Ellipse.from_box(numbers),
         float(row.get("confidence", sure)),
         status,
@@ -160,6 +162,10 @@ def _object(
         bounds=Box(*(float(row[name]) for name in BOX)) if "left" in row else None,
     )
     return found if absent else sound(found)
+
+
+def _identity(row: Mapping[str, Any]) -> int:
+    return whole(str(row.get("id", 1)))
 
 
 def _number(row: Mapping[str, Any], name: str) -> float | None:

@@ -79,11 +79,11 @@ def label_or_none(name: str | None, usual: str) -> str | None:
     return None if name in (None, "", usual) else name
 
 
+def image_of(row: FrameRow) -> str:
+    """Return the name of a frame's image; of a video, that which CVAT gives to the frame."""
+    return row.file or f"frame_{row.frame:06d}.png"
+
+
 def stem_of(row: FrameRow) -> str:
-    """Return the name of a frame's image without its ending; of a video, that of CVAT."""
-    return Path(row.file).stem if row.file else frame_name(row.frame)
-
-
-def frame_name(frame: int) -> str:
-    """Return the name that CVAT gives to a frame of a video, without an ending."""
-    return f"frame_{frame:06d}"
+    """Return the name of a frame's image without folders and ending."""
+    return Path(image_of(row)).stem

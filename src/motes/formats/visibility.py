@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from motes.core.errors import FormatError
 from motes.core.track import Status
@@ -13,6 +14,8 @@ VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
 """The states of an object that is in the picture."""
 SHOWN = (*VISIBLE, Status.OCCLUDED)
 """The states with a known position; that of a searched or lost object is only a guess."""
+MISSED = (Status.SEARCHING, Status.LOST)
+"""The states of an object of which it is not known whether it is in the picture."""
 
 
 def shown(row: FrameRow) -> Iterator[ObjectRow]:
@@ -23,6 +26,15 @@ def shown(row: FrameRow) -> Iterator[ObjectRow]:
 def visible(row: FrameRow) -> Iterator[ObjectRow]:
     """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
     return (each for each in row.objects if each.status in VISIBLE)
+
+
+def certain(recorded: Recording) -> Recording:
+    """Return the frames of which it is known what they show: no object is lost or searched for."""
+
+    def unsure(row: FrameRow) -> bool:
+        return bool(row.searched) or any(each.status in MISSED for each in row.objects)
+
+    return replace(recorded, frames=[row for row in recorded if not unsure(row)])
 
 
 def only_object(recorded: Recording, what: str) -> dict[int, ObjectRow]:

@@ -1,14 +1,18 @@
-"""YOLO's labels: a folder with a text for each frame, and the names of the classes in `data.yaml`.
+"""YOLO's labels: a folder with a text for each frame in `labels`, which Ultralytics trains with.
+
+`data.yaml` has the names of the classes, and `train.txt` the images in `images`, which motes does
+not write: their texts are where theirs is if `labels` stands for `images`. Without a `path`, all of
+this is looked for beside `data.yaml`. https://docs.ultralytics.com/datasets/detect/
 
 A line is class, center x, center y, width and height, in shares of the picture's sides. Predictions
 have the confidence as a sixth number, which trainers refuse. More than six numbers are a polygon to
-them, so identities have no place. https://docs.ultralytics.com/datasets/detect/
+them, so identities have no place.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -16,21 +20,29 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.shapes import label_or_none, labels_of, stem_of, visible_box
+from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.rows.journal import ObjectRow
+from motes.rows.journal import ObjectRow, text_name
 
 NAMES = "data.yaml"
 CLASSES = "classes.txt"
+LABELS = "labels"
+"""The folder of the texts."""
+IMAGES = "train.txt"
+HEAD = f"""# The images that {IMAGES} lists belong into the folder images.
+train: {IMAGES}
+val: {IMAGES}
+"""
 
 
 def write(
     kind: Literal["labels", "predictions"], recorded: Recording
 ) -> Iterator[tuple[str, bytes]]:
-    """Yield names and contents of files: the texts of all frames, then the names of the classes.
+    """Yield names and contents of files: a text for each frame, and what is common to them.
 
-    In predictions, a line ends with the confidence.
+    These are the list of their images, and the names of the classes. In predictions, a line ends
+    with the confidence.
     """
     head = recorded.head
     every = [each.label or head.label for row in recorded for each in row.objects]
@@ -50,12 +62,11 @@ def write(
             fields = [str(numbers[each.label or head.label]), *(f"{share:.8f}" for share in shares)]
             fields += [f"{each.confidence:.5f}"] if kind == "predictions" else []
             lines.append(" ".join(fields) + "\n")
-        yield f"{stem_of(row)}.txt", "".join(lines).encode()
+        yield f"{LABELS}/{stem_of(row)}.txt", "".join(lines).encode()
+    images = "".join(f"./images/{Path(image_of(row)).name}\n" for row in recorded)
+    yield IMAGES, images.encode()
     names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
-    yield (
-        NAMES,
-        f"path: .\ntrain: images\nval: images\nnc: {len(numbers)}\nnames:\n{names}".encode(),
-    )
+    yield NAMES, f"{HEAD}nc: {len(numbers)}\nnames:\n{names}".encode()
 
 
 def _quoted(name: str) -> str:
@@ -64,22 +75,23 @@ def _quoted(name: str) -> str:
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of a folder of labels.
+    """Return the objects of a folder of labels, which are in it or in its folder `labels`.
 
-    A frame is the last number in the name of its file, from 0.
+    Of a folder of images, a text belongs to the image of its name. Of a video, its frame is the
+    last number in its name, from 0.
     """
-    names = _names(path)
+    path = path / LABELS if (path / LABELS).is_dir() else path
+    names, images = _names(path), _images(facts)
     left_out: list[str] = []
     objects, times, ended = [], dict[int, None](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
-        digits = re.findall(r"\d+", file.stem)
-        if not digits:
+        frame = _frame(text_name(file.stem), images)
+        if frame is None:
             if file.name != CLASSES:
                 left_out.append(f"{file.name}, whose name has no number of a frame")
             continue
-        frame = int(digits[-1])
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
         times[frame] = None
@@ -98,6 +110,38 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     return recording_of(facts, objects, times, left_out=left_out)
+
+
+def _images(facts: FilmFacts) -> dict[str, int]:
+    """Return the frames of the images of a folder, by their names without endings."""
+    names = [text_name(Path(file).stem) for file in facts.files]
+    frames = {name: frame for frame, name in enumerate(names)}
+    for frame, name in enumerate(names):
+        if frames[name] != frame:
+            raise FormatError(
+                f"{facts.source} has several images {name}, so that a text is of none of them"
+            )
+    return frames
+
+
+def _frame(name: str, images: Mapping[str, int]) -> int | None:
+    """Return the frame of a text by its name without ending; None if it has no number.
+
+    Raises
+    ------
+    FormatError
+        If the film is a folder of images, and none has this name.
+    """
+    if name in images:
+        return images[name]
+    digits = re.findall(r"\d+", name)
+    if not digits:
+        return None
+    if images and not re.fullmatch(r"frame_\d+", name):
+        raise FormatError(
+            f"{name}.txt: the film has no image of this name; give the film that it belongs to."
+        )
+    return int(digits[-1])
 
 
 def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:

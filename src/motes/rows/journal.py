@@ -112,14 +112,26 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
         """Whether it has a place, perhaps only a guess."""
         return math.isfinite(self.ellipse.x)
 
+    @property
+    def searched(self) -> bool:
+        """Whether it is searched for without a guess of its place; an absent one is not."""
+        return not self.placed and self.status is not Status.ABSENT
+
 
 class FrameRow(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A frame: its index, its time in seconds, its objects, and its file if it is an image."""
+    """A frame: its index, its time in seconds, its objects, and its file if it is an image.
+
+    Attributes
+    ----------
+    searched
+        Identities of objects that are searched for and have no place, where `objects` lacks them.
+    """
 
     frame: int
     time: float
     objects: tuple[ObjectRow, ...]
     file: str | None = None
+    searched: tuple[int, ...] = ()
 
     def values(self, each: ObjectRow, further: Sequence[str] = ()) -> list[Any]:
         """Return the fields of an object's row: those of `COLUMNS`, and of further columns."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import shlex
 import tempfile
 import zipfile
@@ -26,6 +27,11 @@ from motes.studio.messages import OpenFilm
 from motes.studio.scenes import watch_config
 
 LABEL = "object"
+"""The class of objects without a name of their own."""
+DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
+"""The name that the studio gives to an object."""
+SPLIT = re.compile(r"( \(2\))+$")
+"""What it adds to the name of an object that is split."""
 
 
 class Reproduction(msgspec.Struct, frozen=True):
@@ -37,8 +43,54 @@ class Reproduction(msgspec.Struct, frozen=True):
     """The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`."""
 
 
-def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
-    """Return the rows of one object, as `motes track --at ... -o` writes them.
+def class_of(name: str) -> str:
+    """Return the class of an object: the name that a user has given it, else `LABEL`."""
+    given = SPLIT.sub("", " ".join("".join(filter(str.isprintable, name)).split()))
+    return LABEL if not given or DEFAULT_NAME.fullmatch(given) else given
+
+
+def target_rows(tracks: Sequence[Track]) -> list[FrameRow]:
+    """Return the rows of one object, as `motes track --at ... -o` writes them."""
+    return [
+        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
+        for track in tracks
+    ]
+
+
+def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[FrameRow]:
+    """Return the rows of several objects, with their numbers as identities, and their classes."""
+    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
+    for number, (name, tracks) in found.items():
+        label = class_of(name)
+        for track in tracks:
+            _, objects = frames.setdefault(track.frame, (track.time, []))
+            if track.status is not Status.ABSENT:
+                row = ObjectRow.of_target(track)
+                objects.append(
+                    msgspec.structs.replace(
+                        row, identity=number, label=None if label == LABEL else label
+                    )
+                )
+    return [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
+
+
+def recorded_file(
+    form: str, film: OpenFilm, files: Sequence[str], rows: Sequence[FrameRow], label: str = LABEL
+) -> bytes:
+    """Return objects in a format of `motes convert`; a format of many files as ZIP.
+
+    Parameters
+    ----------
+    form
+        The name of the format.
+    film
+        The film.
+    files
+        The names of its images, by frame; none of a video.
+    rows
+        The objects in its frames.
+    label
+        The class of objects without one.
 
     Raises
     ------
@@ -47,38 +99,10 @@ def target_file(form: str, tracks: Sequence[Track], film: OpenFilm) -> bytes:
     FormatError
         If the format cannot hold them.
     """
-    frames = [
-        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
-        for track in tracks
-    ]
-    return recorded_file(form, film, frames)
-
-
-def objects_file(
-    form: str, found: Mapping[int, tuple[str, Sequence[Track]]], film: OpenFilm
-) -> bytes:
-    """Return several objects in one file, each with its number as identity and its name as class.
-
-    Raises
-    ------
-    ConfigError, FormatError
-        As `target_file`.
-    """
-    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
-    for number, (name, tracks) in found.items():
-        for track in tracks:
-            _, objects = frames.setdefault(track.frame, (track.time, []))
-            if track.status is not Status.ABSENT:
-                row = ObjectRow.of_target(track)
-                objects.append(msgspec.structs.replace(row, identity=number, label=name))
-    rows = [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
-    return recorded_file(form, film, rows)
-
-
-def recorded_file(form: str, film: OpenFilm, frames: Sequence[FrameRow]) -> bytes:
-    """Return objects in a format of `motes convert`; a format of many files as ZIP."""
     known = registry.FORMATS.resolve(form)
-    recording = Recording(Header(film.name, film.width, film.height, LABEL), frames)
+    if files:
+        rows = [msgspec.structs.replace(row, file=files[row.frame]) for row in rows]
+    recording = Recording(Header(film.name, film.width, film.height, label), rows)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
         try:

@@ -80,9 +80,10 @@ async def export(session: LiveSession, about: Question) -> File:
     def made() -> bytes:
         found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
         if len(found) > 1:
-            return exports.objects_file(form, found, film)
-        ((_, only),) = found.values()
-        return exports.target_file(form, only, film)
+            return exports.recorded_file(form, film, session.files, exports.objects_rows(found))
+        ((name, only),) = found.values()
+        rows, label = exports.target_rows(only), exports.class_of(name)
+        return exports.recorded_file(form, film, session.files, rows, label)
 
     what = "objects" if len(targets) > 1 else targets[0].name
     return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
@@ -98,7 +99,7 @@ async def _export_scene(session: LiveSession, form: str) -> File:
     frames = session.watching.frames()
     if form in FORMS.values():  # as `motes watch` writes them: a row for each object
         frames = [row for row in frames if row.objects]
-    data = await asyncio.to_thread(exports.recorded_file, form, film, frames)
+    data = await asyncio.to_thread(exports.recorded_file, form, film, session.files, frames)
     return File(exports.file_name(film, "watched", form), data)
 
 
@@ -158,7 +159,7 @@ async def take(
 ) -> Imported:
     """Add the objects of a file; a ZIP may hold `most` bytes."""
     recorded, known = await asyncio.to_thread(
-        imports.recording, name, data, form, session.facts, most
+        imports.recording, name, data, form, session.facts, session.files, most
     )
     before = session.document.following
     document, tables = imports.taken(

@@ -32,11 +32,16 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 
 
 def recording(
-    name: str, data: bytes, form: str | None, film: messages.OpenFilm, most: int
+    name: str,
+    data: bytes,
+    form: str | None,
+    film: messages.OpenFilm,
+    files: Sequence[str],
+    most: int,
 ) -> tuple[Recording, str]:
     """Return the objects in an uploaded file, and its format, which is recognized unless given.
 
-    A ZIP may hold a file or a folder of `most` bytes.
+    The film may have the names of its images. A ZIP may hold a file or a folder of `most` bytes.
 
     Raises
     ------
@@ -44,8 +49,9 @@ def recording(
         If it cannot be read, or has frames that the film does not.
     """
     facts = FilmFacts(
-        source=film.name, width=film.width, height=film.height, frames=film.frames, fps=film.fps
-    )
+        source=film.name, width=film.width, height=film.height, frames=film.frames, fps=film.fps,
+        files=files,
+    )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / plain_name(name)
         try:

@@ -67,6 +67,8 @@ class LiveSession:
         self._pictures = WorkerPool(partial(workers, background=False), most=1)
         self.facts: OpenFilm
         self.times: list[float]
+        self.files: list[str]
+        """The time of each frame, and the names of its images; none of a video."""
         self.board: Board
         self.jobs: Jobs
         self.watching: Watching
@@ -80,7 +82,8 @@ class LiveSession:
             If it cannot be read.
         """
         async with self._pictures.worker() as worker:
-            facts, self.times = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+            opened = msgspec.msgpack.decode(await worker.ready(), type=Opened)
+        facts, self.times, self.files = opened
         self.facts = msgspec.structs.replace(facts, name=self._film)
         if before := self._store.parts(self.name, WHOLE):
             times = np.frombuffer(before).tolist()

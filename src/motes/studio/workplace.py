@@ -14,14 +14,16 @@ import msgspec
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.system import system
 from motes.core.worker import WorkerLine
+from motes.rows.journal import text_name
 from motes.studio.containers import check_container, check_limits
 from motes.studio.messages import OpenFilm
 from motes.studio.safety import Limits
 from motes.video.film import DamagedError, Film
 from motes.video.seeker import Seeker
 
-Opened = tuple[OpenFilm, list[float]]
-"""A film that is open, and the times of its frames; the data of `open_film`."""
+Opened = tuple[OpenFilm, list[float], list[str]]
+"""A film that is open, the times of its frames, and the names of its images; the data of
+`open_film`."""
 
 
 class Workplace(WorkerLine):
@@ -77,4 +79,4 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, nicen
     fps = film.fps or 1 / FRAME_INTERVAL
     problems = None if film.quick else film.report.problems
     facts = OpenFilm(film.name, film.width, film.height, len(film.times), fps, problems)
-    return msgspec.msgpack.encode((facts, film.times))
+    return msgspec.msgpack.encode((facts, film.times, [*map(text_name, film.files)]))

@@ -21,7 +21,15 @@ from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
-from motes.video.sources import Reader, check_rate, even_rate, find_reader, is_recorded, timed
+from motes.video.sources import (
+    Reader,
+    check_rate,
+    even_rate,
+    files_of,
+    find_reader,
+    is_recorded,
+    timed,
+)
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -66,6 +74,8 @@ class Film:
         Whether it was opened so.
     frames
         The indices of the frames that are used.
+    files
+        The paths of all image files, as `file_of`; none of a video.
     report
         Counts of what was read and of errors.
 
@@ -121,7 +131,7 @@ class Film:
                 check()
             self.even_rate = even_rate(reader, fps, self.report)
             self._keys = reader.keys if isinstance(reader, Decoder) else []
-        self._file_of = reader.file_of
+        self._file_of, self.files = reader.file_of, files_of(reader)
         if size is None:
             raise SourceError(f"{self.name} holds no readable picture.")
         if not 0 <= start < len(self.times):

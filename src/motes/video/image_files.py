@@ -69,8 +69,13 @@ class ImageFiles:
         for index, path in enumerate(self._paths):
             yield index * self._interval, partial(_first_picture, path, report)
 
-    def file_of(self, index: int) -> str | None:
-        """Return the path of a picture in the folder that holds all of them."""
+    @property
+    def files(self) -> list[str]:
+        """The paths of the pictures in the folder that holds all of them."""
+        return [self.file_of(index) for index in range(len(self._paths))]
+
+    def file_of(self, index: int) -> str:
+        """Return the path of a picture in that folder."""
         return Path(os.path.relpath(self._paths[index], self._folder or ".")).as_posix()
 
     def close(self) -> None:

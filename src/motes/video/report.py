@@ -45,7 +45,9 @@ class Report:
         """One line about the frame rate, or None if the source has one."""
         if not self.assumed:
             return None
-        return "the images have no frame rate, 25 a second are assumed; give fps if it is another."
+        return (
+            "the images have no frame rate, 25 a second are assumed; give --fps if it is another."
+        )
 
     @property
     def problems(self) -> str | None:

@@ -183,6 +183,11 @@ class Source:
         """Return the path of a frame's image file in the folder of all images; None for a video."""
         return self._reader.file_of(index)
 
+    @property
+    def files(self) -> list[str]:
+        """The paths of all image files, as `file_of`; none of a video."""
+        return files_of(self._reader)
+
     def stop(self) -> None:
         """Stop waiting for a live source that dropped: no more frames; any thread may call this."""
         if isinstance(self._reader, Persistent):
@@ -336,6 +341,11 @@ def even_rate(reader: Reader, fps: float | None, report: Report) -> float | None
     if fps is None and report.assumed:
         return 1 / FRAME_INTERVAL
     return reader.fps if fps is None and isinstance(reader, ImageFiles) else fps
+
+
+def files_of(reader: Reader) -> list[str]:
+    """Return the paths of all image files that are read, by frame; none of a video."""
+    return reader.files if isinstance(reader, ImageFiles) else []
 
 
 def find_reader(
