@@ -9,10 +9,12 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
 from clips import clip
+from motes.core.errors import SourceError
 from motes.video.sources import is_recorded, open_source
 
 
@@ -74,3 +76,34 @@ def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
         with pytest.raises(KeyboardInterrupt):
             open_source(name)
     assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
+
+
+def remuxed(path: Path, **options: str) -> bytes:
+    """Return the pictures of a film in a file of their own, made with these options."""
+    other = path.with_stem("remuxed")
+    with av.open(str(path)) as film, av.open(str(other), "w", options=options) as made:
+        stream = made.add_stream_from_template(film.streams.video[0])
+        for packet in film.demux(film.streams.video[0]):
+            if packet.dts is not None:
+                packet.stream = stream
+                made.mux(packet)
+    return other.read_bytes()
+
+
+@pytest.mark.parametrize("frames", [10, pytest.param(70, marks=pytest.mark.slow)])
+def test_an_mp4_with_its_index_at_the_end_is_told_from_a_damaged_one(
+    tmp_path: Path, frames: int
+) -> None:
+    film = clip(tmp_path / "film.mp4", frames, width=160, height=120, noisy=True)
+    with sent(remuxed(film), tmp_path) as (name, close):
+        close()
+        with pytest.raises(SourceError, match=r"index at the end.*give the file, or send MPEG-TS"):
+            list(open_source(name))
+
+
+def test_an_mp4_of_fragments_is_read_from_a_pipe(tmp_path: Path) -> None:
+    data = remuxed(clip(tmp_path / "film.mp4", 20), movflags="frag_keyframe+empty_moov")
+    with sent(data, tmp_path) as (name, close):
+        close()
+        with open_source(name) as source:
+            assert len(list(source)) == 20

@@ -278,6 +278,7 @@ class Decoder:
                     yield from self._decoded(packet, report)
                 else:  # other streams count too: sound may go on after the last picture
                     self._extend_end(packet)
+        self._check_pipe(report)
         if self._read_error is not None:
             yield from self._decoded(None, report)  # pictures that the decoder still holds back
             # An answer over HTTP without a length may end with this error; it is no failure.
@@ -341,6 +342,7 @@ class Decoder:
         report.skipped += 1
         self._failures_in_row += 1
         if self._failures_in_row > MAX_BAD_PACKETS:
+            self._check_pipe(report)
             where = (
                 f"after frame {report.decoded - 1}; choose an end before that."
                 if report.decoded
@@ -350,6 +352,18 @@ class Decoder:
                 f"{self._name} is damaged: {self._failures_in_row} packets in a row cannot be read "
                 f"{where}"
             ) from error
+
+    def _check_pipe(self, report: Report) -> None:
+        """Raise a SourceError if an MP4 file came through a pipe, and no picture of it was read.
+
+        Its packets have passed when the index comes, and a pipe has no way back.
+        """
+        piped = self._pipe is not None and "mp4" in self._container.format.name
+        if piped and report.skipped and not report.decoded:
+            raise SourceError(
+                f"{self._name} sends an MP4 file with its index at the end, which cannot be read "
+                f"from a pipe; give the file, or send MPEG-TS or Matroska."
+            )
 
     def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:
         try:
