@@ -15,6 +15,7 @@ from motes.cli.load_config import watch_config
 from motes.cli.options import (
     Cluster,
     ConfigOptions,
+    FileName,
     FrameOptions,
     ObjectPreset,
     OwnCode,
@@ -47,7 +48,7 @@ PRESET = "nummiaro:adaptive"
 
 @app.default
 def watch(
-    source: str | None = None,
+    source: FileName | None = None,
     /,
     *,
     objects: ObjectOptions = ObjectOptions(),
