@@ -724,7 +724,7 @@ def test_opencv_refusals() -> None:
         tracker.init(FRAMES[0].pixels, (30, 36, 10, 7, 0.0))
     with pytest.raises(ConfigError, match="no target yet"):
         tracker.update(FRAMES[0].pixels)
-    with pytest.raises(SourceError, match="shape"):
+    with pytest.raises(SourceError, match="no picture"):
         tracker.init(None, (20, 29, 20, 14))  # type: ignore[arg-type]
 
 
