@@ -796,6 +796,16 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
     assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
 
 
+@pytest.mark.parametrize(
+    "found", [7, None, np.array([[10, 60, 44, 30, 0.9]]), [(10, 60, 44, 30, 0.9)]]
+)
+def test_what_are_no_detections_is_refused(found: Any) -> None:
+    with pytest.raises(
+        ConfigError, match=r"The detector returned .*; .* motes.as_detections makes"
+    ):
+        Tracker().detect(FRAMES[0], lambda frame: found)
+
+
 def test_a_background_image_sets_the_appearance_rule() -> None:
     appearing: list[Any] = []
     for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector, ObservingDetector
-from motes.core.errors import SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.seed import checked_seed
@@ -131,6 +131,11 @@ class Scene:
     seed
         Seed of the random numbers. Each object has random numbers of its own.
 
+    Raises
+    ------
+    ConfigError
+        If the detector cannot be called, or the preset is unknown or no particle filter.
+
     Attributes
     ----------
     detector
@@ -151,6 +156,11 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
+        if not callable(detector):
+            raise ConfigError(
+                f"A detector is a callable from a Frame to Detections, such as "
+                f"motes.BackgroundDetector(); got {detector!r}."
+            )
         self.detector, self._seed = detector, checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
