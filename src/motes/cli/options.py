@@ -136,10 +136,12 @@ class FrameOptions:
 
     def open(self, source: str) -> "Source":
         """Return the frames of a source; raise a SourceError if it cannot be read."""
-        from motes.video.sources import open_source
+        from motes.video.sources import is_remote, open_source
 
         if self.reconnect is not None and not self.reconnect >= 0:
             raise ConfigError(f"--reconnect is {self.reconnect:g}; give seconds, 0 or more.")
+        if self.reconnect is not None and not is_remote(source):
+            raise ConfigError(f"--reconnect is for live sources, which {source} is not; omit it.")
         return open_source(
             source,
             start=self.start,

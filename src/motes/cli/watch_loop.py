@@ -83,7 +83,12 @@ class SceneTally(Tally):
     @property
     def missing(self) -> str | None:
         """What to say if there was no object."""
-        return None if self._scene.created else "No object was ever found; try another --detector."
+        if self._scene.created:
+            return None
+        why = self._scene.left_out
+        if why is not None:
+            return f"No object was ever found: {why}."
+        return "No object was ever found; try another --detector."
 
     def __str__(self) -> str:
         scene, tracker = self._scene, self._scene.config.tracker

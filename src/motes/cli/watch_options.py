@@ -165,6 +165,12 @@ class WatchOutputs(OutputOptions):
         """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
+        for name in events:
+            if "://" in name and name not in sent:
+                raise ConfigError(
+                    f"--events {name}: such addresses are not known; give a file, -, or an address "
+                    f"with https://, http://, mqtts:// or mqtt://."
+                )
         if self.queue is not None and not sent:
             raise ConfigError("--queue is for events that are sent; give --events an address.")
         if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
