@@ -60,12 +60,12 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
     """Run all blocks of a page in the current folder; return how many pieces of code ran.
 
     A block with a title is written into that file. Commands of motes must end with exit code 0.
-    All Python shares one namespace. A text block below Python is all that this printed, with numbers
-    near to its own. Below commands, each of its lines must be in what was printed since the last
-    such block, but for its measured numbers.
+    All Python shares one namespace. Every line of a text block must be in what was printed since
+    the last such block, but for its measured numbers. What Python printed just above it must be
+    there as a whole, with numbers near to its own.
     """
     names: dict[str, Any] = {}
-    output, ran, language = "", 0, ""
+    output, own, ran = "", "", 0
     for block in blocks(page):
         where = f"{page.name}:{block.line}"
         if block.title:
@@ -75,21 +75,21 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
                 code = run(command)
                 output += "".join(capfd.readouterr())
                 assert code == 0, (where, command, output)
+                own = ""
                 ran += 1
         elif block.language == "python":
             exec(compile("\n" * block.line + block.text, str(page), "exec"), names)
             ran += 1
-            output += "".join(capfd.readouterr())
+            own, error = capfd.readouterr()
+            output += own + error
         elif block.language == "text":
             there = NUMBER.sub("#", output).splitlines()
             for line in block.text.splitlines():
                 assert NUMBER.sub("#", line) in there, (where, line, output)
-            if language == "python":
-                assert len(there) == len(block.text.splitlines()), (where, output)
-                said, printed = (NUMBER.findall(text) for text in (block.text, output))
-                numbers = [float(number) for number in printed]
-                assert [float(number) for number in said] == pytest.approx(numbers, rel=0.1, abs=3)
-            output = ""
-        if block.language in ("sh", "python", "text"):
-            language = block.language
+            if own:
+                said, printed = (NUMBER.sub("#", text) for text in (block.text, own))
+                assert said == printed, where
+                numbers = [[float(n) for n in NUMBER.findall(text)] for text in (block.text, own)]
+                assert numbers[0] == pytest.approx(numbers[1], rel=0.1, abs=3), where
+            output = own = ""
     return ran

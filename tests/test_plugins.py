@@ -230,12 +230,9 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            "--hue.bin 12",
-            "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
-        ),
+        ("--hue.bin 12", "There is no option --hue.bin; did you mean --hue.bins?"),
         ("--hue.bins 1", "Config hue.bins: got 1; it takes integer, 2 to 360."),
-        ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
+        ("--heu.bins 12", "no option --heu.bins; did you mean --hue.bins?"),
         (
             "--motion.type dirft",
             "'dirft'; known are random_walk, constant_velocity, second_order, ",
@@ -244,7 +241,7 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
         ("--motion.type drift --motion.flow fast", "motion.flow: got 'fast'; it takes number."),
         (
             "--motion.type drift --motion.flwo 1",
-            "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
+            "no option --motion.flwo; did you mean --motion.flow?",
         ),
     ],
 )

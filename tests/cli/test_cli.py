@@ -477,7 +477,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --histogram h.json --preset ng_delp", 2, "The tracker compares color, edges;"),
         ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
         ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
-        ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4 .*; for the file write ./-dash.mp4"),
+        ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4; for the file write ./-dash.mp4"),
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
         ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
         ("track folder --init BOX", 3, "There are no images in folder"),

@@ -69,6 +69,12 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("watch film.mkv --max-age 2", "did you mean --termination.max_age?"),
         ("watch film.mkv --min-hits 1", "did you mean --initiation.min_hits?"),
         ("track film.mkv --preset nummiaro --budget.least 9", "There is no option --budget.least"),
+        ("watch film.mkv --resume", "There is no option --resume; did you mean"),
+        ("track film.mkv --resum", "There is no option --resum; did you mean --resume?"),
+        ("track film.mkv --preset mean_shift --particles 9", "--particles with preset mean_shift;"),
+        ("watch -", "There is no option -; for standard input give /dev/stdin."),
+        ("watch - -o r.csv", "for standard input give /dev/stdin."),
+        ("track - --init 1,2,3,4", "for standard input give /dev/stdin."),
         ("track film.mkv --save-histogram h.json --overwrit", "did you mean --overwrite?"),
     ],
 )

@@ -166,10 +166,18 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("nothing.mp4 -o r.csv", 3, "nothing.mp4"),
         ("FILM --places nothing.toml", 3, "nothing.toml"),
         ("FILM -o no/r.csv", 5, "There is no folder no"),
-        ("FILM --end 5 -o r.csv", 4, "No object was ever found"),
+        ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
+        ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
+        ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
+        ("FILM --least 5", 2, "--least is 5; this detector has scores from 0 to 1."),
+        ("FILM --least -1", 2, "--least is -1"),
+        ("FILM --reconnect 5", 2, "--reconnect is for live sources, which"),
+        ("FILM --events ftp://x/y", 2, "--events ftp://x/y: such addresses are not known; give"),
     ],
 )
 def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said: str) -> None:
+    Path("det.txt").write_text("1,-1,10,60,44,30,0.3\n2,-1,10,60,44,30,-2\n")
+    Path("own.py").write_text("def find(frame): return [(10, 60, 44, 30, 0.9, 2)]\n")
     found, _, error = go(line)
     assert (found, said in error) == (code, True), error
     assert "Traceback" not in error

@@ -20,6 +20,7 @@ from typing import Any
 
 import pytest
 
+from clips import clip
 from motes import open_source, synthetic
 from motes.cli.exit_codes import UNWRITABLE
 from motes.cli.streams import _lenient
@@ -90,6 +91,37 @@ def test_track_ends_as_with_ctrl_c(film: tuple[str, str], tmp_path: Path) -> Non
     assert "Traceback" not in error
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["watch", "track --init 20,20,16,12"])
+def test_a_pipe_that_has_sent_nothing(tmp_path: Path, command: str) -> None:
+    name, *options = command.split()
+    fifo = tmp_path / "film.ts"
+    os.mkfifo(fifo)
+    line = [name, fifo, *options, "-o", tmp_path / "r.csv"]
+    with started(*line) as process, fifo.open("wb"):  # which waits until it is read
+        time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (130, "")
+
+
+@pytest.mark.slow
+def test_a_pipe_that_is_silent_after_half_a_film(tmp_path: Path) -> None:
+    data = clip(tmp_path / "film.ts", 60).read_bytes()
+    rows = tmp_path / "r.csv"
+    theirs, ours = os.pipe()
+    line = ["track", "/dev/stdin", "--init", "20,20,16,12", "-o", rows]
+    with started(*line, stdin=theirs) as process:
+        os.write(ours, data[: len(data) // 2])
+        wait_for_rows(process, rows)
+        process.send_signal(signal.SIGTERM)
+        _, error = process.communicate(timeout=60)
+    os.close(ours)
+    assert process.returncode == 143, error
+    assert error.startswith("motes: terminated after ")
+    assert "Traceback" not in error
 
 
 @pytest.mark.slow

@@ -197,6 +197,12 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
 
 
+@pytest.mark.parametrize("detector", [None, 3, "mog2"])
+def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
+    with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
+        Scene(detector)
+
+
 def test_frames_must_fit() -> None:
     scene = Scene(lambda _: [])
     scene.update(Frame(3, 1.0, GROUND))

@@ -64,7 +64,7 @@ def test_the_search_finds_what_looks_like_the_first_region() -> None:
     )
 
     def seen(place: Ellipse, evidence: float) -> Any:
-        return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore[arg-type]
+        return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
 
     for there, clear in ((red, True), (black, False)):
         localizer: Any = SimpleNamespace(

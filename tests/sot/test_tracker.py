@@ -724,7 +724,7 @@ def test_opencv_refusals() -> None:
         tracker.init(FRAMES[0].pixels, (30, 36, 10, 7, 0.0))
     with pytest.raises(ConfigError, match="no target yet"):
         tracker.update(FRAMES[0].pixels)
-    with pytest.raises(SourceError, match="shape"):
+    with pytest.raises(SourceError, match="no picture"):
         tracker.init(None, (20, 29, 20, 14))  # type: ignore[arg-type]
 
 
@@ -794,6 +794,16 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
         each.init(FRAMES[0], TARGET)
     assert tracker.detect(FRAMES[1], lambda frame: []) is None
     assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
+
+
+@pytest.mark.parametrize(
+    "found", [7, None, np.array([[10, 60, 44, 30, 0.9]]), [(10, 60, 44, 30, 0.9)]]
+)
+def test_what_are_no_detections_is_refused(found: Any) -> None:
+    with pytest.raises(
+        ConfigError, match=r"The detector returned .*; .* motes.as_detections makes"
+    ):
+        Tracker().detect(FRAMES[0], lambda frame: found)
 
 
 def test_a_background_image_sets_the_appearance_rule() -> None:

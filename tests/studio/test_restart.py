@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +13,33 @@ from motes.studio import messages
 from studios import Page, Program, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
+
+INTERRUPTED = """
+import asyncio
+import signal
+import sys
+
+from motes.cli import main
+
+begin = asyncio.BaseEventLoop.__init__
+
+
+def interrupted(loop):
+    signal.raise_signal(signal.SIGINT)
+    begin(loop)
+
+
+asyncio.BaseEventLoop.__init__ = interrupted
+sys.exit(main(["studio", "--headless", "--port", "0", "--data", sys.argv[1]]))
+"""
+
+
+def test_ctrl_c_at_once_ends_it_in_one_line(tmp_path: Path) -> None:
+    """It comes while the loop is made, in which an interrupt would leave half a loop."""
+    line = [sys.executable, "-c", INTERRUPTED, str(tmp_path)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr.count("\n") == 1, done.stderr
 
 
 @pytest.mark.parametrize("end", [Program.kill, Program.close])

@@ -20,7 +20,9 @@ from motes.cli.options import (
     OUTPUT,
     RUN,
     Cluster,
+    FileName,
     OwnCode,
+    PresetName,
     Workers,
     options,
 )
@@ -67,19 +69,19 @@ class JobOptions:
     """The target in the first frame."""
     detect: Literal["face"] | None = None
     """Wait for a face and track it."""
-    keyframes: str | None = None
+    keyframes: FileName | None = None
     """File of keyframes; each row begins with the name of its film."""
-    detector: str | None = None
+    detector: FileName | None = None
     """Detector of motes watch."""
-    places: str | None = None
+    places: FileName | None = None
     """TOML file of lines and zones."""
-    preset: str | None = None
+    preset: PresetName | None = None
     """Preset of the tracker."""
-    config: str | None = None
+    config: FileName | None = None
     """TOML file whose values replace those of the preset."""
     seed: int | None = None
     """Seed of the random numbers."""
-    network: str | None = None
+    network: FileName | None = None
     """Trained network that joins the tracker: A.onnx,B.onnx."""
 
     def columns(self) -> dict[str, object]:
@@ -89,10 +91,10 @@ class JobOptions:
 
 @app.default
 def batch(
-    jobs: str,
+    jobs: FileName,
     /,
     *,
-    output: Annotated[str, Parameter(name=["--output", "-o"], group=OUTPUT)],
+    output: Annotated[FileName, Parameter(name=["--output", "-o"], group=OUTPUT)],
     rows: Annotated[Literal["csv", "parquet"], Parameter(group=OUTPUT)] = "csv",
     overlay: Annotated[bool, FLAG, Parameter(group=OUTPUT)] = False,
     columns: JobOptions = JobOptions(),

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.options import FLAG
+from motes.cli.options import FLAG, PresetName
 from motes.core.config_keys import Key, KeyChoice, all_keys, keys, type_key
 from motes.core.errors import ConfigError
 
@@ -29,7 +29,7 @@ Each key is an option of motes watch: --{example}. It is also a line of a TOML f
 
 @app.default
 def config(
-    preset: str | None = None,
+    preset: PresetName | None = None,
     key: str | None = None,
     /,
     *,

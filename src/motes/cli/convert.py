@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
-from motes.cli.options import FLAG, OUTPUT, KeyframeError, OutputFile, Overwrite, say_rate
+from motes.cli.options import FLAG, OUTPUT, FileName, KeyframeError, OutputFile, Overwrite, say_rate
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
 
@@ -37,7 +37,7 @@ def convert(
     from_: Annotated[str | None, Parameter(name="--from", group=FORMS)] = None,
     to: Annotated[str | None, Parameter(group=FORMS)] = None,
     list_: Annotated[bool, FLAG, Parameter(name="--list", group=FORMS)] = False,
-    video: Annotated[str | None, Parameter(group=FILM)] = None,
+    video: Annotated[FileName | None, Parameter(group=FILM)] = None,
     size: Annotated[str | None, Parameter(group=FILM)] = None,
     fps: Annotated[float | None, Parameter(group=FILM)] = None,
     frames: Annotated[int | None, Parameter(group=FILM)] = None,

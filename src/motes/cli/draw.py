@@ -13,7 +13,7 @@ from motes.cli.draw_rows import object_moments, rows_in, target_moments
 from motes.cli.frame_loop import Sink, Tally, run
 from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
 from motes.cli.known_run import beside
-from motes.cli.options import OUTPUT, Fps, OutputFile, Overwrite, options, say_rate
+from motes.cli.options import OUTPUT, FileName, Fps, OutputFile, Overwrite, options, say_rate
 from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
@@ -72,7 +72,7 @@ class DrawOutputs:
 
 @app.default
 def draw(
-    source: str,
+    source: FileName,
     rows: Path,
     /,
     *,

@@ -17,6 +17,7 @@ from motes.cli.options import (
     PRESETS,
     ConfigFile,
     Fps,
+    PresetName,
     options,
     say_rate,
 )
@@ -33,7 +34,7 @@ class TrackerOptions:
     """The tracker of rows that do not have one beside them."""
 
     preset: Annotated[
-        str | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
+        PresetName | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
     ] = None
     config: ConfigFile = None
     seed: int | None = None

@@ -3,12 +3,12 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
-from cyclopts import Group, Parameter
+from cyclopts import Group, Parameter, Token
 
 from motes.cli.messages import log
 from motes.core.errors import ConfigError
@@ -46,12 +46,30 @@ def options(group: Group) -> Callable[[Kind], Kind]:
     return made
 
 
+def _as_written(kind: Any, tokens: Sequence[Token]) -> str:
+    """Return the value of an option as it is: its type is for shells, which complete it."""
+    return tokens[0].value
+
+
+if TYPE_CHECKING:
+    FileName: TypeAlias = str
+    PresetName: TypeAlias = str
+else:
+    FileName = Annotated[Path, Parameter(converter=_as_written)]
+    PresetName = Annotated[
+        Literal[
+            "default", "nummiaro", "nummiaro:adaptive", "nummiaro:printed", "mean_shift", "maggio",
+            "maggio:printed", "maggio:C", "maggio:O-ROH", "ng_delp", "ng_delp:color",
+            "ng_delp:edges", "ng_delp:printed", "zhao_pei", "zhao_pei:printed",
+        ],
+        Parameter(converter=_as_written, show_choices=False),
+    ]  # fmt: skip
 PRESETS = (
     "Preset: default, nummiaro, maggio, ng_delp, zhao_pei, mean_shift or a variant; motes config "
     "lists all."
 )
 ObjectPreset = Annotated[
-    str,
+    PresetName,
     Parameter(
         group=CONFIGURATION,
         help="Preset of the particle filter that tracks each object; motes config lists all.",
@@ -118,10 +136,12 @@ class FrameOptions:
 
     def open(self, source: str) -> "Source":
         """Return the frames of a source; raise a SourceError if it cannot be read."""
-        from motes.video.sources import open_source
+        from motes.video.sources import is_remote, open_source
 
         if self.reconnect is not None and not self.reconnect >= 0:
             raise ConfigError(f"--reconnect is {self.reconnect:g}; give seconds, 0 or more.")
+        if self.reconnect is not None and not is_remote(source):
+            raise ConfigError(f"--reconnect is for live sources, which {source} is not; omit it.")
         return open_source(
             source,
             start=self.start,
@@ -143,7 +163,7 @@ def say_rate(film: "Source | Film") -> None:
 class OutputOptions:
     """The outputs of a run."""
 
-    output: Annotated[str | None, HYPHEN, Parameter(name=["--output", "-o"])] = None
+    output: Annotated[FileName | None, HYPHEN, Parameter(name=["--output", "-o"])] = None
     """Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for standard output; or
     a document for annotation tools: .json (COCO) or .xml (CVAT). motes convert --list has all
     formats."""

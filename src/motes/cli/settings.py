@@ -162,8 +162,13 @@ class _Known:
     """The options of a command and the keys of its configuration."""
 
     def __init__(self, app: App, preset: str, kind: Any) -> None:
+        from motes.sot.presets import PRESETS
+
         self._preset = preset
         self._command = app.name[0]
+        kinds = {type(each) for each in PRESETS.values()}
+        others = kinds - {kind} if kind in kinds else set()  # motes watch has one kind alone
+        self._elsewhere = {key.path for other in others for key in keys(other)}
         self._keys = {key.path: key for key in all_keys(keys(kind))}
         self._options = [
             name
@@ -192,13 +197,16 @@ class _Known:
             alike += [known[name] for name in difflib.get_close_matches(wanted, known, n=1)]
         command = f"motes config {'--watch' if self._command == 'watch' else self._preset}"
         hint = f"see motes {self._command} --help and {command}."
-        if os.path.exists(flag):
+        if not wanted:
+            hint = "for standard input give /dev/stdin."
+        elif os.path.exists(flag):
             hint = f"for the file write ./{flag}."
         elif alike:
             key = self._keys.get(alike[0].lstrip("-"))
             group = key is not None and key.choices
             hint = f"did you mean {alike[0]}{'.KEY' if group else ''}?"
-        return f"There is no option {flag} with preset {self._preset}; {hint}"
+        part = f" with preset {self._preset}" * (wanted.partition(".")[0] in self._elsewhere)
+        return f"There is no option {flag}{part}; {hint}"
 
     def needs_key(self, key: Key) -> str:
         """Return that an option takes keys and not a value."""

@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
 from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
-from motes.cli.options import HYPHEN, OUTPUT, Overwrite
+from motes.cli.options import HYPHEN, OUTPUT, FileName, Overwrite
 from motes.core.files import is_special
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside
@@ -29,7 +29,7 @@ def smooth(
     rows: Path,
     /,
     *,
-    output: Annotated[str, HYPHEN, Parameter(name=["--output", "-o"], group=OUTPUT)],
+    output: Annotated[FileName, HYPHEN, Parameter(name=["--output", "-o"], group=OUTPUT)],
     overwrite: Overwrite = False,
 ) -> int:
     """Smooth the rows of one target, flag outliers and bridge gaps.

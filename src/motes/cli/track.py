@@ -14,7 +14,9 @@ from motes.cli.options import (
     CONFIGURATION,
     PRESETS,
     ConfigOptions,
+    FileName,
     FrameOptions,
+    PresetName,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
@@ -34,7 +36,7 @@ app = App(
 
 @app.default
 def track(
-    source: str | None = None,
+    source: FileName | None = None,
     /,
     *,
     target: TargetOptions = TargetOptions(),
@@ -43,14 +45,16 @@ def track(
     units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: Annotated[
-        str | None,
+        PresetName | None,
         Parameter(
             group=CONFIGURATION,
             help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram.",
         ),
     ] = None,
     values: ConfigOptions = ConfigOptions(),
-    network_files: Annotated[str | None, Parameter(name="--network", group=CONFIGURATION)] = None,
+    network_files: Annotated[
+        FileName | None, Parameter(name="--network", group=CONFIGURATION)
+    ] = None,
     help_all: HelpAll = False,
     **settings: Settings,
 ) -> int:

@@ -15,6 +15,7 @@ from motes.cli.load_config import watch_config
 from motes.cli.options import (
     Cluster,
     ConfigOptions,
+    FileName,
     FrameOptions,
     ObjectPreset,
     OwnCode,
@@ -47,7 +48,7 @@ PRESET = "nummiaro:adaptive"
 
 @app.default
 def watch(
-    source: str | None = None,
+    source: FileName | None = None,
     /,
     *,
     objects: ObjectOptions = ObjectOptions(),
@@ -72,7 +73,8 @@ def watch(
     source
         A video, a folder or pattern of images, the number of a camera, or an address. Or a .toml
         file of several cameras with [[camera]], [[passage]] and [[overlap]] (docs/cameras.md); then
-        only -o, --overwrite, --seed, --histogram, --cluster and --own-code may be given.
+        only -o (.csv or .jsonl), --overwrite, --seed, --histogram, --cluster and --own-code may be
+        given.
     """
     if help_all:
         from motes.cli.app import show_all
@@ -167,6 +169,7 @@ def _detector(
     else:
         detector = config.detector.detector()
     check_classes(detector, config.detector, config.detections.classes)
+    check_least(config.detector, config.detections.least)
     detector = config.for_camera(detector)
     if isinstance(detector, PreparedDetector) and is_recorded(source):
         with frames.open(source) as film:
@@ -209,6 +212,16 @@ def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str
                 f"--classes: {kind.file} does not name its classes; give their numbers, or their "
                 f"names as classes in a TOML file beside it."
             )
+
+
+def check_least(kind: DetectorConfig, least: float | None) -> None:
+    """Check the least score for detectors with scores from 0 to 1; others may have any."""
+    from motes.mot.detection.background import BackgroundConfig
+    from motes.mot.detection.onnx_detector import OnnxConfig
+
+    shares = isinstance(kind, BackgroundConfig | OnnxConfig)
+    if shares and least is not None and not 0 <= least <= 1:
+        raise ConfigError(f"--least is {least:g}; this detector has scores from 0 to 1.")
 
 
 def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from motes.cli.messages import counted, log
 from motes.cluster.ray_connection import connected
 from motes.cluster.rig_on_ray import cluster_rig
 from motes.core import interrupts
-from motes.core.errors import SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check, deferred
@@ -22,7 +22,7 @@ from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 from motes.mot.pipeline_config import check_code
 from motes.rows.journal import FrameRow, ObjectRow
-from motes.rows.schema import CAMERA
+from motes.rows.schema import CAMERA, FORMS
 from motes.rows.writer import TrackWriter
 from motes.sot.known_target import KnownTarget
 
@@ -75,6 +75,11 @@ def watch_rig(
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):
             check_not_source(source, Path(output))
+        if Path(output).suffix.lower() not in FORMS:
+            raise ConfigError(
+                f"{output} ends neither in .csv nor in .jsonl, the forms for several cameras; "
+                f"rename it."
+            )
     rows = TrackWriter(output, overwrite=overwrite, further=[CAMERA])
     frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
     dropped, found, failures = 0, set[int](), list[str]()

@@ -90,7 +90,11 @@ class SceneTally(Tally):
     @property
     def missing(self) -> str | None:
         """What to say if there was no object."""
-        return None if self._came else "No object was ever found; try another --detector."
+        if self._came:
+            return None
+        why = self._scene.left_out
+        more = "; try another --detector" if why is None else f": {why}"
+        return f"No object was ever found{more}."
 
     def __str__(self) -> str:
         tracker = self._scene.config.tracker

@@ -10,7 +10,16 @@ from urllib.parse import urlsplit
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import error_context, numbers_of
-from motes.cli.options import FLAG, HYPHEN, LIVE, OUTPUT, REPEATED, OutputOptions, options
+from motes.cli.options import (
+    FLAG,
+    HYPHEN,
+    LIVE,
+    OUTPUT,
+    REPEATED,
+    FileName,
+    OutputOptions,
+    options,
+)
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
 
@@ -25,7 +34,7 @@ QUEUE = "motes-events.sqlite"
 class ObjectOptions:
     """The objects that are tracked."""
 
-    detector: Annotated[str | None, Parameter(accepts_keys=False)] = None
+    detector: Annotated[FileName | None, Parameter(accepts_keys=False)] = None
     """Detector: mog2 (objects that move before a background), people, faces, an .onnx file,
     MODULE:CALLABLE, or a .txt file of detections in the format of the MOTChallenge. The default is
     mog2."""
@@ -125,7 +134,7 @@ def _corners(text: str) -> list[float]:
 class WatchOutputs(OutputOptions):
     """The outputs of `motes watch`."""
 
-    events: Annotated[list[str] | None, REPEATED, HYPHEN] = None
+    events: Annotated[list[FileName] | None, REPEATED, HYPHEN] = None
     """Events as they happen: a file of JSON Lines, - for standard output, an https:// address that
     they are posted to, or mqtt://HOST/TOPIC. An object appears, disappears, crosses, enters, stays
     or leaves. May be repeated."""
@@ -156,6 +165,12 @@ class WatchOutputs(OutputOptions):
         """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
+        for name in events:
+            if "://" in name and name not in sent:
+                raise ConfigError(
+                    f"--events {name}: such addresses are not known; give a file, -, or an address "
+                    f"with https://, http://, mqtts:// or mqtt://."
+                )
         if self.queue is not None and not sent:
             raise ConfigError("--queue is for events that are sent; give --events an address.")
         if self.home_assistant and not any(name.startswith("mqtt") for name in sent):

@@ -80,6 +80,8 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     SourceError
         For any other shape or type, an empty image, or floats outside [0, 1].
     """
+    if pixels is None:
+        raise SourceError("There is no picture, but None; has the film ended?")
     image = np.asarray(pixels)
     rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
     if rgb and image.size and (image.flags.c_contiguous or _in_order(image)):
@@ -95,8 +97,14 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     elif image.dtype == np.bool_:
         image = image.astype(np.uint8) * np.uint8(255)
     elif np.issubdtype(image.dtype, np.floating):
-        if not (np.isfinite(image).all() and image.min() >= 0 and image.max() <= 1):
-            raise SourceError("A floating-point image has values from 0 to 1; scale it first.")
+        if not np.isfinite(image).all():
+            raise SourceError("An image has NaN or infinite values; give floats from 0 to 1.")
+        least, most = float(image.min()), float(image.max())
+        if least < 0 or most > 1:
+            raise SourceError(
+                f"A floating-point image has values from 0 to 1; got {least:g} to {most:g}. Scale "
+                f"it first."
+            )
         image = np.rint(image * 255).astype(np.uint8)
     elif image.dtype != np.uint8:
         raise SourceError(

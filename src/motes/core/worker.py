@@ -127,6 +127,7 @@ class Worker:
             self._process = made.Process(target=_run, args=given)
             self._process.start()
             theirs.close()
+        self._ending = threading.Lock()
         atexit.register(self.end)
 
     @property
@@ -158,12 +159,16 @@ class Worker:
         return f"{name} (was there too little memory?)" if name == "SIGKILL" else name
 
     def end(self) -> None:
-        """End the process and all that it has started; its temporary files go."""
+        """End the process and all that it has started; its temporary files go.
+
+        Several threads may call this, as a listener and the end of the program do.
+        """
         atexit.unregister(self.end)
-        self.kill()
-        self._process.join()
-        self.pipe.close()
-        shutil.rmtree(self._scratch, ignore_errors=True)
+        with self._ending:
+            self.kill()
+            self._process.join()
+            self.pipe.close()
+            shutil.rmtree(self._scratch, ignore_errors=True)
 
 
 class WorkerLine:

@@ -8,6 +8,7 @@ is less similar to its model is occluded. Its model finds it again when it reapp
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector, ObservingDetector
-from motes.core.errors import SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.seed import checked_seed
@@ -131,6 +132,11 @@ class Scene:
     seed
         Seed of the random numbers. Each object has random numbers of its own.
 
+    Raises
+    ------
+    ConfigError
+        If the detector cannot be called, or the preset is unknown or no particle filter.
+
     Attributes
     ----------
     detector
@@ -151,6 +157,11 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
+        if not callable(detector):
+            raise ConfigError(
+                f"A detector is a callable from a Frame to Detections, such as "
+                f"motes.BackgroundDetector(); got {detector!r}."
+            )
         self.detector, self._seed = detector, checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
@@ -159,6 +170,7 @@ class Scene:
         self.admitted, self.warnings = {}, {}
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
+        self._labels, self._surest = set[str](), -math.inf
 
     @property
     def created(self) -> int:
@@ -169,6 +181,20 @@ class Scene:
     def terminated(self) -> int:
         """How many objects have ended."""
         return self._state.terminated
+
+    @property
+    def left_out(self) -> str | None:
+        """Why no detection before the first object had a class and a score that are used.
+
+        None if one had, or there was none.
+        """
+        rule = self.config.detections
+        if self._labels and rule.classes and not self._labels.intersection(rule.classes):
+            seen, wanted = ", ".join(sorted(self._labels))[:200], ", ".join(rule.classes)
+            return f"the detector found objects of class {seen}, none of class {wanted}"
+        if self._labels and rule.least is not None and self._surest < rule.least:
+            return f"all scores are below {rule.least:g}; the highest is {self._surest:g}"
+        return None
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there."""
@@ -228,6 +254,9 @@ class Scene:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
+        for each in found.detections or () if not self.created else ():
+            self._labels.add(each.label or "unknown")
+            self._surest = max(self._surest, each.score)
         self._state, info = step(
             self._seed, self._state, frame, dt, found.detections, self.config, self._expected,
             found.motion,

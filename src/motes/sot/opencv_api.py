@@ -74,7 +74,7 @@ class OpenCVTracker:
         ConfigError
             Before `init`.
         SourceError
-            If the size of the image has changed.
+            If the size of the image has changed, or it is None, as at the end of a film.
         """
         track = self.tracker.update(_from_bgr(image))
         x, y, width, height = track.ellipse.box
@@ -84,5 +84,5 @@ class OpenCVTracker:
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a BGR image as RGB: a view, which kernels read where the image lies."""
-    image = np.asarray(image)
-    return image[:, :, 2::-1] if image.ndim == 3 else image  # alpha comes last
+    colors = np.shape(image)[2:] in ((3,), (4,))  # all else is gray, or refused
+    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last

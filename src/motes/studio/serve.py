@@ -97,11 +97,13 @@ def serve(
     studio = Studio(folder, data or data_folder(), limits)
     name = f"[{host}]" if ":" in host else host
     address = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
-    log(f"The studio is at {address} ; Ctrl-C ends it.")
-    if browser:
-        webbrowser.open(address)
-    with opened:
-        uvicorn.Server(settings(app(studio, Guard(host, token)))).run(sockets=[opened])
+    server = uvicorn.Server(settings(app(studio, Guard(host, token))))
+    # It takes signals from here on: an interrupt while its loop is made would end in a traceback.
+    with opened, server.capture_signals():
+        log(f"The studio is at {address} ; Ctrl-C ends it.")
+        if browser:
+            webbrowser.open(address)
+        server.run(sockets=[opened])
 
 
 def settings(application: ASGIApp) -> uvicorn.Config:

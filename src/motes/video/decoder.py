@@ -10,6 +10,7 @@ import contextlib
 import errno
 import platform
 from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,8 @@ from numpy.typing import NDArray
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, as_rgb
 from motes.video.pace import Pace
-from motes.video.prefetch import prefetch
+from motes.video.pipe import Pipe
+from motes.video.prefetch import QUEUE_SIZE, prefetch
 from motes.video.report import Report
 from motes.video.upright import display_matrix, upright
 
@@ -62,7 +64,7 @@ class Decoder:
     Parameters
     ----------
     address
-        The file, address or device in FFmpeg's form.
+        The file, address or device in FFmpeg's form; or a pipe, which is closed with the decoder.
     name
         The name of the source in messages.
     advice
@@ -96,7 +98,7 @@ class Decoder:
 
     def __init__(
         self,
-        address: str,
+        address: str | Pipe,
         name: str,
         advice: str,
         *,
@@ -105,6 +107,7 @@ class Decoder:
         remote: bool = False,
     ) -> None:
         self._name, self._advice, self._remote = name, advice, remote
+        self._pipe = address if isinstance(address, Pipe) else None
         self._pace = Pace()
         self._container = self._open(address, format_name, options)
         self._stream = self._best_stream()
@@ -138,16 +141,18 @@ class Decoder:
             self.count = round(self.duration * self.fps)
 
     def _open(
-        self, address: str, format_name: str | None, options: dict[str, str] | None
+        self, address: str | Pipe, format_name: str | None, options: dict[str, str] | None
     ) -> InputContainer:
+        opening: Callable[[], InputContainer] = partial(
+            av.open,
+            address,
+            format=format_name,
+            options=options,
+            timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
+            **_TITLE_OPTIONS,
+        )
         try:
-            container: InputContainer = av.open(
-                address,
-                format=format_name,
-                options=options,
-                timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
-                **_TITLE_OPTIONS,
-            )
+            container = opening() if self._pipe is None else self._pipe.in_thread(opening)
         except (av.FFmpegError, ValueError) as error:
             raise self._failure(error) from error
         if container.format.name == "tty":  # FFmpeg draws any text file as a video
@@ -183,6 +188,13 @@ class Decoder:
     def close(self) -> None:
         """Close the file or connection."""
         self._container.close()
+        if self._pipe is not None:
+            self._pipe.close()
+
+    def stop(self) -> None:
+        """Stop waiting for a pipe: no more pictures; any thread may call this."""
+        if self._pipe is not None:
+            self._pipe.stop()
 
     def seek(self, stamp: float) -> None:
         """Go to the last key picture up to a time stamp, or near it; then call `pictures`.
@@ -256,13 +268,17 @@ class Decoder:
         """
         report.aspect = float(self._stream.codec_context.sample_aspect_ratio or 1)
         packets = self._packets(report)
-        waiting = prefetch(packets, PACKETS_AHEAD) if self.live else contextlib.nullcontext(packets)
-        with waiting as ready:
+        waiting: AbstractContextManager[Iterator[Packet[Any]]] = contextlib.nullcontext(packets)
+        if self.live or self._pipe is not None:
+            waiting = prefetch(packets, PACKETS_AHEAD if self.live else QUEUE_SIZE)
+        with waiting as ready, contextlib.ExitStack() as reading:
+            reading.callback(self.stop)
             for packet in ready:
                 if packet.stream.index == self._stream.index:
                     yield from self._decoded(packet, report)
                 else:  # other streams count too: sound may go on after the last picture
                     self._extend_end(packet)
+        self._check_pipe(report)
         if self._read_error is not None:
             yield from self._decoded(None, report)  # pictures that the decoder still holds back
             # An answer over HTTP without a length may end with this error; it is no failure.
@@ -326,6 +342,7 @@ class Decoder:
         report.skipped += 1
         self._failures_in_row += 1
         if self._failures_in_row > MAX_BAD_PACKETS:
+            self._check_pipe(report)
             where = (
                 f"after frame {report.decoded - 1}; choose an end before that."
                 if report.decoded
@@ -335,6 +352,18 @@ class Decoder:
                 f"{self._name} is damaged: {self._failures_in_row} packets in a row cannot be read "
                 f"{where}"
             ) from error
+
+    def _check_pipe(self, report: Report) -> None:
+        """Raise a SourceError if an MP4 file came through a pipe, and no picture of it was read.
+
+        Its packets have passed when the index comes, and a pipe has no way back.
+        """
+        piped = self._pipe is not None and "mp4" in self._container.format.name
+        if piped and report.skipped and not report.decoded:
+            raise SourceError(
+                f"{self._name} sends an MP4 file with its index at the end, which cannot be read "
+                f"from a pipe; give the file, or send MPEG-TS or Matroska."
+            )
 
     def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:
         try:

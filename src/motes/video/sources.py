@@ -24,6 +24,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
+from motes.video.pipe import Pipe
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
 
@@ -189,8 +190,11 @@ class Source:
         return files_of(self._reader)
 
     def stop(self) -> None:
-        """Stop waiting for a live source that dropped: no more frames; any thread may call this."""
-        if isinstance(self._reader, Persistent):
+        """Stop waiting for a live source that dropped, or for a pipe: there are no more frames.
+
+        Any thread may call this.
+        """
+        if isinstance(self._reader, Persistent | Decoder):
             self._reader.stop()
 
 
@@ -317,12 +321,13 @@ def _check_whole(name: str, number: object) -> None:
 def is_recorded(source: str | int | Path) -> bool:
     """Return whether a source is a local file or pictures, whose frames can be read twice."""
     name = str(source)
-    return not (is_remote(name) or name.isdigit() or _is_fifo(name) or name == "-")
+    return not (is_remote(name) or name.isdigit() or _is_pipe(name))
 
 
-def _is_fifo(name: str) -> bool:
+def _is_pipe(name: str) -> bool:
+    """Return whether a file is a pipe or a terminal, which can be read once."""
     try:
-        return Path(name).is_fifo()
+        return Path(name).is_fifo() or Path(name).is_char_device()
     except OSError:  # the name is too long for a file
         return False
 
@@ -380,6 +385,13 @@ def find_reader(
         return source, Animation(source)
     if os.path.isfile(source) and not os.path.getsize(source):
         raise SourceError(f"{source} is empty; {REMEDY}")
+    if _is_pipe(source):
+        pipe = Pipe(source)
+        try:
+            return source, Decoder(pipe, source, "check what is sent.")
+        except BaseException:
+            pipe.close()
+            raise
     # Without "file:", FFmpeg would read a name with a colon as an address.
     return source, Decoder(f"file:{source}", source, "check the file.")
 

@@ -55,6 +55,18 @@ def test_a_draft_is_sent_once_and_the_next_one_stays(shown: Shown) -> None:
     assert shown.state("[s.session.objects.length, s.draft?.region[0]]") == [1, 9]
 
 
+def test_a_drag_that_is_too_small_is_answered(shown: Shown) -> None:
+    shown.open()
+    shown.page.keyboard.press("b")
+    x, y = shown.at(100, 100)
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(x + 1, y + 1)
+    shown.page.mouse.up()
+    shown.page.get_by_text("This is too small; drag from one corner").wait_for()
+    assert shown.state("[s.session.objects.length, s.draft]") == [0, None]
+
+
 def test_an_object_is_drawn_again_by_a_button(shown: Shown) -> None:
     shown.open()
     shown.draw()

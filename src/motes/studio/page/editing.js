@@ -1,5 +1,6 @@
 // Pointing at the stage: drawing, moving by handles, panning, zooming, with mouse, pen or fingers.
 
+import { announce } from "./announce.js";
 import { between, contains, dragged, handles, moved } from "./geometry.js";
 import { textScale } from "./dom.js";
 import { nextColor } from "./colors.js";
@@ -78,8 +79,9 @@ export function mountEditing(stage, app) {
       end(where) {
         const [x, y] = stage.view().toScreen(start);
         if (!isMine(draft)) return;
-        if (Math.hypot(where[0] - x, where[1] - y) > SLIP) actions.commit(draft);
-        else store.set({ draft: null });
+        if (Math.hypot(where[0] - x, where[1] - y) > SLIP) return actions.commit(draft);
+        store.set({ draft: null });
+        announce("This is too small; drag from one corner of the object to the other.");
       },
     };
   }
