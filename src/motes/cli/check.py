@@ -20,13 +20,13 @@ from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 from motes.core.files import write_whole, writing
 from motes.core.track import Status, Track
+from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
 from motes.correction.suspects import Doubt, compare, doubts
 from motes.output.contact_sheet import contact_sheet
 from motes.output.overlay import png
 from motes.rows.writer import check_writable
-from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 COUNT = 20
@@ -75,9 +75,7 @@ def check(
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
     table, film, history = corrected_run(app, source, rows, tracker, settings)
-    tracks = table.tracks
-    if not table.hindsight:
-        tracks = _compared(film, table, history.tracker, history.seed)
+    tracks = table.tracks if table.hindsight else _compared(film, table, history)
     found = doubts(tracks, history.keys, count)
     by_frame = {track.frame: track for track in tracks}
     # Files come first: a reader of the list, such as `head`, may end it early.
@@ -97,7 +95,7 @@ def check(
     return DONE
 
 
-def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) -> list[Track]:
+def _compared(film: Film, table: KnownRows, history: History) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
     places = [
         i
@@ -115,7 +113,7 @@ def _compared(film: Film, table: KnownRows, config: TrackerConfig, seed: int) ->
     with FrameProgress(len(part)) as progress:
         frames = film.backward(part[-1].frame, part[0].frame)
         back = run_pass(
-            config, seed, frames, part[-1].ellipse, backward=True,
+            history.tracker, history.seed, frames, part[-1].ellipse, backward=True,
             observe=lambda _: progress.count("backward"),
         )  # fmt: skip
     judged = compare(part, back)

@@ -98,8 +98,7 @@ def convert(
     form = format_of(str(target), to)
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     facts = _facts(video, size, fps, frames, label, known)
-    recorded = registry.read(rows, source, facts)
-    recorded = _checked(recorded, rows, facts)
+    recorded = _checked(registry.read(rows, source, facts), rows, facts)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
@@ -119,8 +118,7 @@ def convert(
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     say_how_to_train(target, form, recorded)
-    lost = registry.lost(aspects(recorded), source, form)
-    if lost:
+    if lost := registry.lost(aspects(recorded), source, form):
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
     return DONE
 

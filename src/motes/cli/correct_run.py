@@ -53,10 +53,9 @@ def run_stretches(
     try:
         with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
-                state = f"frames {each.first} to {each.last}"
 
-                def count_frame(_: StepInfo, state: str = state) -> None:
-                    progress.count(state)
+                def count_frame(_: StepInfo, each: Stretch = each) -> None:
+                    progress.count(f"frames {each.first} to {each.last}")
 
                 so_far.clear()
                 reader = reader_of(film, each)

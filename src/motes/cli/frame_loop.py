@@ -143,8 +143,7 @@ def run(
 
     Returns
     -------
-    The exit code. All outputs are closed, also after an interrupt; before the first frame it
-    leaves none.
+    The exit code. All outputs are closed; an interrupt before the first frame leaves no file.
     """
     interrupted: KeyboardInterrupt | None = None
     try:
@@ -203,13 +202,12 @@ def summarize(
     interrupted
         The interrupt that ended the run, if one did.
     """
-    word = interrupts.word(interrupted)
     if not tally.frames:
         if interrupted:
-            log(f"{word}0 frames; nothing is written.")
+            log(f"{interrupts.word(interrupted)}0 frames; nothing is written.")
         return
     written = [output.result for output in outputs if output.result is not None]
-    line = [f"{word}{tally}"]
+    line = [f"{interrupts.word(interrupted)}{tally}"]
     if written:
         line.append("wrote " + ", ".join(written))
     if film.report.problems:

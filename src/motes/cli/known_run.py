@@ -58,8 +58,6 @@ def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | Non
     if known is not None and known.units is not None:
         return known.units
     if metres:
-        from motes.correction.history import history_path
-
         raise ConfigError(
             f"{rows} has metres, but nothing beside it tells their scale; put the "
             f"{history_path(rows).name} of its run there, or make the rows anew."

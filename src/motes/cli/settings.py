@@ -25,7 +25,6 @@ the file of --config, then these options. motes config lists the presets; {{comm
 keys with their types, values and meanings.
 
 {EXIT_CODES}"""
-"""The text below the options of a command that takes such keys."""
 TRACKER_HELP = HELP.format(
     example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
 )

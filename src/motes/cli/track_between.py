@@ -100,10 +100,9 @@ class KeyframeRun(Tally):
     def track(self, outputs: list[Sink]) -> None:
         """Track the target between its keyframes, write its rows in order, and close them.
 
-        An interrupt before the first row is raised, and leaves no file.
-
         Before the first row, the history notes all stretches as not finished, and each one as
-        finished after its rows. So `motes refine` can finish a run that was killed.
+        finished after its rows. So `motes refine` can finish a run that was killed. An interrupt
+        before the first row is raised, and leaves no file.
         """
         history, path = self._history, self._path
         parts = stretches(self._film.frames, history.keys)

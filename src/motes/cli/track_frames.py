@@ -112,9 +112,8 @@ class TargetTally(Tally):
     def __init__(self, *, budget: bool = False) -> None:
         super().__init__()
         self._budget = budget
-        self._tracked = self._updates = 0
+        self._tracked = self._updates = self._particles = 0
         self._seconds = 0.0
-        self._particles = 0
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
         self._events: list[str] = []
@@ -134,9 +133,7 @@ class TargetTally(Tally):
             if self._before.info is not None:  # the first frame includes the start
                 self._updates += 1
                 self._seconds += moment.seconds
-                count = len(
-                    self._before.info.weights if moment.info is None else moment.info.weights
-                )
+                count = len((moment.info or self._before.info).weights)
                 self._particles += count
                 self._range = min(self._range[0], count), max(self._range[1], count)
             if moment.status is Status.LOST:
