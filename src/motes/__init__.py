@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
         synthetic as synthetic,
         testing as testing,
     )
+    from motes.core.adapters import as_detections as as_detections
     from motes.core.config import Config as Config
     from motes.core.detection import (
         Detection as Detection,
@@ -41,7 +42,6 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.mot.analytics.events import Event as Event, EventCounter as EventCounter
     from motes.mot.analytics.ground_plane import Ground as Ground
     from motes.mot.analytics.regions import Line as Line, Regions as Regions, Zone as Zone
-    from motes.mot.detection.adapters import as_detections as as_detections
     from motes.mot.detection.background import (
         BackgroundConfig as BackgroundConfig,
         BackgroundDetector as BackgroundDetector,
@@ -90,6 +90,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
 __version__ = "0.1.0"
 
 _NAMES = {
+    "core.adapters": "as_detections",
     "core.config": "Config",
     "core.detection": "Detection Detector DetectorConfig",
     "core.errors": "ConfigError FormatError MissingDependencyError MotesError PluginError "
@@ -104,7 +105,6 @@ _NAMES = {
     "mot.analytics.events": "Event EventCounter",
     "mot.analytics.ground_plane": "Ground",
     "mot.analytics.regions": "Line Regions Zone",
-    "mot.detection.adapters": "as_detections",
     "mot.detection.background": "BackgroundConfig BackgroundDetector",
     "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",
     "mot.detection.onnx_detector": "OnnxConfig OnnxDetector",

@@ -796,13 +796,17 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
     assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
 
 
-@pytest.mark.parametrize(
-    "found", [7, None, np.array([[10, 60, 44, 30, 0.9]]), [(10, 60, 44, 30, 0.9)]]
-)
+@pytest.mark.parametrize("form", [np.array, list])
+def test_a_detector_may_return_rows_as_for_a_scene(form: Any) -> None:
+    rows = form([(*TARGET.box, 0.9)])
+    track = Tracker().detect(FRAMES[0], lambda frame: rows)
+    assert track is not None
+    assert track.box == pytest.approx(TARGET.box)
+
+
+@pytest.mark.parametrize("found", [7, None, ["a"]])
 def test_what_are_no_detections_is_refused(found: Any) -> None:
-    with pytest.raises(
-        ConfigError, match=r"The detector returned .*; .* motes.as_detections makes"
-    ):
+    with pytest.raises(ConfigError, match=r"The detector returned .*; it must return"):
         Tracker().detect(FRAMES[0], lambda frame: found)
 
 

@@ -194,7 +194,7 @@ def _drawn_events(outputs: WatchOutputs, where: Regions) -> list[Sink]:
 
 def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str]) -> None:
     """Check that a detector can find some classes; else a ConfigError. A callable may find any."""
-    from motes.mot.detection.adapters import class_names
+    from motes.core.adapters import class_names
     from motes.mot.detection.background import BackgroundConfig
     from motes.mot.detection.onnx_detector import OnnxConfig
     from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig

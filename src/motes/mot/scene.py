@@ -17,13 +17,13 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.core.adapters import as_detections
 from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.core.types import Floats
-from motes.mot.detection.adapters import as_detections
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.stages.admit import admit

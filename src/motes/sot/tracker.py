@@ -14,8 +14,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.core.adapters import as_detections
 from motes.core.config import from_dict, to_dict
-from motes.core.detection import Detection, Detector, best
+from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -133,7 +134,8 @@ class Tracker:
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
         """Start on the detection with the highest score in a frame; return None without one.
 
-        A detector is any callable from a `Frame` to a list of `Detection`s.
+        A detector is any callable from a `Frame` to a list of `Detection`s, or to another of the
+        forms of `as_detections`.
 
         Raises
         ------
@@ -141,16 +143,10 @@ class Tracker:
             If the detector returns something else.
         """
         picture = _first(frame)
-        found = detector(picture)
-        if not (isinstance(found, Sequence) and all(isinstance(each, Detection) for each in found)):
-            raise ConfigError(
-                f"The detector returned {' '.join(repr(found).split())[:80]}; it must return a "
-                f"list of motes.Detections, which motes.as_detections makes of arrays and rows."
-            )
-        first = best(found, picture)
-        if first is None:
+        found = best(as_detections(detector(picture)), picture)
+        if found is None:
             return None
-        return self.init(picture, first.box)
+        return self.init(picture, found.box)
 
     def search(
         self,

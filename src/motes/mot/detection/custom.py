@@ -6,12 +6,12 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+from motes.core.adapters import as_detections
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.import_callable import explain, import_callable
-from motes.mot.detection.adapters import as_detections
 
 
 class CustomConfig(DetectorConfig, Config, frozen=True, tag="callable"):
