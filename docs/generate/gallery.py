@@ -103,12 +103,12 @@ def front() -> None:
     player = enumerate(clip_of(synthetic.Pitch(), Tracker(seed=0)))
     shown = []
     for (number, first), second, (_, third) in zip(beetle, street, player, strict=False):
-        if number % 3 == 0:
+        if number % 4 == 0:
             films = [Image.fromarray(pixels) for pixels in (first, second, third)]
             films = [film.resize((film.width * HIGH // film.height, HIGH)) for film in films]
             shown.append(Image.fromarray(np.hstack([np.asarray(film) for film in films])))
     path = FOLDER.parent / "front.webp"
-    shown[0].save(path, save_all=True, append_images=shown[1:], duration=120, loop=0, quality=45)
+    shown[0].save(path, save_all=True, append_images=shown[1:], duration=160, loop=0, quality=45)
 
 
 def clip_of(clip: Clip | PaintedFilm, tracker: Tracker) -> Iterator[Bytes]:

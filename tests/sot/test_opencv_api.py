@@ -9,6 +9,7 @@ import pytest
 
 from motes import synthetic
 from motes.core.errors import ConfigError, SourceError
+from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.sot.opencv_api import OpenCVTracker
 
@@ -58,8 +59,13 @@ def test_what_is_no_image_is_refused() -> None:
 
 @pytest.mark.parametrize("channels", [[], [0], [0, 1, 2, 2]])
 def test_gray_and_alpha_are_taken(channels: list[int]) -> None:
-    tracker, image = OpenCVTracker.create(), IMAGES[0]
-    tracker.init(image[:, :, channels] if channels else image[:, :, 0], BOX)
+    tracker = OpenCVTracker.create()
+    pictures = [image[:, :, channels] if channels else image[:, :, 0] for image in IMAGES[:5]]
+    tracker.init(pictures[0], BOX)
+    for index, picture in enumerate(pictures[1:], start=1):
+        found, box = tracker.update(picture)
+        assert found
+        assert iou(Box(*box), CLIP[index][1][0].ellipse.box) > 0.5
 
 
 def test_nothing_is_created_of_what_is_no_preset() -> None:
