@@ -25,7 +25,7 @@ from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.rows.journal import ObjectRow
 
-WIDTH, HEIGHT, FRAMES = 320, 240, 12
+WIDTH, HEIGHT, FRAMES = 320, 240, 13
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
 Truth = dict[int, tuple[str | None, Status, tuple[float, float, float, float]]]
 """Class, status and box of each object in a frame."""
@@ -36,8 +36,8 @@ Boxes = dict[tuple[int, int], list[float]]
 def truth(frame: int) -> Truth:
     """Return class, status and box of each object: a car that drives out, a walker, a van.
 
-    The walker is absent in the frames 4 to 6; the van is hidden in 8 and 9, and lost in 10. The
-    last frame is empty.
+    The walker is absent in the frames 4 to 6; the van is hidden in 8 and 9, lost in 10, and
+    found again in 11. The last frame is empty.
     """
     if frame == FRAMES - 1:
         return {}
@@ -357,6 +357,21 @@ def test_a_folder_of_yolo_trains_as_it_is(
     assert all(image.is_file() and text.is_file() for image, text in found.items())
     assert [*found.values()] == sorted((tmp_path / "a.yolo/labels").iterdir())
     assert [int(image.stem.removeprefix("frame_")) for image in found] == CERTAIN
+
+
+@pytest.mark.parametrize(("frames", "left_out"), [(6, 0), (5, 1)])
+def test_a_frame_in_which_an_object_ends_shows_the_others(
+    tmp_path: Path, frames: int, left_out: int
+) -> None:
+    """Of a film that ends there it is not known whether the object would have come back."""
+    place = Ellipse(100.0, 100.0, 20.0, 20.0, 0.0)
+    ends = [Status.TRACKING, Status.OCCLUDED, Status.OCCLUDED, Status.OCCLUDED, Status.LOST]
+    objects = [(frame, ObjectRow(2, place, 0.5, status)) for frame, status in enumerate(ends)]
+    objects += [(frame, ObjectRow(7, place, 0.5, Status.TRACKING)) for frame in range(frames)]
+    recorded = recording_of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
+    assert registry.write(tmp_path / "a.json", "coco", recorded) == left_out
+    images = json.loads((tmp_path / "a.json").read_text())["images"]
+    assert len(images) == frames - left_out
 
 
 def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:

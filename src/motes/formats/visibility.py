@@ -29,10 +29,23 @@ def visible(row: FrameRow) -> Iterator[ObjectRow]:
 
 
 def certain(recorded: Recording) -> Recording:
-    """Return the frames of which it is known what they show: no object is lost or searched for."""
+    """Return the frames of which it is known what they show: no object is lost or searched for.
+
+    One of whom the film says nothing after it was lost has ended, as one of a scene does that did
+    not come back.
+    """
+    last: dict[int, int] = {}
+    for row in recorded:
+        named = [each.identity for each in row.objects]
+        last |= dict.fromkeys([*named, *row.searched], row.frame)
+    end = max((row.frame for row in recorded), default=0)
+
+    def missed(each: ObjectRow, frame: int) -> bool:
+        ended = each.status is Status.LOST and last[each.identity] == frame < end
+        return each.status in MISSED and not ended
 
     def unsure(row: FrameRow) -> bool:
-        return bool(row.searched) or any(each.status in MISSED for each in row.objects)
+        return bool(row.searched) or any(missed(each, row.frame) for each in row.objects)
 
     return replace(recorded, frames=[row for row in recorded if not unsure(row)])
 
