@@ -7,18 +7,24 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes.cli import main
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes
+from motes.mot.detection import moving_camera
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
-from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_moving_camera
-from motes.mot.detection.pretrained import FacesConfig
-from motes.mot.pipeline_config import WatchConfig
+from motes.mot.detection.moving_camera import (
+    LOOK,
+    Camera,
+    MovingCamera,
+    PannedDetector,
+    before_camera,
+)
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.video.writer import VideoWriter
@@ -104,11 +110,10 @@ def walkers(index: int) -> tuple[Frame, list[Detection]]:
     return frame, [Detection(box) for box in moved]
 
 
-@pytest.mark.parametrize("follows", [True, False])
-def test_identities_are_kept_where_the_camera_jumps(follows: bool) -> None:
+@pytest.mark.parametrize("camera", ["auto", "moving", "still"])
+def test_identities_are_kept_where_the_camera_jumps(camera: Camera) -> None:
     found: list[Detection] = []
-    camera = MovingCamera(lambda frame: found)
-    scene = Scene(camera if follows else lambda frame: found)
+    scene = Scene(lambda frame: found, replace(scene_config(), camera=camera))
     places: list[dict[int, float]] = []
     for index in range(12):
         frame, found[:] = walkers(index)
@@ -119,7 +124,47 @@ def test_identities_are_kept_where_the_camera_jumps(follows: bool) -> None:
         len(places[-1]) == 3 and abs(places[-1].get(identity, 0) - x) < 3
         for identity, x in places[5].items()
     ]
-    assert (len(kept) == 3 and all(kept)) == follows
+    assert (len(kept) == 3 and all(kept)) == (camera != "still")
+
+
+def test_a_camera_is_followed_while_it_moves() -> None:
+    """It stands still, pans from frame 33 on, and stands still from frame 60 on."""
+    camera, moved = MovingCamera(lambda frame: []), []
+    for index in range(130):
+        x = 300 + 2 * float(np.clip(index - 33, 0, 27))
+        camera(Frame(index, index / 25, picture(shown(x, 200), ground())))
+        moved.append(0.0 if camera.motion is None else camera.motion[0, 2])
+    assert not any(moved[:33])
+    begin = next(index for index, value in enumerate(moved) if value)
+    assert begin <= 33 + LOOK
+    np.testing.assert_allclose(moved[begin:61], -2, atol=0.1)
+    np.testing.assert_allclose(moved[61:], 0, atol=0.1)
+    assert not any(moved[61 + 2 * LOOK :])
+
+
+@pytest.mark.parametrize("detected", [True, False])
+def test_what_a_detector_finds_is_not_the_camera(detected: bool) -> None:
+    """A lorry that fills most of the picture drives by."""
+    found: list[Detection] = []
+    camera, pixels = MovingCamera(lambda frame: found), ground()
+    for index in range(12):
+        seen = picture(shown(300, 200), pixels)
+        seen[10:150, 20:220] = pixels[300:440, 100 + 3 * index : 300 + 3 * index]
+        found[:] = [Detection(Box(20, 10, 200, 140))] if detected else []
+        camera(Frame(index, index / 25, seen))
+    assert (camera.motion is None) == detected
+
+
+def test_without_opencv_it_is_said_that_nobody_sees_whether_the_camera_moves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(moving_camera, "opencv", lambda: None)
+    scene = Scene(lambda frame: [])
+    scene.update(walkers(0)[0])
+    assert "Without OpenCV" in scene.warnings["camera"]
+    still = Scene(lambda frame: [], replace(scene_config(), camera="still"))
+    still.update(walkers(0)[0])
+    assert not still.warnings
 
 
 def panned(index: int) -> tuple[Frame, Box]:
@@ -163,17 +208,17 @@ def test_what_stays_in_the_picture_exactly_is_writing(sways: bool) -> None:
     assert found >= 15 if sways else found == 0
 
 
-def test_each_detector_gets_what_it_needs_before_a_moving_camera() -> None:
+def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     still = BackgroundDetector()
-    assert isinstance(before_moving_camera(still), PannedDetector)
+    assert isinstance(before_camera(still, "moving"), PannedDetector)
+    assert before_camera(still, "auto") is still
     alike = LookalikeDetector((1, 1, 9, 9))
-    assert before_moving_camera(alike) is alike
-    among = before_moving_camera(LookalikeDetector((1, 1, 9, 9), lambda frame: []))
-    assert isinstance(among, MovingCamera)
+    assert before_camera(alike, "moving") is alike
+    among = LookalikeDetector((1, 1, 9, 9), lambda frame: [])
+    assert isinstance(before_camera(among, "auto"), MovingCamera)
+    assert before_camera(among, "still") is among
     own = SimpleNamespace(warnings={"light": "it changes"}, __call__=lambda frame: [])
     assert MovingCamera(own).warnings == own.warnings
-    config = WatchConfig(scene_config().tracker, detector=FacesConfig())
-    assert config.for_camera(still) is still
 
 
 def test_watch_follows_before_a_camera_that_pans(

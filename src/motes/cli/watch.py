@@ -115,9 +115,11 @@ def watch(
     from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
     from motes.cli.watch_outputs import Events
+    from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
+    from motes.video.sources import is_recorded
 
     counter = EventCounter(where)
     sending = [SentEvents(outputs, source, where)] if sends else []
@@ -126,7 +128,10 @@ def watch(
         seed=values.seed, preset=preset, places=replace(where, ground=None),
         units=None if where.ground is None else RealUnits(where.ground),
     )  # fmt: skip
-    scene = Scene(_detector(source, objects, frames, config), config, values.seed)
+    scene = Scene(_detector(objects, config), config, values.seed)
+    if isinstance(scene.detector, PreparedDetector) and is_recorded(source):
+        with frames.open(source) as film:
+            scene.detector.prepare(film)
     with frames.open(source) as film:
         where.check(film.width, film.height)
         say_rate(film)
@@ -154,14 +159,10 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     return output, written, bool(sent)
 
 
-def _detector(
-    source: str, objects: ObjectOptions, frames: FrameOptions, config: WatchConfig
-) -> Detector:
-    """Return the detector, prepared."""
-    from motes.core.detection import PreparedDetector
+def _detector(objects: ObjectOptions, config: WatchConfig) -> Detector:
+    """Return the detector."""
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
-    from motes.video.sources import is_recorded
 
     if objects.like is not None and objects.detector is not None:
         assert isinstance(config.detector, LookalikeConfig)
@@ -170,10 +171,6 @@ def _detector(
         detector = config.detector.detector()
     check_classes(detector, config.detector, config.detections.classes)
     check_least(config.detector, config.detections.least)
-    detector = config.for_camera(detector)
-    if isinstance(detector, PreparedDetector) and is_recorded(source):
-        with frames.open(source) as film:
-            detector.prepare(film)
     return detector
 
 

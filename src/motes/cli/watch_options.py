@@ -42,9 +42,9 @@ class ObjectOptions:
     """Track only objects of these classes of the detector: person,car,..."""
     least: Annotated[float | None, HYPHEN] = None
     """Lowest score of detections that are used."""
-    camera: Literal["still", "moving"] | None = None
-    """Whether the camera stands still or moves. If it moves, its motion is part of all predictions,
-    and of the background. The default is still."""
+    camera: Literal["auto", "still", "moving"] | None = None
+    """Whether the camera is still or moving. By default, auto, it is followed while it moves; but
+    mog2 needs a still one, unless it is said to be moving: then the background moves along."""
 
     def selection(self) -> dict[str, Any]:
         """Return the keys of the configuration that --classes, --least and --camera set."""

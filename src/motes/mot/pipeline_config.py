@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from msgspec.structs import fields, replace
 
@@ -13,7 +13,6 @@ from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
-from motes.mot.detection.moving_camera import before_moving_camera
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
@@ -45,19 +44,6 @@ class WatchConfig(SceneConfig, frozen=True):
 
     detector: DetectorConfig = BackgroundConfig()
     """The detector of objects, and its settings."""
-    camera: Literal["still", "moving"] = "still"
-    """Whether the camera is still or moves. If it moves, its motion is taken from corners of the
-    picture, the places of all objects are predicted with it, and a background moves along."""
-
-    def for_camera(self, detector: Detector) -> Detector:
-        """Return a detector for the camera, still or moving.
-
-        Raises
-        ------
-        MissingDependencyError
-            If the camera moves and OpenCV is not installed.
-        """
-        return detector if self.camera == "still" else before_moving_camera(detector)
 
 
 def detector_values(name: str | None) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Many objects before one fixed camera, each with an identity from entry to exit.
+"""Many objects before one camera, each with an identity from entry to exit.
 
 `step` is the whole algorithm of Zhao and Pei, section 3: detections begin objects, and a particle
 filter follows each. Occlusions are predicted from the objects' places. Of two objects, the one that
@@ -24,6 +24,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.core.types import Floats
+from motes.mot.detection.moving_camera import before_camera
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.stages.admit import admit
@@ -121,7 +122,7 @@ class _Found(NamedTuple):
 
 
 class Scene:
-    """Gives every object before a fixed camera an identity, from entry to exit.
+    """Gives every object before a camera an identity, from entry to exit.
 
     Parameters
     ----------
@@ -136,11 +137,13 @@ class Scene:
     ------
     ConfigError
         If the detector cannot be called, or the preset is unknown or no particle filter.
+    MissingDependencyError
+        If the camera is said to move and OpenCV is not installed.
 
     Attributes
     ----------
     detector
-        The detector.
+        The detector, which gives the camera's motion too (`before_camera`).
     """
 
     admitted: Mapping[int, int]
@@ -162,7 +165,8 @@ class Scene:
                 f"A detector is a callable from a Frame to Detections, such as "
                 f"motes.BackgroundDetector(); got {detector!r}."
             )
-        self.detector, self._seed = detector, checked_seed(seed)
+        self.detector = before_camera(detector, self.config.camera)
+        self._seed = checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
         self._detected = self._stepped = 0

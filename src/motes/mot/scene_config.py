@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.errors import ConfigError
 from motes.mot.association import Association
+from motes.mot.detection.moving_camera import Camera
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, preset
 
@@ -75,6 +76,10 @@ class SceneConfig(Config, frozen=True):
 
     tracker: ParticleFilter
     """The particle filter that follows each object."""
+    camera: Camera = "auto"
+    """Whether the camera is still or moving; if auto, it is followed while it moves. Its motion is
+    taken from corners of the picture, and the places of all objects are predicted with it. A
+    background moves along if the camera is moving; else it needs a still one."""
     detections: DetectionSelection = DetectionSelection()
     """Which detections of a frame are used."""
     association: Association = Association()

@@ -60,11 +60,11 @@ def watch_config(watch: Watch) -> WatchConfig:
 
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
     """Yield a part for each frame of a film, and one with the events that are still open then."""
-    detector = config.for_camera(config.detector.detector())
-    scene, counter, totals = Scene(detector, config, seed), EventCounter(places), Counter[str]()
+    scene = Scene(config.detector.detector(), config, seed)
+    counter, totals = EventCounter(places), Counter[str]()
     last = len(film.times) - 1
-    if isinstance(detector, PreparedDetector):
-        detector.prepare(film.forward(0, last))
+    if isinstance(scene.detector, PreparedDetector):
+        scene.detector.prepare(film.forward(0, last))
 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         fields = [event.fields() for event in events]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple, get_args
 
 import numpy as np
+from msgspec import structs
 
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
@@ -23,8 +24,9 @@ from motes.formats.mot import UNKNOWN
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.morphology import opencv
-from motes.mot.detection.moving_camera import MovingCamera, PannedDetector
+from motes.mot.detection.moving_camera import Camera, PannedDetector
 from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
 from motes.video.sources import open_source
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
@@ -143,12 +145,9 @@ def motion_errors(view: View, found: Sequence[Floats]) -> Floats:
     return errors
 
 
-def followed(
-    sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], detector: Detector
-) -> Tally:
+def followed(sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], scene: Scene) -> Tally:
     """Return the scores of a scene over frames."""
     lines: list[list[float]] = []
-    scene = Scene(detector)
     for frame in frames:
         lines += [
             [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
@@ -159,11 +158,17 @@ def followed(
 
 
 class _Arm(NamedTuple):
-    """A row of the table: a camera, and the detector before it."""
+    """A row of the table: a camera, the detector before it, and what the scene is told."""
 
     name: str
     moves: bool
     detector: Callable[[View], Detector]
+    camera: Camera = "auto"
+
+    def scene(self, view: View) -> Scene:
+        """Return the scene before a view."""
+        config = structs.replace(scene_config(), camera=self.camera)
+        return Scene(self.detector(view), config)
 
 
 def moving_cameras(sequences: Sequence[MotSequence], drones: Sequence[Film]) -> Experiment:
@@ -181,7 +186,7 @@ def moving_cameras(sequences: Sequence[MotSequence], drones: Sequence[Film]) -> 
         for arm in _arms(sequence):
             view, frames = view_frames(sequence, moves=arm.moves)
             truth = rows_in(view, sequence.truth)
-            counts = followed(sequence, truth, frames, arm.detector(view))
+            counts = followed(sequence, truth, frames, arm.scene(view))
             rows.append(_identities(f"{sequence.name}, {arm.name}", counts))
             tables["identities"] = Table(
                 "A moving camera: identities",
@@ -234,8 +239,8 @@ def _arms(sequence: MotSequence) -> list[_Arm]:
         return arms
     return [
         _Arm("given, at rest", False, given),
-        _Arm("given, moves, taken for still", True, given),
-        _Arm("given, moves, followed", True, lambda view: MovingCamera(given(view))),
+        _Arm("given, moves, taken for still", True, given, "still"),
+        _Arm("given, moves, followed", True, given),
         _Arm("given, moves, motion known", True, lambda view: _Known(given(view), view)),
         *arms,
     ]

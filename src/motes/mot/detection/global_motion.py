@@ -18,8 +18,11 @@ from motes.mot.detection.morphology import Mask, opencv
 
 Model: TypeAlias = Literal["homography", "similarity"]
 
-WIDTH = 640
-"""Pictures are reduced to this width at most."""
+WIDTH = 320
+"""Pictures are reduced to this width at most. With 640 the motion is no more exact."""
+WINDOW = 11, 11
+"""Pixels around a corner that are followed. 21 x 21 hold more of what moves otherwise, and take
+twice the time."""
 CELLS = 16
 """Cells of corners in a picture's longer side ("bucketing"; Kitt et al., 2010)."""
 CORNERS = 3
@@ -30,20 +33,22 @@ WEAKEST = 5e-4
 """Least strength of a corner: of those that noise of 4 gray values makes, 97 of 100 are weaker."""
 FEWEST = 12
 """Least number of corners that agree; a homography has 8 unknowns, so 4 corners always do."""
-OFF: dict[Model, float] = {"homography": 2.0, "similarity": 1.0}
+OFF: dict[Model, float] = {"homography": 1.0, "similarity": 0.5}
 """Largest distance of a corner that agrees, in pixels.
 
-Of a flat ground half a pixel would be more exact; where there is depth, two leave less misfit.
+Of a flat ground half of it would be more exact; where there is depth, one leaves less misfit.
 """
+NO_BOXES: Floats = np.empty((0, 4))
 
 
-def _motion(before: Mask, after: Mask, model: Model) -> Floats | None:
+def _motion(before: Mask, after: Mask, model: Model, objects: Floats) -> Floats | None:
     """Return the motion (3, 3) from a gray picture to the next; None if it is not clear."""
     cv2 = opencv()
     corners = _corners(before)
+    corners = corners[~_inside(corners, objects)]
     if len(corners) < FEWEST:
         return None
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None)
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None, winSize=WINDOW)
     seen = found.ravel() == 1
     if seen.sum() < FEWEST:
         return None
@@ -73,18 +78,26 @@ def _corners(gray: Mask) -> NDArray[np.float32]:
     return np.stack([x[best], y[best]], axis=1).astype(np.float32)
 
 
-def reduced(pixels: Mask) -> tuple[Mask, float]:
-    """Return a picture (H, W, 3) in `WIDTH` at most, and its scale."""
-    scale = min(1.0, WIDTH / pixels.shape[1])
-    height, width = (max(1, round(scale * side)) for side in pixels.shape[:2])
-    small: Mask = opencv().resize(pixels, (width, height), interpolation=opencv().INTER_AREA)
-    return small, width / pixels.shape[1]
+def _inside(points: NDArray[np.float32], boxes: Floats) -> NDArray[np.bool_]:
+    """Return which points (N, 2) lie in one of the boxes (M, 4): (N,)."""
+    away = points[:, None] - boxes[:, :2]
+    inside = ((away >= 0) & (away < boxes[:, 2:])).all(axis=2)
+    out: NDArray[np.bool_] = np.logical_or.reduce(inside, axis=1)
+    return out
 
 
-def unreduced(motion: Floats, scale: float) -> Floats:
-    """Return the motion of whole pictures, of that of pictures reduced by a scale."""
+def reduced(pixels: Mask, width: int) -> tuple[Mask, float]:
+    """Return a picture (H, W, ...) that is no wider than `width`, and its scale."""
+    scale = min(width / pixels.shape[1], 1.0)
+    size = round(scale * pixels.shape[1]), max(1, round(scale * pixels.shape[0]))
+    small: Mask = opencv().resize(pixels, size, interpolation=opencv().INTER_AREA)
+    return small, scale
+
+
+def scaled(motion: Floats, scale: float) -> Floats:
+    """Return a motion (3, 3) of pictures as that of the same pictures scaled."""
     matrix = np.diag([scale, scale, 1.0])
-    out: Floats = np.linalg.inv(matrix) @ motion @ matrix
+    out: Floats = matrix @ motion @ np.linalg.inv(matrix)
     return out
 
 
@@ -108,19 +121,21 @@ class GlobalMotion:
         self._model = model
         self._gray: Mask | None = None
 
-    def update(self, pixels: Mask) -> Floats | None:
+    def forget(self) -> None:
+        """Take the next picture as the first one."""
+        self._gray = None
+
+    def update(self, pixels: Mask, objects: Floats = NO_BOXES) -> Floats | None:
         """Return the motion (3, 3) of the background from the last picture (H, W, 3) to this one.
 
-        It is None in the first picture, and where it is not clear.
+        It is None in the first picture, and where it is not clear. `objects` are boxes (M, 4) of
+        the last picture: what they hold is not the background.
         """
-        small, scale = reduced(np.ascontiguousarray(pixels))
-        motion = self.update_reduced(small)
-        return None if motion is None else unreduced(motion, scale)
-
-    def update_reduced(self, small: Mask) -> Floats | None:
-        """Return the same of pictures that are `reduced`, in their pixels."""
-        gray: Mask = opencv().cvtColor(small, opencv().COLOR_RGB2GRAY)
+        cv2 = opencv()
+        whole: Mask = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY)
+        gray, scale = reduced(whole, WIDTH)
         before, self._gray = self._gray, gray
         if before is None or before.shape != gray.shape:
             return None
-        return _motion(before, gray, self._model)
+        motion = _motion(before, gray, self._model, scale * objects)
+        return None if motion is None else scaled(motion, 1 / scale)

@@ -2,29 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from motes.core.adapters import as_detections
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
+from motes.mot.boxes import as_rows
 from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDetector
 from motes.mot.detection.blobs import blobs
-from motes.mot.detection.global_motion import GlobalMotion
+from motes.mot.detection.global_motion import NO_BOXES, GlobalMotion
 from motes.mot.detection.lookalike import LookalikeDetector
+from motes.mot.detection.morphology import opencv
 from motes.mot.detection.panned_background import PannedBackground
+
+Camera: TypeAlias = Literal["auto", "still", "moving"]
+"""What is known of a camera."""
+
+LOOK = 25
+"""A camera that stands still is looked at in every such frame."""
+STILL = 1 / 640
+"""A camera stands still if no corner of its picture moves by more than this share of the width."""
+UNSEEN = (
+    "Without OpenCV the camera is taken for still, whether it moves or not; install it with: pip "
+    "install 'motes[opencv]', or say that it is still: --camera still."
+)
 
 
 class MovingCamera:
     """Any detector, and the motion of the camera beside it.
 
+    A camera of which nothing is known is looked at now and then, and followed while it moves. So
+    one that stands still costs little, and what is not exact in a motion does not move its objects.
+
     Parameters
     ----------
     detector
         The detector; all that it has can be asked of this one.
+    moves
+        Whether it is known that the camera moves. It is followed in all frames then.
 
     Attributes
     ----------
@@ -34,20 +55,54 @@ class MovingCamera:
     Raises
     ------
     MissingDependencyError
-        If OpenCV is not installed.
+        If the camera moves and OpenCV is not installed.
     """
 
-    def __init__(self, detector: Detector) -> None:
-        self._detector, self._camera = detector, GlobalMotion()
+    def __init__(self, detector: Detector, *, moves: bool = False) -> None:
+        self._detector = detector
+        self._camera = GlobalMotion() if moves or opencv() is not None else None
+        self._frames, self._followed = 0, math.inf if moves else 0
+        self._boxes = NO_BOXES
         self.motion: Floats | None = None
 
-    def __call__(self, frame: Frame) -> Sequence[Detection]:
+    @property
+    def warnings(self) -> Mapping[str, str]:
+        """The detector's warnings, and that nobody sees whether the camera moves."""
+        unseen = {} if self._camera is not None else {"camera": UNSEEN}
+        return {**getattr(self._detector, "warnings", {}), **unseen}
+
+    def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections in the next frame."""
-        self.motion = self._camera.update(frame.pixels)
-        return self._detector(frame)
+        self.motion = None if self._camera is None else self._motion(self._camera, frame)
+        found = as_detections(self._detector(frame))
+        self._boxes = as_rows(each.box for each in found)
+        return found
+
+    def _motion(self, camera: GlobalMotion, frame: Frame) -> Floats | None:
+        """Return the camera's motion to a frame, if it is followed there."""
+        turn = self._frames % LOOK
+        self._frames += 1
+        if not self._followed:
+            if turn > 1:
+                return None
+            if turn == 0:
+                camera.forget()  # its last picture is some frames old
+        motion = camera.update(frame.pixels, self._boxes)
+        self._followed = max(self._followed - 1, 0)
+        if motion is not None and _moves(motion, frame):
+            self._followed = max(self._followed, 2 * LOOK)
+        return motion if self._followed else None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._detector, name)
+
+
+def _moves(motion: Floats, frame: Frame) -> bool:
+    """Return whether a motion moves a corner of the picture."""
+    corners = np.array([(x, y, 1.0) for x in (0, frame.width) for y in (0, frame.height)])
+    moved = corners @ motion.T
+    off = moved[:, :2] / moved[:, 2:] - corners[:, :2]
+    return bool(np.abs(off).max() > STILL * frame.width)
 
 
 class PannedDetector:
@@ -99,18 +154,20 @@ def _scaled(box: Box, scale: float) -> Box:
     return Box(*(scale * value for value in box))
 
 
-def before_moving_camera(detector: Detector) -> Detector:
-    """Return a detector for a camera that moves, in place of one for a still camera.
+def before_camera(detector: Detector, camera: Camera) -> Detector:
+    """Return a detector that gives a camera's motion, too, for a detector before that camera.
 
-    A still background is replaced by one that moves along, with the same settings.
+    Before a camera that moves, a still background is replaced by one that moves along, with the
+    same settings. One that knows the camera's motion stays as it is.
 
     Raises
     ------
     MissingDependencyError
-        If OpenCV is not installed.
+        If the camera moves and OpenCV is not installed.
     """
     if isinstance(detector, BackgroundDetector):
-        return PannedDetector(detector.config)
-    if isinstance(detector, LookalikeDetector) and detector.own_background:
+        return PannedDetector(detector.config) if camera == "moving" else detector
+    among = isinstance(detector, LookalikeDetector) and not detector.own_background
+    if camera == "still" or (hasattr(detector, "motion") and not among):
         return detector
-    return MovingCamera(detector)
+    return MovingCamera(detector, moves=camera == "moving")

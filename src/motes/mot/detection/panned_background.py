@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, unreduced
+from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, scaled
 from motes.mot.detection.illumination import Background, without_tremble
 from motes.mot.detection.morphology import Mask, opencv
 from motes.mot.detection.planes import planes_of
 
+WIDTH = 640
+"""Pictures are reduced to this width at most."""
 KNOWN = 5
 """Frames after which the background of a pixel is known."""
 HISTORY = 50
@@ -64,11 +66,10 @@ class PannedBackground:
         the background came into view a few frames ago, nothing is.
         """
         cv2 = opencv()
-        small, scale = reduced(pixels)
+        small, self._scale = reduced(pixels, WIDTH)
         height, width = small.shape[:2]
-        motion = self._camera.update_reduced(small)
-        self._scale, self.motion = scale, None if motion is None else unreduced(motion, scale)
-        if motion is None:
+        self.motion = self._camera.update(pixels)
+        if self.motion is None:
             self._still, self._shown = np.zeros((height, width), np.int32), small.copy()
             self._motions = np.eye(3)[None]
             self._moves = np.ones((height, width), np.bool_)
@@ -77,6 +78,7 @@ class PannedBackground:
             self._age = np.ones((height, width), np.float32)
             self._clear = np.full((height, width), time, np.float32)
             return self._moves
+        motion = scaled(self.motion, self._scale)
         self._compare(small, motion)
         size = width, height
         self._mean = cv2.warpPerspective(self._mean, motion, size)
