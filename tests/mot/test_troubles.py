@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.mot.detection.background import BackgroundDetector
+from motes.mot.detection.exposure import Exposure
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.scene import Scene
 from motes.synthetic.scenery import noise, to_bytes
@@ -93,6 +94,26 @@ def test_a_step_of_contrast_or_gamma_makes_no_crowd(change: str) -> None:
     scene = watched(lambda i: bend(walked(empty, i) * 1.0) if i >= CHANGE else walked(empty, i), 75)
     assert 2 <= scene.created <= 3
     assert (scene.terminated, scene.warnings) == (0, {})
+
+
+def test_a_curve_is_read_off_what_is_not_covered() -> None:
+    """Somebody in black covers all that is dark, and the camera brightens the rest."""
+    usual = np.random.default_rng(3).integers(40, 230, (240, 320, 3)).astype(np.uint8)
+    seen = 255 * (usual / 255) ** 0.8
+    seen[usual.mean(axis=2) < 100] = 2
+    curves = Exposure(usual).curves(seen.astype(np.uint8))
+    assert curves is not None
+    values = np.array([90, 150, 210])
+    np.testing.assert_allclose(curves[:, values], [255 * (values / 255) ** 1.25] * 3, atol=4)
+    assert curves[:, 2].max() < 4
+
+
+@pytest.mark.slow
+def test_what_becomes_too_dark_to_be_seen_is_no_object() -> None:
+    """A twentieth of the picture becomes black."""
+    dark, bend = (ground(0) / 1.5).astype(np.uint8), BENT["more contrast"]
+    scene = watched(lambda i: bend(walked(dark, i) * 1.0) if i >= CHANGE else walked(dark, i), 75)
+    assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
 
 
 def test_a_first_background_is_of_one_exposure() -> None:

@@ -38,6 +38,8 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 
 BRIGHTEST = 250
 """A camera shows what is brighter than it can show with this value or more."""
+DARKEST = 5
+"""And what is darker with this value or less."""
 LEARNED = 3
 """The background learns from every third frame, at three times the rate.
 
@@ -260,6 +262,9 @@ class BackgroundDetector:
             if table[BRIGHTEST] < BRIGHTEST:  # what is too bright may be any brighter color
                 clipped = plane >= table[BRIGHTEST]
                 np.maximum(plane, usual, out=plane, where=clipped)
+            if table[DARKEST] > DARKEST:  # and what is too dark any darker one
+                clipped = plane <= table[DARKEST]
+                np.minimum(plane, usual, out=plane, where=clipped)
         return planes
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:

@@ -12,13 +12,14 @@ SPARSE = 8
 RECENT = 50
 """Frames over which the usual colors are learned."""
 LARGEST_GAIN = 1.5
-"""Largest gain, or its inverse, that is a change of exposure; what is more is another light."""
+"""Largest gain, gamma or contrast, or its inverse, that is a change of exposure; what is more is
+another light."""
 POINTS = 1024
 """Number of pixels that a curve is read off."""
 KNOTS = 8
-"""Points of a curve: as many groups of like pixels, of which most must be background."""
+"""Groups of like pixels that a curve is read off; in most of them most must be background."""
 NOTICED = 2.0
-"""Gray levels; where a gain is nearer than this at all knots, there is no curve."""
+"""Gray levels; where a gain leaves less, in the median, there is no curve."""
 BETTER = 0.8
 """A curve is used if it leaves less than this share of what a gain leaves."""
 
@@ -27,8 +28,8 @@ class Exposure:
     """Keeps the usual colors of a still camera's pictures.
 
     A channel's gain is the median over pixels, so that moving objects do not change it. Where gains
-    do not explain the picture, but a curve over the gray values of each channel does, the camera
-    has changed its contrast or gamma.
+    do not explain the picture, but a gamma or a contrast of each channel does, the camera has
+    changed it.
     """
 
     def __init__(self, pixels: Mask) -> None:
@@ -46,18 +47,20 @@ class Exposure:
         straight: Floats = gains[:, None] * np.arange(257)
         step = max(1, len(usual) // POINTS)
         usual, sparse = usual[::step], sparse[::step]
-        x, y = _knots(usual, sparse)
-        if (np.abs(gains * x - y) < NOTICED).all() or not (np.diff(x, axis=0) > 0).all():
-            return straight  # as in most frames; or noise hides the curve: a camera's curve rises
-        bent = np.stack([_line(*channel) for channel in zip(x.T, y.T, strict=True)])
-        left, less = (
-            float(np.median(np.abs(_of(each, sparse) - usual))) for each in (straight, bent)
-        )
-        return bent if less < BETTER * left else straight
+
+        def misfit(curves: Floats) -> float:
+            return float(np.median(np.abs(_of(curves, sparse) - usual)))
+
+        left = misfit(straight)
+        if left < NOTICED or len(usual) < KNOTS:  # as in most frames, or in a tiny one
+            return straight
+        best = min(_gamma(usual, sparse), _contrast(usual, sparse), key=misfit)
+        return best if misfit(best) < BETTER * left else straight
 
     def learn(self, pixels: Mask, curves: Floats) -> None:
         """Learn from a picture with its usual exposure."""
-        self._usual += (_of(curves, _sparse(pixels)) - self._usual) / RECENT
+        usual = np.maximum(_of(curves, _sparse(pixels)), 1)
+        self._usual += (usual - self._usual) / RECENT
 
 
 def tables_of(curves: Floats) -> Mask:
@@ -65,23 +68,37 @@ def tables_of(curves: Floats) -> Mask:
     return np.rint(curves[:, :256]).clip(0, 255).astype(np.uint8)
 
 
-def _knots(usual: Singles, sparse: Singles) -> tuple[Singles, Singles]:
-    """Return medians of values and of usual values, (KNOTS, 3), of groups of like pixels (n, 3)."""
-    count = len(usual) // KNOTS
-    order = np.argsort(usual, axis=0)[: KNOTS * count]
-    x, y = (
+def _gamma(usual: Singles, sparse: Singles) -> Floats:
+    """Return the curves, (3, 257), of a gain and a gamma: lines between logarithms."""
+    offsets, slopes = _line(np.log(sparse), np.log(usual))
+    out: Floats = np.exp(offsets)[:, None] * np.arange(257) ** slopes[:, None]
+    return out
+
+
+def _contrast(usual: Singles, sparse: Singles) -> Floats:
+    """Return the curves, (3, 257), of a brightness and a contrast: lines between values."""
+    offsets, slopes = _line(sparse, usual)
+    out: Floats = offsets[:, None] + slopes[:, None] * np.arange(257)
+    return out
+
+
+def _line(x: Singles, y: Singles) -> tuple[Floats, Floats]:
+    """Return offset and slope (3,) of the lines from values x (n, 3) to y.
+
+    A slope is the median of those between the medians of groups of like pixels (Theil and Sen), so
+    that one or two groups that objects cover do not change it.
+    """
+    count = len(y) // KNOTS
+    order = np.argsort(y, axis=0)[: KNOTS * count]
+    u, v = (
         np.median(np.take_along_axis(values, order, axis=0).reshape(KNOTS, count, 3), axis=1)
-        for values in (sparse, usual)
+        for values in (x, y)
     )
-    return x, y
-
-
-def _line(x: Singles, y: Singles) -> Floats:
-    """Return the usual value of each value of a color: a line through knots, and on beyond."""
-    first, last = (np.diff(y) / np.diff(x))[[0, -1]]
-    ends = y[0] - first * x[0], y[-1] + last * (256 - x[-1])
-    line: Floats = np.interp(np.arange(257), [0, *x, 256], [ends[0], *y, ends[1]])
-    return line
+    i, j = np.triu_indices(KNOTS, 1)
+    runs = u[j] - u[i]
+    slopes = np.divide(v[j] - v[i], runs, out=np.ones_like(runs), where=runs > 0)
+    slope = np.clip(np.median(slopes, axis=0), 1 / LARGEST_GAIN, LARGEST_GAIN)
+    return np.median(y - slope * x, axis=0), slope
 
 
 def _of(curves: Floats, colors: Singles) -> Singles:
