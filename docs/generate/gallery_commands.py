@@ -120,7 +120,7 @@ def page(folder: Path) -> Bytes:
 COMMANDS = (
     Command("motes demo --out demo", "The page of three films that the demo makes", page),
     Command(
-        "motes track films/beetle.mp4 --init 46,241,52,40 -o track.csv --overlay track.mp4",
+        "motes track films/beetle.mp4 --init 47,241,52,40 -o track.csv --overlay track.mp4",
         "The beetle with its ellipse in three frames",
         tracked,
     ),
