@@ -50,6 +50,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("track film.mkv --particle 5", "did you mean --particles?"),
         ("track film.mkv --overla", "did you mean --overlay?"),
         ("track film.mkv --particles", "--particles needs a value: integer, 1 to 1,000,000."),
+        ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         ("track film.mkv --preset nummiaro --motion.nois", "did you mean --motion.noise.KEY?"),
         ("track film.mkv --preset=nummiaro --motion.nois", "did you mean --motion.noise.KEY?"),
@@ -106,6 +107,11 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
     code, error = go(line)
     assert (code, error.count("\n")) == (2, 1), error
     assert "defect" not in error
+
+
+def test_a_film_is_no_folder_of_the_studio(go: Go) -> None:
+    code, error = go("studio film.mkv")
+    assert (code, "film.mkv is not a folder; give that of the films." in error) == (3, True), error
 
 
 def test_a_missing_package_is_named() -> None:

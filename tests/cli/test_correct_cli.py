@@ -223,6 +223,12 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert len(rows("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
+    readers = "check FILM rows.csv", "smooth rows.csv -o s.csv", "convert rows.csv c.csv"
+    for reader in (*readers, "draw FILM rows.csv -o o.mp4"):
+        code, said = go(reader)
+        assert code == 0, said
+        assert "the run of rows.csv was not finished between frames 12 and 23; finish it" in said
+        assert "No frame is in doubt" not in said
     assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 

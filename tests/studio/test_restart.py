@@ -42,6 +42,21 @@ def test_ctrl_c_at_once_ends_it_in_one_line(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1, done.stderr
 
 
+def test_two_do_not_use_the_same_data(tmp_path: Path) -> None:
+    """The second one is refused, and names the first one, until that is killed."""
+    line = [sys.executable, "-m", "motes", "studio", "--headless", "--data", str(tmp_path)]
+    with Program(tmp_path, tmp_path) as program:
+        done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+        assert (done.returncode, done.stderr) == (
+            5,
+            f"motes: error: Another motes studio uses {tmp_path}; use that one, at "
+            f"{program.address}, or give another --data.\n",
+        )
+        program.kill()
+    with Program(tmp_path, tmp_path):
+        pass
+
+
 @pytest.mark.parametrize("end", [Program.kill, Program.close])
 def test_a_run_of_many_objects_begins_again(end: Callable[[Program], None], tmp_path: Path) -> None:
     """Frames that were found before are not there twice."""

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_counts, check_not_source
+from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, FileName, OutputFile, Overwrite
@@ -75,6 +75,7 @@ def check(
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
     table, film, history = corrected_run(app, source, rows, tracker, settings)
+    point_out_unfinished(rows, history)
     tracks = table.tracks if table.hindsight else _compared(film, table, history)
     found = doubts(tracks, history.keys, count)
     by_frame = {track.frame: track for track in tracks}
@@ -87,7 +88,7 @@ def check(
             write_whole(sheet, _sheet(film, found, by_frame))
     for rank, doubt in enumerate(found, 1):
         print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
-    if not found:
+    if not found and not history.unfinished:
         log("No frame is in doubt.")
     written = [str(path) for path in (output, sheet) if path is not None]
     if written:

@@ -10,7 +10,12 @@ from cyclopts import App, Group, Parameter
 from msgspec.structs import replace
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
+from motes.cli.input_checks import (
+    check_keyframe_error,
+    check_not_source,
+    point_out_leftovers,
+    point_out_unfinished,
+)
 from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, FileName, KeyframeError, OutputFile, Overwrite, say_rate
 from motes.core.errors import ConfigError, SourceError
@@ -97,6 +102,7 @@ def convert(
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
     known = history_beside(rows) if source in ("csv", "jsonl") else None
+    point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
     recorded = _checked(registry.read(rows, source, facts), rows, facts)
     if identity is not None:

@@ -11,7 +11,13 @@ from msgspec.structs import replace
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
 from motes.cli.draw_rows import object_moments, rows_in, target_moments
 from motes.cli.frame_loop import Sink, Tally, run
-from motes.cli.input_checks import check_not_source, point_out_leftovers, prepare_folder, refuse
+from motes.cli.input_checks import (
+    check_not_source,
+    point_out_leftovers,
+    point_out_unfinished,
+    prepare_folder,
+    refuse,
+)
 from motes.cli.known_run import beside
 from motes.cli.options import OUTPUT, FileName, Fps, OutputFile, Overwrite, options, say_rate
 from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
@@ -105,6 +111,7 @@ def draw(
         raise ConfigError("--label is for masks in a document, as .json; omit it.")
     point_out_leftovers(output, masks)
     known = history_beside(rows)
+    point_out_unfinished(rows, known)
     if fps is not None and known is not None and known.fps not in (None, fps):
         raise ConfigError(f"--fps is {fps:g}, and the rows are of {known.fps:g}; omit it.")
     if figures is not None:

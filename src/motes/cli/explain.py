@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import inspect
+import itertools
 import os
 from collections.abc import Sequence
 
@@ -61,6 +62,9 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         if error.keyword is None:
             return f"{error.argument.name} is missing; see {command} --help."
         if error.argument.field_info.kind is not inspect.Parameter.VAR_KEYWORD:
+            words = error.root_input_tokens or ()
+            if (error.keyword, "-") in itertools.pairwise(words):
+                return f"{error.keyword} does not take -; see {command} --help."
             return f"{error.keyword} needs a value; see {command} --help."
         # The parser takes every unknown option for a key of the configuration.
         from motes.cli.settings import without_value

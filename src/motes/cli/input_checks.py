@@ -20,6 +20,7 @@ from motes.core.files import leftovers, same_file
 
 if TYPE_CHECKING:
     from motes.cli.options import OutputOptions
+    from motes.correction.history import History
 
 MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
@@ -153,6 +154,16 @@ def point_out_leftovers(*outputs: Path | None) -> None:
     for path in outputs:
         for left in leftovers(path) if path is not None else []:
             log(f"{left} is an unfinished {path}, of a run that was killed or still goes on.")
+
+
+def point_out_unfinished(rows: Path, known: History | None) -> None:
+    """Say if the run that made rows was not finished, by what is remembered of it."""
+    if known is not None and known.unfinished:
+        first, last = known.unfinished[0][0], known.unfinished[-1][1]
+        log(
+            f"the run of {rows} was not finished between frames {first} and {last}; finish it "
+            f"with: motes refine {known.film} {rows}"
+        )
 
 
 def check_label(label: str | None, output: str | None, form: str | None = None) -> None:

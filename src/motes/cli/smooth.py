@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source
+from motes.cli.input_checks import check_not_source, point_out_unfinished
 from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, FileName, Overwrite
@@ -47,6 +47,7 @@ def smooth(
     """
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
+    point_out_unfinished(rows, known)
     plane = units_of(rows, table.metres, known)
     streamed = output == "-" or is_special(output)
     if not streamed:

@@ -50,7 +50,7 @@ def studio(
             f"The studio needs {error.name}; install it with: pip install 'motes[studio]'."
         ) from None
     if folder is not None and not folder.is_dir():
-        raise SourceError(f"There is no folder {folder}; give that of the films.")
+        raise SourceError(f"{folder} is not a folder; give that of the films.")
     if not 0 <= port < 65536:
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
     serve(folder, host, port, data, log=log, browser=not headless, limits=Limits())

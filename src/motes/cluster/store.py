@@ -19,12 +19,10 @@ from pathlib import Path
 
 from motes.cluster.objects import Objects
 from motes.core.errors import FormatError
-from motes.core.system import system
+from motes.core.files import used_alone
 
 ATTEMPTS = "_attempts"
 """The folder of files that have no name yet. Datasets leave out names with this first letter."""
-LOCK = "_lock"
-"""The file that is locked while a batch writes into a folder."""
 
 
 class Folder:
@@ -98,21 +96,10 @@ class Folder:
         FormatError
             If another batch writes here, or the folder cannot be made.
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            lock = (self.path / LOCK).open("wb")
-        except OSError as error:
-            raise FormatError(
-                f"The folder {self.path} cannot be made: {error.strerror}; choose another one."
-            ) from None
-        with lock:
-            try:
-                system.lock(lock)
-            except OSError:
-                raise FormatError(
-                    f"Another motes batch writes into {self.path}; wait for it, or choose another "
-                    f"folder."
-                ) from None
+        taken = (
+            f"Another motes batch writes into {self.path}; wait for it, or choose another folder."
+        )
+        with used_alone(self.path, lambda _: taken):
             self.remove(ATTEMPTS)
             yield
             self.remove(ATTEMPTS)

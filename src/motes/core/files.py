@@ -13,15 +13,18 @@ import hashlib
 import os
 import secrets
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 from urllib.parse import quote
 
 from motes.core.errors import FormatError, MotesError, SourceError
+from motes.core.system import system
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
+LOCK = "_lock"
+"""The file that is locked while a program uses a folder alone."""
 LONGEST_NAME = 120
 """Longest name of `slug`; longer names are cut and get a digest, so that they stay different."""
 
@@ -160,6 +163,46 @@ def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def used_alone(folder: Path, taken: Callable[[str], str]) -> Iterator[BinaryIO]:
+    """Keep others out of a folder, which is made; a kill ends that too.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    taken
+        Returns the message if another program uses it, of what that one has written.
+
+    Yields
+    ------
+    A file, into which a text for the others may be written.
+
+    Raises
+    ------
+    FormatError
+        If another program uses the folder, or it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / LOCK).open("ab+", buffering=0)
+    except OSError as error:
+        raise FormatError(
+            f"The folder {folder} cannot be made: {error.strerror}; choose another one."
+        ) from None
+    with lock:
+        lock.seek(0)
+        try:
+            system.lock(lock)
+        except OSError:
+            text = b""
+            with contextlib.suppress(OSError):  # Windows lets nobody read it
+                text = lock.read()
+            raise FormatError(taken(text.decode(errors="replace"))) from None
+        lock.truncate()
+        yield lock
 
 
 def _partial_name(target: Path) -> str:

@@ -27,6 +27,7 @@ from motes.formats.aspects import (
 )
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import certain
+from motes.rows.schema import BOX, ELLIPSE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,9 +233,11 @@ def _of_text(head: bytes, name: str) -> str | None:
     for mark, found in marks.items():
         if text.startswith(mark):
             return found
-    if first.startswith(("film,", "frame,x,y,width,height")):
+    if first.startswith(("film,", "frame,x,y,width,height")) or first == "frame,x,y,a,b,theta":
         return "keyframes"
-    if first.startswith("frame,") and ("time" in first or "confidence" in first):
+    titles = {*first.split(",")}
+    kinds = ["time"], ["confidence"], BOX, ELLIPSE
+    if "frame" in titles and any(titles.issuperset(each) for each in kinds):
         return "csv"
     return _of_numbers(first, name)
 

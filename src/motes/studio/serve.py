@@ -15,6 +15,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from motes.core.addresses import LOCAL
 from motes.core.errors import ConfigError
+from motes.core.files import used_alone
 from motes.studio.protocol import LARGEST_MESSAGE
 from motes.studio.safety import Guard, Limits, new_token
 from motes.studio.server import app
@@ -90,20 +91,30 @@ def serve(
     ------
     ConfigError
         If the address cannot be used.
+    FormatError
+        If another studio uses the data.
     """
-    opened = listening(host, port)
-    port = opened.getsockname()[1]
-    token = None if host in LOCAL else new_token()
-    studio = Studio(folder, data or data_folder(), limits)
-    name = f"[{host}]" if ":" in host else host
-    address = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
-    server = uvicorn.Server(settings(app(studio, Guard(host, token))))
-    # It takes signals from here on: an interrupt while its loop is made would end in a traceback.
-    with opened, server.capture_signals():
-        log(f"The studio is at {address} ; Ctrl-C ends it.")
-        if browser:
-            webbrowser.open(address)
-        server.run(sockets=[opened])
+    data = data or data_folder()
+
+    def taken(address: str) -> str:
+        where = f", at {address}," * bool(address)
+        return f"Another motes studio uses {data}; use that one{where} or give another --data."
+
+    with used_alone(data, taken) as lock, listening(host, port) as opened:
+        port = opened.getsockname()[1]
+        token = None if host in LOCAL else new_token()
+        studio = Studio(folder, data, limits)
+        name = f"[{host}]" if ":" in host else host
+        address = f"http://{name}:{port}/"
+        lock.write(address.encode())  # without the token, which is for nobody else
+        address += f"?token={token}" if token else ""
+        server = uvicorn.Server(settings(app(studio, Guard(host, token))))
+        # It takes signals from here on: an interrupt while its loop is made would be a traceback.
+        with server.capture_signals():
+            log(f"The studio is at {address} ; Ctrl-C ends it.")
+            if browser:
+                webbrowser.open(address)
+            server.run(sockets=[opened])
 
 
 def settings(application: ASGIApp) -> uvicorn.Config:
