@@ -219,6 +219,20 @@ CVAT = (
 LABELED = {"x": 1, "y": 1, "width": 9, "height": 9, "rotation": 0, "enabled": True, "time": 0}
 
 
+@pytest.mark.parametrize(("stated", "known"), [(7, None), (None, 7), (9, 7), (7, 9)])
+def test_a_region_that_is_not_switched_off_stays(
+    stated: int | None, known: int | None, tmp_path: Path
+) -> None:
+    value = {"sequence": [{"frame": 3, **LABELED}], "framesCount": stated}
+    region = {"type": "videorectangle", "value": value}
+    path = tmp_path / "a.ls.json"
+    path.write_text(json.dumps([{"annotations": [{"result": [region]}]}]))
+    found = registry.read(path, "label-studio", FilmFacts(width=320, height=240, frames=known))
+    assert [row.frame for row in found if row.objects] == [2, 3, 4, 5, 6]
+    assert [row.objects[0].keyframe for row in found if row.objects] == [True, *[False] * 4]
+    assert len({row.objects[0].ellipse for row in found if row.objects}) == 1
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
