@@ -212,6 +212,24 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         registry.recognized(path)
 
 
+@pytest.mark.parametrize(
+    ("source", "names", "frames"),
+    [
+        ("street.mp4", ("street_1", "street_12"), [0, 11]),
+        ("street.mp4", ("street_0", "street_1"), [0, 1]),
+        ("street.mp4", ("street_01", "frame_000012", "img-13"), [1, 12, 13]),
+        ("frame.mp4", ("frame_100000", "frame_100001"), [100_000, 100_001]),
+    ],
+)
+def test_labels_of_ultralytics_count_from_one(
+    source: str, names: tuple[str, ...], frames: list[int], tmp_path: Path
+) -> None:
+    for name in names:
+        (tmp_path / f"{name}.txt").write_text("0 0.5 0.5 0.1 0.1\n")
+    facts = FilmFacts(source=source, width=320, height=240)
+    assert [row.frame for row in registry.read(tmp_path, "yolo", facts)] == frames
+
+
 CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'
 CVAT = (
     "<annotations><meta><task><size>{}</size></task></meta><track id='0'>{}</track></annotations>"
