@@ -97,6 +97,20 @@ def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
     assert [each["frame"] for each in images] == [*range(10, 20), *range(25, 40)]
 
 
+def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
+    Path("film").mkdir()
+    picture = Image.effect_noise((32, 24), 40).convert("RGB")
+    for name in ("0.png", "1.bmp", "1.png"):
+        picture.save(f"film/{name}")
+    assert go("track film --init 8,6,10,8 -o run.csv")[0] == 0
+    for line in ("track film --init 8,6,10,8 -o", "convert run.csv --video film"):
+        for target in ("a.yolo", "masks"):
+            code, said = go(f"{line} {target}")
+            assert (code, "1.bmp and 1.png have one name" in said) == (5, True), said
+            assert not Path(target).exists()
+            assert not Path(f"{target}.rows.jsonl").exists()
+
+
 def test_one_of_several_objects(go: Go) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)
