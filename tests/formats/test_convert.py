@@ -75,6 +75,42 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None
     assert json.loads(Path("other.json").read_text())["images"][0]["width"] == 64
 
 
+@pytest.mark.parametrize("source", ["two.csv", "two.txt"])
+def test_frames_in_which_nothing_is_stay(go: Go, source: str) -> None:
+    assert go(f"convert two.json {source}")[0] == 0
+    assert go(f"convert {source} a.json --frames 40 --size 320x240")[0] == 0
+    images = json.loads(Path("a.json").read_text())["images"]
+    assert [each["frame"] for each in images] == [*range(40)]
+    assert images[39]["time"] == pytest.approx(39 / 25)
+    assert go(f"convert {source} labels --frames 40 --size 320x240")[0] == 0
+    assert Path("labels/labels/frame_000039.txt").read_bytes() == b""
+    for truth in ("otb", "vot"):
+        assert go(f"convert {source} a.{truth}.txt --frames 40 --identity 1")[0] == 0
+        assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
+
+
+def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
+    lines = Path("one.csv").read_text().splitlines(keepends=True)
+    Path("cut.csv").write_text("".join([lines[0], *lines[11:]]))
+    assert go("convert cut.csv a.json --frames 60 --size 320x240")[0] == 0
+    images = json.loads(Path("a.json").read_text())["images"]
+    assert [each["frame"] for each in images] == [*range(10, 20), *range(25, 40)]
+
+
+def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
+    Path("film").mkdir()
+    picture = Image.effect_noise((32, 24), 40).convert("RGB")
+    for name in ("0.png", "1.bmp", "1.png"):
+        picture.save(f"film/{name}")
+    assert go("track film --init 8,6,10,8 -o run.csv")[0] == 0
+    for line in ("track film --init 8,6,10,8 -o", "convert run.csv --video film"):
+        for target in ("a.yolo", "masks"):
+            code, said = go(f"{line} {target}")
+            assert (code, "1.bmp and 1.png have one name" in said) == (5, True), said
+            assert not Path(target).exists()
+            assert not Path(f"{target}.rows.jsonl").exists()
+
+
 def test_one_of_several_objects(go: Go) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)

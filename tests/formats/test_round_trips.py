@@ -88,6 +88,8 @@ def test_several_objects(name: str, tmp_path: Path) -> None:
 def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
     found = round_trip(crowd(), name, tmp_path)
     expected = {frame: 1 + (not 10 <= frame < 15) for frame in range(30)}
+    if name == "mot-detections":  # nothing is in the film's frames that it does not name
+        expected |= dict.fromkeys(range(30, 40), 0)
     assert {row.frame: len(row.objects) for row in found} == expected
     assert {each.identity for row in found for each in row.objects} == {-1}
     for other in ("cvat", "deeplabcut"):
@@ -214,11 +216,43 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         registry.recognized(path)
 
 
+@pytest.mark.parametrize(
+    ("source", "names", "frames"),
+    [
+        ("street.mp4", ("street_1", "street_12"), [0, 11]),
+        ("street.mp4", ("street_0", "street_1"), [0, 1]),
+        ("street.mp4", ("street_01", "frame_000012", "img-13"), [1, 12, 13]),
+        ("frame.mp4", ("frame_100000", "frame_100001"), [100_000, 100_001]),
+    ],
+)
+def test_labels_of_ultralytics_count_from_one(
+    source: str, names: tuple[str, ...], frames: list[int], tmp_path: Path
+) -> None:
+    for name in names:
+        (tmp_path / f"{name}.txt").write_text("0 0.5 0.5 0.1 0.1\n")
+    facts = FilmFacts(source=source, width=320, height=240)
+    assert [row.frame for row in registry.read(tmp_path, "yolo", facts)] == frames
+
+
 CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'
 CVAT = (
     "<annotations><meta><task><size>{}</size></task></meta><track id='0'>{}</track></annotations>"
 )
 LABELED = {"x": 1, "y": 1, "width": 9, "height": 9, "rotation": 0, "enabled": True, "time": 0}
+
+
+@pytest.mark.parametrize(("stated", "known"), [(7, None), (None, 7), (9, 7), (7, 9)])
+def test_a_region_that_is_not_switched_off_stays(
+    stated: int | None, known: int | None, tmp_path: Path
+) -> None:
+    value = {"sequence": [{"frame": 3, **LABELED}], "framesCount": stated}
+    region = {"type": "videorectangle", "value": value}
+    path = tmp_path / "a.ls.json"
+    path.write_text(json.dumps([{"annotations": [{"result": [region]}]}]))
+    found = registry.read(path, "label-studio", FilmFacts(width=320, height=240, frames=known))
+    assert [row.frame for row in found if row.objects] == [2, 3, 4, 5, 6]
+    assert [row.objects[0].keyframe for row in found if row.objects] == [True, *[False] * 4]
+    assert len({row.objects[0].ellipse for row in found if row.objects}) == 1
 
 
 @pytest.mark.parametrize(

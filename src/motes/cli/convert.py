@@ -168,9 +168,14 @@ def _facts(
     elif known is not None:
         name, fps, frames = known.film, fps or known.fps, frames or known.frames
         width, height = (width, height) if size else (known.width, known.height)
+    run = None
+    if known is not None:
+        ends = (each for each in (known.end, frames) if each and known.places is not None)
+        run = range(known.start, min(ends, default=0), known.stride)
     return FilmFacts(
-        source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files
-    )
+        source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files,
+        run=run,
+    )  # fmt: skip
 
 
 def _sides(size: str | None) -> tuple[int, int]:

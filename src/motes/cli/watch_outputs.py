@@ -13,7 +13,7 @@ from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
 from motes.formats.mot import line_of
 from motes.formats.recording import Recording
-from motes.formats.registry import FORMATS, check_folder, format_for
+from motes.formats.registry import FORMATS, check_folder, check_images, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
@@ -108,6 +108,8 @@ class DocumentOutput(Sink):
         keyframe_error: float | None,
     ) -> None:
         check_place(name, form, overwrite)
+        if FORMATS.resolve(form).folder:
+            check_images(map(text_name, film.files))
         self.path, self.rows, self._form = Path(name), journal_of(name), form
         self._keyframe_error = keyframe_error
         if os.path.lexists(self.rows):

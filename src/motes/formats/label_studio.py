@@ -142,10 +142,11 @@ class VideoKeyframe(msgspec.Struct):
 
 
 class Value(msgspec.Struct):
-    """The rectangles of a region, and its classes."""
+    """The rectangles of a region, its classes, and the number of frames of the film."""
 
     sequence: list[VideoKeyframe] = []
     labels: list[str] = []
+    frames: int | None = msgspec.field(default=None, name="framesCount")
 
 
 class VideoRegion(msgspec.Struct):
@@ -183,7 +184,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"region {identity}"):
             if not region.value.sequence:
                 raise ValueError("it has no sequence of keyframes")
-            for frame, time, ellipse, key in _frames(region.value.sequence, facts):
+            for frame, time, ellipse, key in _frames(region.value, facts):
                 row = ObjectRow(identity, ellipse, 1.0, Status.TRACKING, label=label, keyframe=key)
                 objects.append((frame, row))
                 if time is not None:
@@ -191,21 +192,24 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return recording_of(facts, objects, times, left_out=left_out)
 
 
-def _frames(
-    sequence: list[VideoKeyframe], facts: FilmFacts
-) -> Iterator[tuple[int, float | None, Ellipse, bool]]:
-    """Yield frame, time, place and whether it is a keyframe, with those that are interpolated."""
-    ordered = sorted(sequence, key=lambda each: each.frame)
+def _frames(value: Value, facts: FilmFacts) -> Iterator[tuple[int, float | None, Ellipse, bool]]:
+    """Yield frame, time, place and whether it is a keyframe, with those that are interpolated.
+
+    After its last keyframe an object that is still enabled stays there until the film ends.
+    """
+    ordered = sorted(value.sequence, key=lambda each: each.frame)
+    end = min((count for count in (value.frames, facts.frames) if count), default=0)
     for key, after in zip(ordered, [*ordered[1:], None], strict=True):
         start = _numbers(key)
         with at(f"keyframe of frame {key.frame}"):
             place = _ellipse(start, facts)
         yield key.frame - 1, key.time, place, True
-        if after is None or not key.enabled:
+        if not key.enabled:
             continue
-        between = frames_between(key.frame - 1, after.frame - 1)
-        step = (_numbers(after) - start) / (len(between) + 1)
-        for frame in range(key.frame + 1, after.frame):
+        until = max(key.frame, end) + 1 if after is None else after.frame
+        between = frames_between(key.frame - 1, until - 1)
+        step = (_numbers(after or key) - start) / (len(between) + 1)
+        for frame in range(key.frame + 1, until):
             yield frame - 1, None, _ellipse(start + (frame - key.frame) * step, facts), False
 
 

@@ -95,7 +95,10 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     The confidence of truth is its flag, and visibility 0 is occluded. Detections have no identity.
     """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
-    return recording_of(facts, _objects(lines, facts.label))
+    objects = [*_objects(lines, facts.label)]
+    # One target of results may be lost where it has no line.
+    told = kind != "results" or len({each.identity for _, each in objects}) > 1
+    return recording_of(facts, objects, told=facts.every if told else range(0))
 
 
 def _objects(lines: Iterable[list[float]], usual: str) -> Iterator[tuple[int, ObjectRow]]:

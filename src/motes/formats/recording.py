@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
@@ -22,13 +22,16 @@ class Recording:
     """The objects of a film, in memory; `frames` are in order.
 
     `left_out` is what of the file is not here; `assumed` is whether times are those of 25 frames a
-    second, as no rate is known.
+    second, as no rate is known. `length` is the film's number of frames, 0 if unknown; `told` is
+    whether nothing is in those that the file does not name.
     """
 
     head: Header
     frames: Sequence[FrameRow]
     left_out: Sequence[str] = ()
     assumed: bool = False
+    length: int = 0
+    told: bool = False
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)
@@ -51,6 +54,13 @@ class FilmFacts:
     """The class of objects without one."""
     files: Sequence[str] = ()
     """The paths of its images, by frame, as `Source.files`; none of a video."""
+    run: range | None = None
+    """The frames that a scene's run has seen; none of a target's run, None without a run."""
+
+    @property
+    def every(self) -> range:
+        """All frames of the film, as far as their number is known."""
+        return range(self.frames or 0)
 
     def file(self, frame: int) -> str | None:
         """Return the path of a frame's image; None for a video."""
@@ -69,6 +79,7 @@ def recording_of(
     files: Mapping[int, str] = {},
     left_out: Sequence[str] = (),
     searched: Iterable[tuple[int, int]] = (),
+    told: range = range(0),
 ) -> Recording:
     """Return a recording of pairs of a frame and an object there, in any order.
 
@@ -77,7 +88,7 @@ def recording_of(
     facts
         What is known of the film.
     objects
-        The objects. Frames without any are there if `times` has them.
+        The objects. Frames without any are there if `times` or `told` has them.
     times
         The times of frames in seconds; None, as far as the file does not hold them: then they
         follow from the frame rate.
@@ -90,6 +101,8 @@ def recording_of(
     searched
         Pairs of a frame and of the identity of an object that is searched for there, and has no
         place.
+    told
+        The frames of which the file tells all: nothing is in those that it does not name.
 
     Raises
     ------
@@ -97,7 +110,9 @@ def recording_of(
         If a frame is negative, or larger than any film's, its time is none, or an object is there
         twice in a frame.
     """
-    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in times}
+    if told.stop > MAX_FRAME:
+        raise FormatError(f"no film has {told.stop} frames")
+    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in (*times, *told)}
     there = set[tuple[int, int]]()
     for frame, each in objects:
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
@@ -114,6 +129,9 @@ def recording_of(
     for frame, time in known.items():
         if not abs(time) <= FARTHEST:
             raise FormatError(f"frame {frame} has the time {time:g}")
+    last = max(known, default=0)
+    if told and not facts.fps and last > 0 and known[last] > 0:
+        facts = replace(facts, fps=last / known[last])
     width, height = size or (facts.width, facts.height)
     return Recording(
         Header(facts.source, width, height, facts.label),
@@ -129,6 +147,8 @@ def recording_of(
         ],
         left_out,
         assumed=not facts.fps and len(known) < len(frames),
+        length=facts.frames or 0,
+        told=bool(told),
     )
 
 

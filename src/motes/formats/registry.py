@@ -351,10 +351,23 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     pieces = _function(form.write)(kept, **thin)
     if form.folder:
         check_folder(path, form)
+        check_images([row.file for row in kept if row.file])
         write_folder(path, pieces)
     else:
         write_whole(path, pieces)
     return len(recorded.frames) - len(kept.frames)
+
+
+def check_images(files: Iterable[str]) -> None:
+    """Raise a FormatError if a folder of a format would have one file for two images."""
+    seen = dict[str, str]()
+    for file in files:
+        other = seen.setdefault(Path(file).stem, file)
+        if other != file:
+            raise FormatError(
+                f"The images {other} and {file} have one name but for their ending, so that a file "
+                f"would be of both; rename one."
+            )
 
 
 def check_folder(path: Path, form: Format) -> None:

@@ -29,16 +29,19 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
     If there is one object, and it was followed, it has a row in all frames: it is searched for
     where it is not there. Boxes of others are silent on frames without one.
     """
-    identities, further, followed = set[int](), dict[str, None](), False
-    for row in recorded:
-        for each in row.objects:
-            identities.add(each.identity)
-            further |= dict.fromkeys(each.more)
-            followed = followed or each.distance is not None or each.ellipse.theta != 0
-    alone = followed and len(identities) == 1 and ANONYMOUS not in identities
-    usual = [ObjectRow.nowhere(each) for each in identities] if alone else []
+    every = [each for row in recorded for each in row.objects]
+    further = dict.fromkeys(name for each in every for name in each.more)
+    alone = not recorded.told and _alone(every)
+    usual = [ObjectRow.nowhere(every[0].identity)] if alone else []
     values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
     return (*COLUMNS, *further), values
+
+
+def _alone(objects: Sequence[ObjectRow]) -> bool:
+    """Return whether there is one object, and it was followed."""
+    followed = any(each.distance is not None or each.ellipse.theta != 0 for each in objects)
+    identities = {each.identity for each in objects}
+    return followed and len(identities) == 1 and ANONYMOUS not in identities
 
 
 def write(form: Form, recorded: Recording) -> Iterator[bytes]:
@@ -129,7 +132,11 @@ def recording_of_rows(
                 searched.append((frame, _identity(known)))
             else:
                 objects.append((frame, each))
-    return recording_of(facts, objects, times, searched=searched)
+    alone = _alone([each for _, each in objects])
+    told = range(0) if alone else facts.every
+    if (run := facts.run) is not None:  # one that was interrupted has not seen what comes later
+        told = range(run.start, min(run.stop, max(times, default=-1) + 1), run.step)
+    return recording_of(facts, objects, times, searched=searched, told=told)
 
 
 def _object(

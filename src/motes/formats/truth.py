@@ -32,7 +32,8 @@ NOWHERE = {"otb": "0,0,0,0", "vot": "nan,nan,nan,nan"}
 def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame; raise a FormatError if there are several objects."""
     here = only_object(recorded, kind.upper())
-    for frame in range(max((row.frame for row in recorded), default=-1) + 1):
+    last = max((row.frame for row in recorded), default=-1)
+    for frame in range(max(last + 1, recorded.length)):
         line = _line(kind, here[frame]) if frame in here else NOWHERE[kind]
         yield line.encode() + b"\n"
 

@@ -78,16 +78,21 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a folder of labels, which are in it or in its folder `labels`.
 
     Of a folder of images, a text belongs to the image of its name. Of a video, its frame is the
-    last number in its name, from 0.
+    last number in its name, from 0; but Ultralytics counts from 1, in the video's name and "_1".
     """
     path = path / LABELS if (path / LABELS).is_dir() else path
     names, images = _names(path), _images(facts)
+    stem = Path(facts.source).stem
+    from_one = not images and not (path / f"{stem}_0.txt").exists()
+    theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
     left_out: list[str] = []
     objects, times, ended = [], dict[int, None](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
         frame = _frame(text_name(file.stem), images)
+        if frame is not None and from_one and theirs.fullmatch(file.stem):
+            frame -= 1
         if frame is None:
             if file.name != CLASSES:
                 left_out.append(f"{file.name}, whose name has no number of a frame")
