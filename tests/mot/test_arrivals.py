@@ -149,17 +149,34 @@ def test_people_side_by_side_are_not_merged() -> None:
     assert cameras.handover.merged == {}
 
 
-def test_who_had_the_identity_by_mistake_gets_a_new_one() -> None:
+@pytest.mark.parametrize(
+    ("status", "identities"), [("tracking", [3, 1]), ("occluded", [3, 1]), ("lost", [1])]
+)
+def test_who_had_the_identity_by_mistake_gets_a_new_one(status: str, identities: list[int]) -> None:
+    """Who is hidden too, so as not to come back with it; who is just lost has none."""
     cameras = Giving(RIG + SHIFT)
     cameras.tell("hall", 0.0, sighting(1, at=(), x=150))
     wrong = replace(sighting(5, at=(), x=250), expected=1)
     assert cameras.tell("office", 0.0, wrong, sighting(6, at=(), x=90)) == [1, 2]
+    wrong = replace(wrong, status=Status(status))
     for index in range(1, 40):
         cameras.tell("hall", index * DT, sighting(1, at=(), x=150))
-        found = cameras.tell(
-            "office", index * DT, sighting(5, at=(), x=250), sighting(6, at=(), x=52)
-        )
-    assert found == [3, 1]
+        found = cameras.tell("office", index * DT, wrong, sighting(6, at=(), x=52))
+    assert found == identities
+
+
+@pytest.mark.parametrize("status", ["tracking", "occluded"])
+def test_who_had_the_younger_identity_by_mistake_gets_a_new_one(status: str) -> None:
+    cameras = Giving(RIG + SHIFT)
+    one, wrong = sighting(1, at=(), x=150), replace(sighting(2, at=(), x=20), expected=2)
+    cameras.tell("hall", 0.0, one)
+    assert cameras.tell("office", 0.0, sighting(6, at=(), x=90)) == [2]
+    assert cameras.tell("hall", 0.02, one, wrong) == [1, 2]
+    wrong = replace(wrong, status=Status(status))
+    for index in range(1, 40):
+        office = cameras.tell("office", index * DT, sighting(6, at=(), x=52))
+        hall = cameras.tell("hall", index * DT + 0.02, one, wrong)
+    assert (hall, office) == ([1, 3], [1])
 
 
 def test_an_overlap_without_a_homography_is_learned_and_merges() -> None:

@@ -288,17 +288,19 @@ class CrossCameraAssociation:
         for pair in pairs:
             since = together.setdefault(pair, now)
             if now - since >= MERGED_AFTER and pair[0].identity != pair[1].identity:
-                self._merge(*pair)
+                self._merge(pair)
 
-    def _merge(self, one: KnownObject, other: KnownObject) -> None:
-        """Give two objects the older one of their identities; others that had it get new ones."""
-        keep, gone = sorted((one.identity, other.identity))
-        for each in self._known.named(keep, gone):
-            rival = each.camera in (one.camera, other.camera) and each.last.seen
-            if each.identity == keep and rival and each not in (one, other):
-                self._known.rename(each, self._new())
-            elif each.identity == gone:
-                self._known.rename(each, keep)
+    def _merge(self, pair: tuple[KnownObject, KnownObject]) -> None:
+        """Give two objects the older one of their identities, which a camera's others may lose."""
+        keep, gone = sorted(each.identity for each in pair)
+        named, taken = self._known.named(keep, gone), set[str]()
+        named.sort(key=lambda one: (one not in pair, not one.last.seen, one.gone, one.identity))
+        for each in named:  # in each camera the first one has it
+            rival, present = each.camera in taken, not (each.gone or each.passed)
+            self._known.rename(each, self._new() if rival and present else keep)
+            each.passed |= rival and each.gone
+            if present:
+                taken.add(each.camera)
         self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
         self.merged[gone] = keep
 
