@@ -28,7 +28,7 @@ class CustomConfig(DetectorConfig, Config, frozen=True, tag="callable"):
 
 
 class CustomDetector:
-    """A detector made of a callable; its errors name it and the frame.
+    """A detector made of a callable, with all that it has; its errors name it and the frame.
 
     Parameters
     ----------
@@ -58,6 +58,9 @@ class CustomDetector:
             raise ConfigError(
                 f"The detector {self._name} failed in frame {frame.index}: {explain(error)}"
             ) from error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._find, name)
 
 
 def _detector(name: str, found: Callable[..., Any]) -> Callable[[Frame], Any]:
