@@ -233,7 +233,10 @@ def test_watch_follows_before_a_camera_that_pans(
     _, box = panned(41)
     assert iou(box, Box(*map(float, last[4:8]))) > 0.5
     assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
-    assert "the camera moves; what moves before it is not seen" in capsys.readouterr().err
+    assert (
+        "what moves before it is not seen: give --camera moving, or a trained"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])

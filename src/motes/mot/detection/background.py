@@ -59,7 +59,10 @@ LIMIT = 100
 STILL = 10
 """Frames in a row in which almost all is foreground if the camera moves; a light that is switched
 on takes fewer. After a move, the camera must stand still for this number of frames."""
-MOVES = "the camera moves; what moves before it is not seen"
+MOVES = (
+    "the camera moves; what moves before it is not seen: give --camera moving, or a trained "
+    "detector"
+)
 PREVIEWED = 31
 """Largest number of frames from which the first background is made; at least half of it."""
 DENSEST = 1 / 3
