@@ -207,7 +207,10 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     assert third == []
 
 
-@pytest.mark.parametrize("line", ["1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1"])
+@pytest.mark.parametrize(
+    "line",
+    ["1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1", "0,-1,2,3,4,5,1"],
+)
 def test_a_line_that_is_no_detection_is_named(line: str, tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")
