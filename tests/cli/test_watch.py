@@ -169,6 +169,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
+        ("FILM --classes ,", 2, "--classes names no class; give some, such as person,car."),
         ("FILM --least 5", 2, "--least is 5; this detector has scores from 0 to 1."),
         ("FILM --least -1", 2, "--least is -1"),
         ("FILM --reconnect 5", 2, "--reconnect is for live sources, which"),

@@ -193,6 +193,11 @@ def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> 
         BackgroundConfig(**settings)  # type: ignore[arg-type]
 
 
+def test_a_detector_takes_settings() -> None:
+    with pytest.raises(ConfigError, match="takes a BackgroundConfig; got 5"):
+        BackgroundDetector(5)  # type: ignore[arg-type]
+
+
 def test_detections_in_a_file(tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     path.write_text("2,-1,11,21,30,40,0.5,-1,-1,-1\n\n1,-1,1,1,5,6,2\n2,-1,5,5,8,8\n")

@@ -50,7 +50,10 @@ class ObjectOptions:
         """Return the keys of the configuration that --classes, --least and --camera set."""
         keys: dict[str, Any] = {}
         if self.classes is not None:
-            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+            names = [name.strip() for name in self.classes.split(",") if name.strip()]
+            if not names:
+                raise ConfigError("--classes names no class; give some, such as person,car.")
+            keys["classes"] = names
         if self.least is not None:
             keys["least"] = self.least
         moves = {} if self.camera is None else {"camera": self.camera}

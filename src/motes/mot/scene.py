@@ -160,7 +160,7 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        if not callable(detector):
+        if isinstance(detector, type) or not callable(detector):
             raise ConfigError(
                 f"A detector is a callable from a Frame to Detections, such as "
                 f"motes.BackgroundDetector(); got {detector!r}."

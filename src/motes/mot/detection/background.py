@@ -131,6 +131,11 @@ class BackgroundDetector:
     config
         How it looks.
 
+    Raises
+    ------
+    ConfigError
+        If that is no `BackgroundConfig`.
+
     Attributes
     ----------
     warnings
@@ -139,6 +144,8 @@ class BackgroundDetector:
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
+        if not isinstance(config, BackgroundConfig):
+            raise ConfigError(f"A BackgroundDetector takes a BackgroundConfig; got {config!r}.")
         self.config = config
         self._model = Mixture(config.deviations)
         self._first: Mask | None = None
