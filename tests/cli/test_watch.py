@@ -152,6 +152,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --initiation.min-hits 0", 2, "initiation.min_hits"),
         ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
+        ("FILM --detector people --detector.trial 1", 2, "known keys: type."),
         ("FILM --detector.least 0.6", 2, "least < most"),
         ("FILM --detector.history 0", 2, "detector.history"),
         ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, people, faces"),
