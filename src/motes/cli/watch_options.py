@@ -50,10 +50,9 @@ class ObjectOptions:
         """Return the keys of the configuration that --classes, --least and --camera set."""
         keys: dict[str, Any] = {}
         if self.classes is not None:
-            names = [name.strip() for name in self.classes.split(",") if name.strip()]
-            if not names:
+            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+            if not keys["classes"]:
                 raise ConfigError("--classes names no class; give some, such as person,car.")
-            keys["classes"] = names
         if self.least is not None:
             keys["least"] = self.least
         moves = {} if self.camera is None else {"camera": self.camera}
