@@ -172,7 +172,10 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
             "Config color.bins: got [8, 8]; it takes list of 3: integer, 1 to 64.",
         ),
         ({"color": {"bins": [8, 0, 8]}}, "Config color.bins[1]: got 0; it takes integer, 1 to 64."),
-        ({"motion": {"type": "random_walk", "velocity": 1}}, "'motion.velocity'; known keys: "),
+        (
+            {"motion": {"type": "random_walk", "velocity": 1}},
+            "'motion.velocity'; known keys: noise, type.",
+        ),
         (
             {"likelihood": {"sigma": math.nan}},
             "likelihood.sigma: got nan; it takes number, 0.001 to 1,000,000.",

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from motes.core.adapters import as_detections
-from motes.core.detection import Detection
+from motes.core.detection import Detection, PreparedDetector
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.import_callable import import_callable
+from motes.mot.detection.custom import CustomDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 
@@ -105,6 +106,15 @@ class Finder:
     def __call__(self, frame):
         return boxes(frame)
 
+class Whole(Finder):
+    motion, warnings = np.eye(3), {"light": "it changes"}
+
+    def prepare(self, frames):
+        self.seen = list(frames)
+
+    def observe(self, moved):
+        self.moved = moved
+
 def number():
     return 3
 
@@ -131,6 +141,17 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_a_callable_is_a_detector_or_makes_one(name: str, module: str) -> None:
     found = named_detector(f"{module}:{name}")(FRAME)
     assert found == [Detection(Box(4, 2, 30, 40), 0.75)]
+
+
+def test_a_callable_keeps_what_else_a_detector_has(module: str) -> None:
+    scene = Scene(named_detector(f"{module}:Whole"))
+    assert isinstance(scene.detector, CustomDetector)  # its motion is the camera's
+    assert isinstance(scene.detector, PreparedDetector)
+    scene.detector.prepare([FRAME])
+    scene.update(FRAME)
+    assert (scene.detector.seen, scene.detector.moved) == ([FRAME], [])
+    assert scene.warnings == {"light": "it changes"}
+    assert not hasattr(named_detector(f"{module}:boxes"), "motion")
 
 
 def test_the_current_folder_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -193,6 +193,11 @@ def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> 
         BackgroundConfig(**settings)  # type: ignore[arg-type]
 
 
+def test_a_detector_takes_settings() -> None:
+    with pytest.raises(ConfigError, match="takes a BackgroundConfig; got 5"):
+        BackgroundDetector(5)  # type: ignore[arg-type]
+
+
 def test_detections_in_a_file(tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     path.write_text("2,-1,11,21,30,40,0.5,-1,-1,-1\n\n1,-1,1,1,5,6,2\n2,-1,5,5,8,8\n")
@@ -207,7 +212,10 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     assert third == []
 
 
-@pytest.mark.parametrize("line", ["1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1"])
+@pytest.mark.parametrize(
+    "line",
+    ["1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1", "0,-1,2,3,4,5,1"],
+)
 def test_a_line_that_is_no_detection_is_named(line: str, tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import getattr_static
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -219,6 +220,9 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     assert before_camera(among, "still") is among
     own = SimpleNamespace(warnings={"light": "it changes"}, __call__=lambda frame: [])
     assert MovingCamera(own).warnings == own.warnings
+    able = SimpleNamespace(prepare=list, observe=print, __call__=lambda frame: [])
+    seen = MovingCamera(able)  # by a protocol, from Python 3.12 on
+    assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
 
 
 def test_watch_follows_before_a_camera_that_pans(
@@ -233,7 +237,10 @@ def test_watch_follows_before_a_camera_that_pans(
     _, box = panned(41)
     assert iou(box, Box(*map(float, last[4:8]))) > 0.5
     assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
-    assert "the camera moves; what moves before it is not seen" in capsys.readouterr().err
+    assert (
+        "what moves before it is not seen: give --camera moving, or a trained"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])

@@ -151,7 +151,7 @@ def test_scores_and_overlaps_are_limits(tmp_path: Path) -> None:
     ("toml", "words"),
     [
         ('head = "yolox"', "Its outputs are not those of head yolox"),
-        ("heads = 1", "did you mean 'head'"),
+        ("heads = 1", "detr.toml: Config has no key 'heads'; did you mean 'head'"),
         ('file = "x"', "has the key file"),
         ("[[", "not valid TOML"),
         ("size = [30, 30]", "does not run"),

@@ -197,7 +197,21 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
 
 
-@pytest.mark.parametrize("detector", [None, 3, "mog2"])
+@pytest.mark.parametrize("motion", [np.eye(2, 3), np.full((3, 3), np.nan), np.zeros((3, 3)), "up"])
+def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
+    class Moved:
+        def __call__(self, frame: Frame) -> list[Detection]:
+            return []
+
+        @property
+        def motion(self) -> Any:
+            return motion
+
+    with pytest.raises(ConfigError, match=r"motion is .+; it must be a homography"):
+        Scene(Moved()).update(Frame(0, 0.0, GROUND))
+
+
+@pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
 def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
     with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
         Scene(detector)

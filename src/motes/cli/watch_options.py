@@ -51,6 +51,8 @@ class ObjectOptions:
         keys: dict[str, Any] = {}
         if self.classes is not None:
             keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+            if not keys["classes"]:
+                raise ConfigError("--classes names no class; give some, such as person,car.")
         if self.least is not None:
             keys["least"] = self.least
         moves = {} if self.camera is None else {"camera": self.camera}

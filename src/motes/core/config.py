@@ -123,12 +123,11 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{error.reason}{end}") from None
         name, paths = error.unknown, {key.path for key in all_keys(keys(kind))}
-        at = ".".join(str(part) for part in error.place if not isinstance(part, int))
-        parts = [path.rpartition(".") for path in paths]
-        known = {key for *_, key in parts} - {name, NAME}  # the name may be known elsewhere
-        here = sorted({key for before, _, key in parts if before == at} & known or known)
+        known = {path.rpartition(".")[2] for path in paths}
+        known -= {name, NAME}  # the name may be known elsewhere
         near = difflib.get_close_matches(name, sorted(known), n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(here)}."
+        here = ", ".join(sorted(error.known))
+        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {here}."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None

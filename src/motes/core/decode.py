@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgspec
 
-from motes.core.config_keys import alternatives, configurations
+from motes.core.config_keys import alternatives, configurations, fields
 from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, registry_of, tag_of
 from motes.core.type_words import words
@@ -30,11 +30,19 @@ class MisfitError(ConfigError):
         Where it is wrong.
     unknown
         The key there that is not known, if that is wrong.
+    known
+        The keys that are known there then.
     """
 
-    def __init__(self, reason: str, place: Place = (), unknown: str | None = None) -> None:
+    def __init__(
+        self,
+        reason: str,
+        place: Place = (),
+        unknown: str | None = None,
+        known: Sequence[str] = (),
+    ) -> None:
         where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
-        self.reason, self.place, self.unknown = reason, place, unknown
+        self.reason, self.place, self.unknown, self.known = reason, place, unknown, known
         self.where = where.lstrip(".")
         super().__init__(f"{self.where}: {reason}" if place else reason)
 
@@ -98,18 +106,20 @@ def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
 def _made(values: Mapping[str, Any], kind: type) -> Any:
     """Return a configuration of plain values; those of other packages go into its open field."""
     name, registry = open_registry(kind)
-    fields = {field.name: field for field in msgspec.structs.fields(kind) if field.name != name}
+    own = {field.name: field for field in msgspec.structs.fields(kind) if field.name != name}
     given: dict[str, Any] = {}
     added: dict[str, Any] = {}
     for key, value in values.items():
-        if key in fields:
-            given[key] = decode_at(key, value, fields[key].type)
+        if key in own:
+            given[key] = decode_at(key, value, own[key].type)
         elif registry is not None and key in registry:
             if value is not None:
                 added[key] = decode_at(key, value, registry.resolve(key))
         elif key != "type" or tag_of(kind) is None:
-            raise MisfitError(f"unknown key {key!r}", unknown=str(key))
-    for key, field in fields.items():
+            known = [field.name for field in fields(kind)]
+            known += ["type"] * (tag_of(kind) is not None)
+            raise MisfitError(f"unknown key {key!r}", (), str(key), known)
+    for key, field in own.items():
         if key not in given and field.required:
             raise MisfitError(f"the key {key!r} is missing")
     try:
@@ -133,4 +143,5 @@ def decode_at(key: str | int, value: Any, kind: Any) -> Any:
     try:
         return decode(value, kind)
     except MisfitError as error:
-        raise MisfitError(error.reason, (key, *error.place), error.unknown) from None
+        place = (key, *error.place)
+        raise MisfitError(error.reason, place, error.unknown, error.known) from None

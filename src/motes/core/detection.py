@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
@@ -56,6 +56,16 @@ class ObservingDetector(Protocol):
         their velocities.
         """
         ...
+
+
+def abilities(detector: Any) -> dict[str, Any]:
+    """Return the methods beside a call that a detector has, by their names.
+
+    What wraps a detector takes them as attributes of its own: Python 3.12 asks no `__getattr__`
+    whether an object fulfills a protocol.
+    """
+    names = ("prepare", "observe")
+    return {name: getattr(detector, name) for name in names if hasattr(detector, name)}
 
 
 class DetectorConfig:

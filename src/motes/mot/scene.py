@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -160,7 +160,7 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        if not callable(detector):
+        if isinstance(detector, type) or not callable(detector):
             raise ConfigError(
                 f"A detector is a callable from a Frame to Detections, such as "
                 f"motes.BackgroundDetector(); got {detector!r}."
@@ -211,6 +211,8 @@ class Scene:
         ------
         SourceError
             If the frame's size has changed, or its time is not after the last one's.
+        ConfigError
+            If the detector's detections or its motion are in no form that is known.
         """
         picture = self._as_frame(frame)
         self._check(picture)
@@ -251,7 +253,7 @@ class Scene:
         if turn and isinstance(self.detector, ObservingDetector):
             self.detector.observe(moved)
         found = as_detections(self.detector(frame)) if turn else None
-        motion = getattr(self.detector, "motion", None) if turn else None
+        motion = _homography(getattr(self.detector, "motion", None)) if turn else None
         return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
 
     def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
@@ -304,3 +306,17 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def _homography(motion: Any) -> Floats | None:
+    """Return a detector's motion; raise a ConfigError if it is no homography."""
+    if motion is None:
+        return None
+    with contextlib.suppress(TypeError, ValueError):
+        matrix = np.asarray(motion, np.float64)
+        if matrix.shape == (3, 3) and np.isfinite(matrix).all() and np.linalg.det(matrix):
+            return matrix
+    raise ConfigError(
+        f"The detector's motion is {' '.join(repr(motion).split())[:80]}; it must be a homography, "
+        f"an array (3, 3), or None."
+    )

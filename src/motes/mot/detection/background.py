@@ -59,7 +59,10 @@ LIMIT = 100
 STILL = 10
 """Frames in a row in which almost all is foreground if the camera moves; a light that is switched
 on takes fewer. After a move, the camera must stand still for this number of frames."""
-MOVES = "the camera moves; what moves before it is not seen"
+MOVES = (
+    "the camera moves; what moves before it is not seen: give --camera moving, or a trained "
+    "detector"
+)
 PREVIEWED = 31
 """Largest number of frames from which the first background is made; at least half of it."""
 DENSEST = 1 / 3
@@ -128,6 +131,11 @@ class BackgroundDetector:
     config
         How it looks.
 
+    Raises
+    ------
+    ConfigError
+        If that is no `BackgroundConfig`.
+
     Attributes
     ----------
     warnings
@@ -136,6 +144,8 @@ class BackgroundDetector:
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
+        if not isinstance(config, BackgroundConfig):
+            raise ConfigError(f"A BackgroundDetector takes a BackgroundConfig; got {config!r}.")
         self.config = config
         self._model = Mixture(config.deviations)
         self._first: Mask | None = None

@@ -8,7 +8,7 @@ from typing import Any
 
 from motes.core.adapters import as_detections
 from motes.core.config import Config
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import Detection, DetectorConfig, abilities
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.import_callable import explain, import_callable
@@ -28,7 +28,7 @@ class CustomConfig(DetectorConfig, Config, frozen=True, tag="callable"):
 
 
 class CustomDetector:
-    """A detector made of a callable; its errors name it and the frame.
+    """A detector made of a callable, with all that it has; its errors name it and the frame.
 
     Parameters
     ----------
@@ -49,6 +49,7 @@ class CustomDetector:
             raise ConfigError(f"The detector {name}: {error}") from None
         except (Exception, SystemExit) as error:  # importing a module may raise anything
             raise ConfigError(f"The detector {name} cannot be made: {explain(error)}.") from None
+        vars(self).update(abilities(self._find))
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return what the callable finds in a frame."""
@@ -58,6 +59,9 @@ class CustomDetector:
             raise ConfigError(
                 f"The detector {self._name} failed in frame {frame.index}: {explain(error)}"
             ) from error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._find, name)
 
 
 def _detector(name: str, found: Callable[..., Any]) -> Callable[[Frame], Any]:

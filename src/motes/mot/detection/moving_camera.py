@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from motes.core.adapters import as_detections
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, abilities
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
@@ -60,6 +60,7 @@ class MovingCamera:
 
     def __init__(self, detector: Detector, *, moves: bool = False) -> None:
         self._detector = detector
+        vars(self).update(abilities(detector))
         self._camera = GlobalMotion() if moves or opencv() is not None else None
         self._frames, self._followed = 0, math.inf if moves else 0
         self._boxes = NO_BOXES

@@ -11,7 +11,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.core.adapters import Names, label_of, to_boxes
-from motes.core.config import Config, Count, Share, from_toml
+from motes.core.config import Config, Count, Share, from_dict, from_toml
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
@@ -237,4 +237,8 @@ def onnx_values(file: str) -> dict[str, Any]:
             if key in given:
                 raise ConfigError(f"{beside} has the key {key}, which follows from its name.")
         values |= given
+        try:
+            from_dict(values, OnnxConfig)
+        except ConfigError as error:
+            raise ConfigError(f"{beside}: {error}") from None
     return values

@@ -129,13 +129,14 @@ class RecordedDetections:
                 continue
             try:
                 frame, _, x, y, width, height, score = map(float, (line + ",1").split(",")[:7])
-                if not (math.isfinite(x + y + score) and 0 < width < 1e6 and 0 < height < 1e6):
+                sized = 0 < width < 1e6 and 0 < height < 1e6
+                if not (frame >= 1 and sized and math.isfinite(x + y + score)):
                     raise ValueError
                 index = int(frame) - 1
             except (ValueError, OverflowError):
                 raise SourceError(
-                    f"{path}, line {number}, is not a detection: frame, -1, x, y, width, height, "
-                    f"score; got {line[:60]!r}."
+                    f"{path}, line {number}, is not a detection: frame from 1, -1, x, y, width, "
+                    f"height, score; got {line[:60]!r}."
                 ) from None
             found = Detection(Box(x - 1, y - 1, width, height), score)
             self._frames.setdefault(index, []).append(found)
