@@ -109,7 +109,8 @@ SAMPLES = {
     ),
     "label-studio": Sample(
         '[{"annotations": [{"result": [{"type": "videorectangle", "value": {"labels": ["car"], '
-        '"framesCount": 2, "sequence": [' + KEY.replace("2", "1", 1).replace("12.5", "10") + ", " + KEY + "]}}]}]}]",
+        '"framesCount": 2, "sequence": ['
+        + KEY.replace("2", "1", 1).replace("12.5", "10") + ", " + KEY + "]}}]}]}]",
         KEY, "region 1: keyframe of frame 2", frame='"frame": 2',
     ),
     "keyframes": Sample(
