@@ -38,7 +38,7 @@ def test_names_of_classes_are_no_formulas(name: str, tmp_path: Path) -> None:
     last = (tmp_path / "a.csv").read_text().splitlines()[-1]
     assert "-9.000,9.000" in last  # and numbers are as they were
     assert last.removeprefix("0,0.000000,1,").lstrip('"').startswith("'")
-    (row,) = registry.read(tmp_path / "a.csv", "csv", FACTS)
+    row, *_ = registry.read(tmp_path / "a.csv", "csv", FACTS)
     assert row.objects[0].label == name
 
 
