@@ -31,8 +31,7 @@ def visible(row: FrameRow) -> Iterator[ObjectRow]:
 def certain(recorded: Recording) -> Recording:
     """Return the frames of which it is known what they show: no object is lost or searched for.
 
-    One of whom the film says nothing after it was lost has ended, as one of a scene does that did
-    not come back.
+    An object that has no row after it was lost has ended, as in a scene: then the frame is certain.
     """
     last: dict[int, int] = {}
     for row in recorded:
