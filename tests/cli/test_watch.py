@@ -134,6 +134,19 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
     assert len(out.splitlines()) > 12
 
 
+def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> None:
+    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
+    Path("det.txt").write_text("\n".join(text))
+    for name in ("r.csv", "whole.json"):
+        assert go(f"FILM --detector det.txt --end 80 -o {name}")[0] == 0
+    assert main(["convert", "r.csv", "made.json"]) == 0
+    made, whole = (
+        [each["frame"] for each in json.loads(Path(name).read_text())["images"]]
+        for name in ("made.json", "whole.json")
+    )
+    assert made == whole == [*range(80)]
+
+
 @pytest.mark.parametrize(
     ("line", "code", "said"),
     [

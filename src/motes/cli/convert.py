@@ -170,8 +170,8 @@ def _facts(
         width, height = (width, height) if size else (known.width, known.height)
     run = None
     if known is not None:
-        ends = (each for each in (known.end, frames) if each and known.places is not None)
-        run = range(known.start, min(ends, default=0), known.stride)
+        told = known.last if known.places is not None else None
+        run = range(known.start, 0 if told is None else told + 1, known.stride)
     return FilmFacts(
         source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files,
         run=run,

@@ -15,12 +15,13 @@ from motes.cli.watch_outputs import (
     STREAMED,
     DocumentOutput,
     MotOutput,
+    Remembered,
     RowsOutput,
     format_of,
 )
 from motes.core.config import Config
 from motes.core.files import is_special, leftovers
-from motes.correction.history import History, Remembered, history_path
+from motes.correction.history import History, history_path
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
+from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import Recording
 from motes.formats.registry import FORMATS, check_folder, check_images, format_for
@@ -81,6 +82,44 @@ class RowsOutput(Sink):
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         self._writer.__exit__(kind, *rest)
         self._complete = kind is None
+
+
+class Remembered(Sink):
+    """What is to be remembered of a run, beside its rows, from before the first one on.
+
+    Parameters
+    ----------
+    rows
+        The file of the rows.
+    history
+        What is remembered.
+    overwrite
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    FormatError
+        If the file exists and must not be overwritten, or cannot be made.
+    """
+
+    def __init__(self, rows: str, history: History, *, overwrite: bool) -> None:
+        self._rows, self._history = Path(rows), history
+        self._path = history_path(self._rows)
+        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
+        check_writable(self._path, overwrite)
+
+    def write(self, moment: Moment) -> None:
+        """Write the file before the first frame; remember which frame is the last."""
+        if self._history.last is None:
+            self._history.save(self._path)
+        self._history = replace(self._history, last=moment.frame.index)
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Note where the run ended, and how many lines the rows have, unless it failed."""
+        begun = self._history.last is not None
+        ended = kind is None or issubclass(kind, KeyboardInterrupt)
+        if begun and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
+            self._history.save(self._path, line_count(self._rows))
 
 
 class MotOutput(Lines):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import msgspec
 from msgspec.structs import replace
@@ -72,6 +72,8 @@ class History(msgspec.Struct, frozen=True):
     lines: int | None = None
     """How many lines the file of rows had when its run or its last correction ended, by which a
     part of it is told from the whole; None until then."""
+    last: int | None = None
+    """The last frame that the run has seen; None until it ended."""
 
     @classmethod
     def of_run(
@@ -282,45 +284,3 @@ def hand_on(known: History | None, rows: Path) -> None:
         history_path(rows).unlink(missing_ok=True)
     else:
         known.save(history_path(rows), line_count(rows))
-
-
-class Remembered:
-    """An output that writes what is to be remembered of a run, before its first row.
-
-    Parameters
-    ----------
-    rows
-        The file of the rows.
-    history
-        What is remembered.
-    overwrite
-        Whether an existing file may be replaced.
-
-    Raises
-    ------
-    FormatError
-        If the file exists and must not be overwritten, or cannot be made.
-    """
-
-    result = None
-
-    def __init__(self, rows: str, history: History, *, overwrite: bool) -> None:
-        self._rows, self._history, self._done = Path(rows), history, False
-        self._path = history_path(self._rows)
-        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
-        check_writable(self._path, overwrite)
-
-    def write(self, _: object) -> None:
-        """Write the file before the first frame."""
-        if not self._done:
-            self._history.save(self._path)
-            self._done = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Note how many lines the rows have, unless the run failed."""
-        ended = kind is None or issubclass(kind, KeyboardInterrupt)
-        if self._done and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
-            self._history.save(self._path, line_count(self._rows))

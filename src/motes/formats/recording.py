@@ -55,7 +55,8 @@ class FilmFacts:
     files: Sequence[str] = ()
     """The paths of its images, by frame, as `Source.files`; none of a video."""
     run: range | None = None
-    """The frames that a scene's run has seen; none of a target's run, None without a run."""
+    """The frames that a scene's run has seen; none of a target's run, or of one that was killed;
+    None without a run."""
 
     @property
     def every(self) -> range:

@@ -133,9 +133,7 @@ def recording_of_rows(
             else:
                 objects.append((frame, each))
     alone = _alone([each for _, each in objects])
-    told = range(0) if alone else facts.every
-    if (run := facts.run) is not None:  # one that was interrupted has not seen what comes later
-        told = range(run.start, min(run.stop, max(times, default=-1) + 1), run.step)
+    told = facts.run if facts.run is not None else range(0) if alone else facts.every
     return recording_of(facts, objects, times, searched=searched, told=told)
 
 
