@@ -1,14 +1,16 @@
 # `make demo` and `make test` set up what they need in .venv; they need python3 (3.11+) with venv, its
-# header files, and a C++ compiler. With uv, packages are installed sooner.
+# header files, and a C++ compiler.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
-UV := $(shell command -v uv 2>/dev/null)
-INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet)
+LAB := --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[peers]'
+# uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs.
 # Modules are compiled when they are imported: most never are.
-QUICK := $(INSTALL)$(if $(UV),, --no-compile)
+UV := $(or $(shell command -v uv 2>/dev/null),$(BIN)/uv)
+install = $(UV) pip install --quiet --python $(BIN)/python $(1) || \
+	$(BIN)/python -m pip install --quiet --no-compile $(1)
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
 # Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
@@ -30,7 +32,7 @@ ONLY :=
 # Tests start many programs, each of which would compile its modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ready demo itself needed check test suite coverage lint docs gallery bench results fuzz kills clean
+.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
 
 demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
@@ -95,23 +97,16 @@ kills: ready
 $(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(QUICK) 'setuptools>=77' 'numpy>=2'
-	@$(MAKE) --no-print-directory -j 2 itself needed
+	@test -x $(UV) || $(BIN)/python -m pip install --quiet uv || true
+	$(call install,'setuptools>=77' 'numpy>=2')
+	$(call install,--no-build-isolation --editable .)
 	touch $@ $(KERNELS)
-
-# Others' packages are installed while motes' kernels are compiled.
-itself:
-	$(INSTALL) --no-build-isolation --no-deps --editable .
-
-needed:
-	$(QUICK) $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"])')
 
 # The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests
 # compare with; of what they ask for, an OpenCV would overwrite ours.
 $(READY): $(DEMO_READY) lab/pyproject.toml
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[peers]'
-	$(INSTALL) --no-deps trackeval==1.3.0 datumaro==1.13.12
+	$(call install,$(LAB))
+	$(call install,--no-deps trackeval==1.3.0 datumaro==1.13.12)
 	touch $@ $(KERNELS)
 
 # The installation has compiled the kernels; they are compiled again when their sources change. A make
