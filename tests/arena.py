@@ -167,7 +167,7 @@ def _gone(number: int) -> bool:
 
 def wait_for(done: Callable[[], bool]) -> None:
     """Wait until something is done."""
-    end = time.monotonic() + 600
+    end = time.monotonic() + 120
     while not done():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)

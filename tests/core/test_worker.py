@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -51,6 +52,21 @@ def until_stopped(line: WorkerLine) -> bytes:
 
 def fail(_: WorkerLine, error: Exception) -> bytes:
     raise error
+
+
+class Deaf(WorkerLine):
+    """A line that has not read yet that there is no program any more."""
+
+    def _take(self) -> None:
+        time.sleep(600)
+
+
+def send_on(line: WorkerLine, note: str) -> None:
+    """Start a program as `begin_program` does, and send while there is somebody who receives."""
+    threading.Thread(target=begin_program, args=(line, note), daemon=True).start()
+    while True:
+        line.send(Alive())
+        time.sleep(0.01)
 
 
 def begin_program(_: WorkerLine, note: str) -> bytes:
@@ -202,6 +218,16 @@ def test_no_worker_outlives_its_program(
     until(lambda: not Path(scratch).exists())
 
 
+def test_a_worker_that_sends_to_nobody_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
+    note = tmp_path / "note"
+    worker = Worker(send_on, str(note), line=Deaf)
+    until(note.exists)
+    mine, program, folder = note.read_text().split()
+    worker.pipe.close()
+    until(lambda: not runs(int(mine)) and not runs(int(program)))
+    assert not Path(folder).exists()
+
+
 def runs(pid: int) -> bool:
     """Return whether a process is there, and has not ended."""
     try:
@@ -214,5 +240,5 @@ def until(so: Callable[[], bool]) -> None:
     """Wait until something is so."""
     begun = time.monotonic()
     while not so():
-        assert time.monotonic() - begun < 600, "waited in vain"
+        assert time.monotonic() - begun < 120, "waited in vain"
         time.sleep(0.02)

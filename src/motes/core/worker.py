@@ -217,10 +217,14 @@ class WorkerLine:
                 while True:
                     self._inbox.put(self._pipe.recv_bytes())
         finally:
-            if self._scratch is not None:
-                shutil.rmtree(self._scratch, ignore_errors=True)
-            system.end_group(os.getpid())
-            os._exit(1)  # it may have no group of its own
+            self.end()
+
+    def end(self) -> None:
+        """End the worker and all that it has started; its temporary files go."""
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch, ignore_errors=True)
+        system.end_group(os.getpid())
+        os._exit(1)  # it may have no group of its own
 
 
 def do_tasks(line: WorkerLine) -> None:
@@ -282,5 +286,8 @@ def _run(
     with contextlib.suppress(OSError):  # as on a full disk, where the usual folder may do
         os.mkdir(scratch, 0o700)
         os.environ["TMPDIR"] = tempfile.tempdir = scratch
-    with contextlib.suppress(BrokenPipeError):
-        function(line(pipe, scratch), *arguments)
+    ours = line(pipe, scratch)
+    try:
+        function(ours, *arguments)
+    except BrokenPipeError:  # noticed here before the line has read that there is no program
+        ours.end()
