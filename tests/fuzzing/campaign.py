@@ -57,7 +57,7 @@ class Kind:
     name: str
     seeds: Callable[[], list[bytes]]
     check: Callable[[bytes], str]
-    block: int = 100
+    block: int = 50
     limit: float = 10.0
     mutate: Callable[[Random, Sequence[bytes]], bytes] = mutate
 
