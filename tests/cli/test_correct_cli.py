@@ -157,6 +157,23 @@ def test_metres_and_an_overlay(go: Go) -> None:
     assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
 
 
+def test_of_a_killed_run_it_is_said_that_rows_are_missing(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
+        if data.startswith(b"12,"):
+            raise RuntimeError
+        file.write(data)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(TrackWriter, "_write", write)
+        assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] != 0
+    code, said = go("convert rows.csv a.xml")
+    assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --resume")[0] == 0
+    assert "killed" not in go("convert rows.csv b.xml")[1]
+
+
 def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kill is in the middle of a row."""
     line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"

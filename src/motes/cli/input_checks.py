@@ -158,12 +158,16 @@ def point_out_leftovers(*outputs: Path | None) -> None:
 
 def point_out_unfinished(rows: Path, known: History | None) -> None:
     """Say if the run that made rows was not finished, by what is remembered of it."""
-    if known is not None and known.unfinished:
+    if known is None:
+        return
+    if known.unfinished:
         first, last = known.unfinished[0][0], known.unfinished[-1][1]
         log(
             f"the run of {rows} was not finished between frames {first} and {last}; finish it "
             f"with: motes refine {known.film} {rows}"
         )
+    elif known.lines is None and not known.corrections:  # the studio counts no lines
+        log(f"the run of {rows} was killed, or still goes on: what comes after them is missing.")
 
 
 def check_label(label: str | None, output: str | None, form: str | None = None) -> None:
