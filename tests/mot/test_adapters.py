@@ -121,6 +121,9 @@ def number():
 def fails(frame):
     raise KeyError("weights")
 
+def ends(frame):
+    raise SystemExit(3)
+
 def nonsense(frame):
     return 3
 
@@ -183,7 +186,12 @@ def test_what_is_no_detector_is_refused(name: str, words: str, module: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("fails", "KeyError: 'weights'"), ("nonsense", "The detector returned 3")]
+    ("name", "words"),
+    [
+        ("fails", "KeyError: 'weights'"),
+        ("ends", "SystemExit: 3"),
+        ("nonsense", "The detector returned 3"),
+    ],
 )
 def test_an_error_of_a_detector_names_it_and_the_frame(name: str, words: str, module: str) -> None:
     with pytest.raises(ConfigError, match=f"{module}:{name} failed in frame 4") as caught:

@@ -55,7 +55,7 @@ class CustomDetector:
         """Return what the callable finds in a frame."""
         try:
             return as_detections(self._find(frame))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise ConfigError(
                 f"The detector {self._name} failed in frame {frame.index}: {explain(error)}"
             ) from error
