@@ -157,6 +157,8 @@ def sound(each: ObjectRow) -> ObjectRow:
     """Return an object of a file; raise a ValueError if it has no place, size or confidence."""
     if not all(abs(value) <= FARTHEST for value in (*each.ellipse, *each.box, each.confidence)):
         raise ValueError("a number of the object is not finite, or too large")
+    if not 0 <= each.confidence <= 1:
+        raise ValueError(f"confidence is {each.confidence:g}; it is a probability, 0 to 1")
     if not min(each.ellipse.a, each.ellipse.b) > 0:
         width, height = 2 * each.ellipse.a, 2 * each.ellipse.b
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")

@@ -167,8 +167,6 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
     identity = whole(rest[5]) if len(more) == 2 else ANONYMOUS
     name = label_or_none(names.get(whole(label), f"class {label}"), facts.label)
     confidence = more[0] if more else 1.0
-    if not 0 <= confidence <= 1:
-        raise ValueError(f"the confidence {confidence:g} is not in 0 to 1")
     row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
     return sound(row)
 
