@@ -372,6 +372,7 @@ WRONG = [
     ("yolo", "0 0.125", "0 0.125 0.3 0.4 0.5", "line 1: 10 numbers"),
     ("yolo", "0 0.125", "car 0.125", "line 1: 'car' is not a number"),
     ("yolo", "0.125", "125", "line 1: the center 125, 0.2 is not a share"),
+    ("yolo", " 0.9 7", " 1.5", "line 1: confidence is 1.5; it is a probability, 0 to 1"),
     ("label-studio", '"sequence"', '"keys"', "region 1: it has no sequence"),
     ("label-studio", '"y": 40, "width": 40.5', '"width": 40.5', "missing required field `y`"),
     ("label-studio", '"annotations"', '"results"', "it has no annotation and no prediction"),
