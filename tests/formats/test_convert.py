@@ -238,6 +238,16 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     Path("a.xml").write_text(text.replace("</annotations>", only))
     assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
 
+    document = json.loads(Path("two.json").read_text())
+    document["annotations"][0] |= {"iscrowd": 1, "bbox": None}
+    document["annotations"][1] |= {"iscrowd": True}
+    Path("a.json").write_text(json.dumps(document))
+    code, said = go("convert a.json d.jsonl")
+    assert "left out of a.json: 2 annotations of a crowd." in said
+    rows = len(Path("d.jsonl").read_text().splitlines())
+    assert (code, rows) == (0, len(document["annotations"]) - 2)
+    Path("a.json").unlink()
+
     head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
     code, said = go("convert a.json.rows.jsonl a.json")
