@@ -111,6 +111,22 @@ def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
             assert not Path(f"{target}.rows.jsonl").exists()
 
 
+@pytest.mark.parametrize(
+    ("target", "label", "place", "found"),
+    [
+        ("a.txt", "Car", slice(7, 8), {"3"}),
+        ("gt.txt", "person", slice(7, 8), {"1"}),
+        ("a.csv", "cup", slice(3, 4), {"label", "cup", ""}),
+    ],
+)
+def test_a_class_for_those_without_one_is_in_rows_too(
+    go: Go, target: str, label: str, place: slice, found: set[str]
+) -> None:
+    assert go(f"convert one.csv {target} --label {label}")[0] == 0
+    lines = Path(target).read_text().splitlines()
+    assert {name for line in lines for name in line.split(",")[place]} == found
+
+
 def test_one_of_several_objects(go: Go) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)
@@ -314,6 +330,9 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
         ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
         ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),
+        ("convert one.csv b.txt --label cup", 2, "mot has no class cup; it has pedestrian, person"),
+        ("convert one.csv gt.txt --label cup", 2, "--label: mot-truth has no class cup; it has"),
+        ("convert one.csv det.txt --label car", 2, "mot-detections holds no classes; omit it."),
         ("convert none.csv b.xml", 3, "none.csv cannot be read: No such file"),
         ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
     ],

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from msgspec import structs
+
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
@@ -13,6 +15,8 @@ from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
+LABEL = "object"
+"""Default class of the objects."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
 
@@ -50,7 +54,7 @@ class FilmFacts:
     """Its number of frames; None if unknown."""
     fps: float | None = None
     """Its frames per second; None if unknown."""
-    label: str = "object"
+    label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
     """The paths of its images, by frame, as `Source.files`; none of a video."""
@@ -119,7 +123,9 @@ def recording_of(
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
-        frames.setdefault(frame, []).append(each)
+        nameless = each.label is None and facts.label != LABEL
+        named = structs.replace(each, label=facts.label) if nameless else each
+        frames.setdefault(frame, []).append(named)
     missed: dict[int, list[int]] = {}
     for frame, identity in searched:
         missed.setdefault(frame, []).append(identity)
