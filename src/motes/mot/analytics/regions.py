@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 import numpy as np
 from msgspec import Meta
 
-from motes.core.config import Config, Positive, from_dict, from_toml
+from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import clipped
 from motes.mot.analytics.ground_plane import Ground
@@ -18,6 +18,9 @@ Point: TypeAlias = tuple[float, float]
 
 STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""
+SETTLED = 0.4
+"""Seconds after which a crossing, an entry or an exit counts, unless the object comes back; nobody
+has stayed before."""
 
 
 class Line(Config, frozen=True):
@@ -56,7 +59,7 @@ class Zone(Config, frozen=True):
     """Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels."""
     name: str = ""
     """Its name in events; by default its number."""
-    dwell: Positive | None = None
+    dwell: Annotated[float, Meta(ge=SETTLED, le=1e9)] | None = None
     """An object that is inside for this many seconds causes the event `stays`; by default none
     does."""
 
