@@ -178,6 +178,26 @@ def test_places_from_toml() -> None:
 
 
 @pytest.mark.parametrize(
+    ("points", "crosses"),
+    [
+        ((0, 0, 9, 9, 9, 0, 0, 9), True),  # a bow tie
+        ((0, 0, 9, 0, 9, 9, 4, -1, 0, 9), True),
+        ((0, 0, 9, 0, 9, 9, 4, 1, 0, 9), False),
+        ((0, 0, 9, 0, 9, 9, 4, 0, 0, 9), False),  # it touches itself
+        ((0, 0, 9, 0, 9, 0, 9, 9), False),
+        ((0, 0, 1e300, 1e300, 1e300, 0, 0, 1e300), True),
+    ],
+)
+def test_a_zone_that_crosses_itself_is_refused(points: tuple[float, ...], crosses: bool) -> None:
+    zones = (Zone((0, 0, 9, 0, 9, 9)), Zone(points))
+    if not crosses:
+        Regions(zone=zones)
+        return
+    with pytest.raises(ConfigError, match="zone 2 crosses itself; give its corners in order"):
+        Regions(zone=zones)
+
+
+@pytest.mark.parametrize(
     ("make", "said"),
     [
         (lambda: Line((1, 2, 1, 2)), "two different points"),
