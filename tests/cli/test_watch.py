@@ -134,6 +134,21 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
     assert len(out.splitlines()) > 12
 
 
+def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
+    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
+    Path("det.txt").write_text("\n".join(text))
+    assert "were not used" not in go("FILM --detector det.txt -o a.csv")[2]
+    text += ["50,-1,900,41,16,30,1", "50,-1,20,41,1,1,1", "900,-1,20,41,16,30,1"]
+    Path("det.txt").write_text("\n".join(text))
+    for camera in ("still", "moving"):
+        said = go(f"FILM --detector det.txt -o {camera}.csv --camera {camera}")[2]
+        line = (
+            "3 of 18 detections of det.txt were not used: 2 out of the picture or unfit in size, 1"
+        )
+        assert line in said
+    assert Path("still.csv").read_bytes() == Path("a.csv").read_bytes()
+
+
 def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))

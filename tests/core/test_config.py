@@ -18,6 +18,7 @@ from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.mot.scene_config import DetectionSelection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed
@@ -258,6 +259,15 @@ def test_merging() -> None:
 )
 def test_flags(text: str, value: Any) -> None:
     assert from_flag(text) == value
+
+
+@pytest.mark.parametrize("text", ["cat,dog", "cat, dog", "['cat', 'dog']"])
+def test_a_list_of_names_may_have_commas_alone(text: str) -> None:
+    found = from_dict({"classes": from_flag(text)}, DetectionSelection)
+    assert found.classes == ("cat", "dog")
+    assert from_dict({"classes": from_flag("cat")}, DetectionSelection).classes == ("cat",)
+    with pytest.raises(ConfigError, match="classes: got ''; it takes list: text"):
+        from_dict({"classes": from_flag("")}, DetectionSelection)
 
 
 def test_text_that_is_no_toml() -> None:

@@ -111,6 +111,22 @@ def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
             assert not Path(f"{target}.rows.jsonl").exists()
 
 
+@pytest.mark.parametrize(
+    ("target", "label", "place", "found"),
+    [
+        ("a.txt", "Car", slice(7, 8), {"3"}),
+        ("gt.txt", "person", slice(7, 8), {"1"}),
+        ("a.csv", "cup", slice(3, 4), {"label", "cup", ""}),
+    ],
+)
+def test_a_class_for_those_without_one_is_in_rows_too(
+    go: Go, target: str, label: str, place: slice, found: set[str]
+) -> None:
+    assert go(f"convert one.csv {target} --label {label}")[0] == 0
+    lines = Path(target).read_text().splitlines()
+    assert {name for line in lines for name in line.split(",")[place]} == found
+
+
 def test_one_of_several_objects(go: Go) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)
@@ -238,6 +254,16 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     Path("a.xml").write_text(text.replace("</annotations>", only))
     assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
 
+    document = json.loads(Path("two.json").read_text())
+    document["annotations"][0] |= {"iscrowd": 1, "bbox": None}
+    document["annotations"][1] |= {"iscrowd": True}
+    Path("a.json").write_text(json.dumps(document))
+    code, said = go("convert a.json d.jsonl")
+    assert "left out of a.json: 2 annotations of a crowd." in said
+    rows = len(Path("d.jsonl").read_text().splitlines())
+    assert (code, rows) == (0, len(document["annotations"]) - 2)
+    Path("a.json").unlink()
+
     head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
     code, said = go("convert a.json.rows.jsonl a.json")
@@ -304,6 +330,9 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
         ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
         ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),
+        ("convert one.csv b.txt --label cup", 2, "mot has no class cup; it has pedestrian, person"),
+        ("convert one.csv gt.txt --label cup", 2, "--label: mot-truth has no class cup; it has"),
+        ("convert one.csv det.txt --label car", 2, "mot-detections holds no classes; omit it."),
         ("convert none.csv b.xml", 3, "none.csv cannot be read: No such file"),
         ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
     ],

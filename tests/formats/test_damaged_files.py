@@ -330,6 +330,8 @@ WRONG = [
     ("csv", "1,0.04,12.5,40.0", "1,0.04,,", "row 2: it has no x"),
     ("csv", TRACK_ROW, TRACK_ROW.replace(",99.0", ""), "row 2 has 10 fields instead of 11"),
     ("csv", TRACK_ROW, TRACK_ROW.replace("0.9,", ","), "row 2: it has no confidence"),
+    ("csv", TRACK_ROW, TRACK_ROW.replace("0.9,", "87,"), "row 2: confidence is 87; it is a prob"),
+    ("jsonl", '"confidence": 0.9', '"confidence": -0.5', "row 1: confidence is -0.5; it is a prob"),
     ("jsonl", '"y": 40.0, "a": 40.5', '"a": 40.5', "it has no y"),
     ("jsonl", '"x": 12.5', '"x": null', "row 2: it has no x"),
     ("mot", "2,7,12.5,40,40.5,24,0.9,1,1,-1", "2,7,12.5,40,40.5,24", "line 2: 6 fields, and"),
@@ -343,6 +345,8 @@ WRONG = [
     ("coco", '2, "category_id": 1', '2, "category_id": 4', r"annotations\[1\]: its category 4"),
     ("coco", '"id": 2, "image_id"', '"id": 1, "image_id"', r"annotations\[1\]: 1 is already"),
     ("coco", "[12.5, 40, 40.5, 24]", "[12.5, 40, 40.5]", r"annotations\[0\].bbox"),
+    ("coco", "40.5, 24]}]", '40.5, 24], "score": 1.01}]',
+     r"annotations\[1\]: confidence is 1.01; it is a probability, 0 to 1"),
     ("coco", ', "bbox": [12.5, 40, 40.5, 24]}]', "}]",
      r"annotations\[1\]: it has neither bbox nor polygon"),
     ("coco", '"bbox": [12.5, 40, 40.5, 24]}]', '"segmentation": [[1, 2, 3]]}]',
@@ -368,6 +372,7 @@ WRONG = [
     ("yolo", "0 0.125", "0 0.125 0.3 0.4 0.5", "line 1: 10 numbers"),
     ("yolo", "0 0.125", "car 0.125", "line 1: 'car' is not a number"),
     ("yolo", "0.125", "125", "line 1: the center 125, 0.2 is not a share"),
+    ("yolo", " 0.9 7", " 1.5", "line 1: confidence is 1.5; it is a probability, 0 to 1"),
     ("label-studio", '"sequence"', '"keys"', "region 1: it has no sequence"),
     ("label-studio", '"y": 40, "width": 40.5', '"width": 40.5', "missing required field `y`"),
     ("label-studio", '"annotations"', '"results"', "it has no annotation and no prediction"),
@@ -387,6 +392,13 @@ def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: C
     text = SAMPLES[name].text
     assert old in text
     check_refused(convert(name, text.replace(old, new).encode(), "--from", name), message)
+
+
+@pytest.mark.parametrize("name", ["mot", "mot-detections"])
+def test_scores_of_the_motchallenge_have_any_size(name: str, convert: Convert) -> None:
+    text = SAMPLES[name].text.replace("0.9", "87")
+    assert convert(name, text.encode(), "--from", name)[0] == 0
+    assert [row["confidence"] for row in rows()] == [87, 87]
 
 
 @pytest.mark.parametrize(

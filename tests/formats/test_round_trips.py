@@ -234,6 +234,23 @@ def test_labels_of_ultralytics_count_from_one(
     assert [row.frame for row in registry.read(tmp_path, "yolo", facts)] == frames
 
 
+@pytest.mark.parametrize(
+    ("lines", "found"),
+    [
+        (("0.9", "1", "0"), [(-1, 0.9), (-1, 1), (-1, 0)]),
+        (("1", "12", ""), [(1, 1), (12, 1), (-1, 1)]),
+        (("0.5 1", "0.25 12", "0.75"), [(1, 0.5), (12, 0.25), (-1, 0.75)]),
+    ],
+)
+def test_a_sixth_number_of_yolo_is_an_identity_where_one_is_above_1(
+    lines: tuple[str, ...], found: list[tuple[int, float]], tmp_path: Path
+) -> None:
+    for frame, line in enumerate(lines):
+        (tmp_path / f"{frame}.txt").write_text(f"0 0.5 0.5 0.1 0.1 {line}\n")
+    recorded = registry.read(tmp_path, "yolo", FilmFacts(width=320, height=240))
+    assert [(each.identity, each.confidence) for row in recorded for each in row.objects] == found
+
+
 CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'
 CVAT = (
     "<annotations><meta><task><size>{}</size></task></meta><track id='0'>{}</track></annotations>"

@@ -28,7 +28,7 @@ def seeds() -> list[bytes]:
         "track --init 10,12,20,16 --init 30,20,9,9 --preset nummiaro",
         "track --preset nummiaro --particles 80 --color.bins 8,8,8 --motion.noise.size 0.05 "
         "--likelihood.sigma 0.1 --dump-config",
-        "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.1 --scale 20 --seed 1 --end 3",
+        "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.5 --scale 20 --seed 1 --end 3",
         "watch --like 10,12,20,16 --end 3",
         "watch --initiation.min-hits 3 --detector.history 200 --dump-config",
         "track --init 10,12,20,16 --start 1 --save-histogram target.json",

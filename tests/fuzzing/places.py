@@ -47,7 +47,7 @@ points = [32, 0, 32, 48]
 
 [[zone]]
 points = [10, 10, 60, 10, 60, 40, 10, 40]
-dwell = 0.2
+dwell = 0.5
 
 [[zone]]
 name = "bed"

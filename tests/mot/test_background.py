@@ -210,6 +210,17 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
         ((4, 4, 8, 8), 1.0),
     ]
     assert third == []
+    (said,) = detector.unused_detections
+    assert said.startswith(f"1 of 3 detections of {path} were not used: 1 out of the ")
+    assert said.endswith("picture or unfit in size, 0 after frame 2")
+
+
+@pytest.mark.parametrize("text", ["", "\n \n"])
+def test_a_file_without_detections_is_refused(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "det.txt"
+    path.write_text(text)
+    with pytest.raises(SourceError, match=r"det.txt has no detections; give a file that has some"):
+        RecordedDetections(path)
 
 
 @pytest.mark.parametrize(

@@ -114,6 +114,12 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
     assert left == [(6, 1.5), (12, 0.75)]
 
 
+def test_the_shortest_stay_is_told_when_its_entry_counts() -> None:
+    counting = EventCounter(Regions(zone=(Zone((0, 0, 90, 0, 90, 90, 0, 90), dwell=0.4),)))
+    events = told(counting, *(seen(i, (40, 40)) for i in range(9)))
+    assert [e.seconds for e in events if e.event == "stays"] == [0.5]  # four frames a second
+
+
 def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
     counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
@@ -172,10 +178,31 @@ def test_places_from_toml() -> None:
 
 
 @pytest.mark.parametrize(
+    ("points", "crosses"),
+    [
+        ((0, 0, 9, 9, 9, 0, 0, 9), True),  # a bow tie
+        ((0, 0, 9, 0, 9, 9, 4, -1, 0, 9), True),
+        ((0, 0, 9, 0, 9, 9, 4, 1, 0, 9), False),
+        ((0, 0, 9, 0, 9, 9, 4, 0, 0, 9), False),  # it touches itself
+        ((0, 0, 9, 0, 9, 0, 9, 9), False),
+        ((0, 0, 1e300, 1e300, 1e300, 0, 0, 1e300), True),
+    ],
+)
+def test_a_zone_that_crosses_itself_is_refused(points: tuple[float, ...], crosses: bool) -> None:
+    zones = (Zone((0, 0, 9, 0, 9, 9)), Zone(points))
+    if not crosses:
+        Regions(zone=zones)
+        return
+    with pytest.raises(ConfigError, match="zone 2 crosses itself; give its corners in order"):
+        Regions(zone=zones)
+
+
+@pytest.mark.parametrize(
     ("make", "said"),
     [
         (lambda: Line((1, 2, 1, 2)), "two different points"),
         (lambda: Zone((1, 2, 3, 4, 5, 6, 7)), "an x and a y"),
+        (lambda: Zone((0, 0, 9, 0, 9, 9), dwell=0.3), r"dwell: got 0.3; it takes number, 0.4 to"),
         (lambda: Zone((1, 2, 3, 4)), "it takes list of at least 6: number"),
         (lambda: Line((1, 2, float("nan"), 4)), "finite"),
     ],

@@ -15,7 +15,7 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
-from motes.mot.detection.onnx_heads import IMAGENET, KINDS, Boxes, suppressed
+from motes.mot.detection.onnx_heads import IMAGENET, KINDS, Boxes, decoded, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save
 
@@ -164,6 +164,31 @@ def test_a_bad_file_beside_it_is_refused(toml: str, words: str, tmp_path: Path) 
         named_detector(str(path))
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("head", "named", "scores"),
+    [("yolov5", "yolo", 92), ("yolo", "yolov5", 3312), ("yolo", "nms", 36), ("nms", "yolo", 96)],
+)
+def test_scores_that_are_none_are_those_of_another_head(
+    head: str, named: Any, scores: int, tmp_path: Path
+) -> None:
+    path = str(model(tmp_path, head))
+    words = rf"not those of head {named}: .* are 0 to {scores}; change head \(--detector.head"
+    with pytest.raises(ConfigError, match=words):
+        OnnxDetector(OnnxConfig(path, head=named))(picture((16, 32, 16, 16, RED)))
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_boxes_without_an_end_are_no_detections(value: float) -> None:
+    rows = np.tile([0.2, 0.2, 0.1, 0.1, 0.9, 1.0], (1, 3, 1))
+    for head in ("nms", "rtdetr"):
+        some, every = rows.copy(), rows.copy()
+        some[0, 1, 2], every[..., :4] = value, value
+        assert len(decoded(head, {"out": some}, (96, 64)).scores) == 2
+        assert len(decoded(head, {"out": rows[:, :0]}, (96, 64)).scores) == 0
+        with pytest.raises(ConfigError, match=f"head {head}: 0 of 3 boxes are finite, scores are"):
+            decoded(head, {"out": every}, (96, 64))
 
 
 def test_unknown_outputs_are_named(tmp_path: Path) -> None:

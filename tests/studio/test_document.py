@@ -127,6 +127,12 @@ def test_ground_points_are_a_plane() -> None:
         regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
 
 
+def test_a_zone_that_crosses_itself_makes_no_sense() -> None:
+    places = commands.Places(zones=(commands.DrawnZone((0.0, 0.0, 9.0, 9.0, 9.0, 0.0, 0.0, 9.0)),))
+    with pytest.raises(ConfigError, match="zone 1 crosses itself"):
+        regions_of(places)
+
+
 def test_places_come_back_from_their_toml() -> None:
     """Also a zone without a dwell, which has no value in TOML."""
     places = commands.Places(

@@ -88,8 +88,9 @@ def convert(
     """
     from motes.cli.watch_outputs import check_place, format_of, say_how_to_train
     from motes.correction.history import check_beside, hand_on, history_beside
-    from motes.formats import registry
-    from motes.formats.aspects import TIMES, aspects
+    from motes.formats import mot, registry
+    from motes.formats.aspects import CLASSES, TIMES, aspects
+    from motes.formats.recording import LABEL
 
     if list_:
         print("\n".join(_table()))
@@ -101,6 +102,10 @@ def convert(
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
+    if label != LABEL and CLASSES not in registry.FORMATS.resolve(form).holds:
+        raise ConfigError(f"--label: {form} holds no classes; omit it.")
+    if form in ("mot", "mot-truth") and label.lower() not in (LABEL, *mot.CLASSES, *mot.SYNONYMS):
+        raise ConfigError(f"--label: {form} has no class {label}; it has {', '.join(mot.CLASSES)}.")
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)

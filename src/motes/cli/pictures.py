@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import prepare_folder
-from motes.cli.watch_outputs import LABEL, DocumentOutput
+from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -283,7 +283,7 @@ class Masks(DocumentOutput):
             raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
         form = "coco" if path.suffix else "masks"
         prepare_folder(path.parent, [], overwrite)
-        super().__init__(str(path), form, film, label or LABEL, overwrite, None)
+        super().__init__(str(path), form, film, label, overwrite, None)
         self._segmenter = Segmenter()
 
     def write(self, moment: Moment) -> None:

@@ -11,7 +11,6 @@ from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.options import FrameOptions, OutputOptions
 from motes.cli.watch_outputs import (
-    LABEL,
     STREAMED,
     DocumentOutput,
     MotOutput,
@@ -94,8 +93,8 @@ class Request(Generic[Configuration]):
         if form == "mot":
             return [MotOutput(name, options.overwrite)]
         if form not in STREAMED:
-            label, error = options.label or LABEL, options.keyframe_error
-            return [DocumentOutput(name, form, film, label, options.overwrite, error)]
+            error = options.keyframe_error
+            return [DocumentOutput(name, form, film, options.label, options.overwrite, error)]
         kind: Form = "csv" if form == "csv" else "jsonl"
         writer = TrackWriter(
             name, kind, overwrite=options.overwrite, resume=self.resume, further=further

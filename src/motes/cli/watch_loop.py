@@ -85,7 +85,8 @@ class SceneTally(Tally):
 
     def remarks(self) -> Sequence[str]:
         """Return the events of each minute, and what is to be known of them."""
-        return [*table(self._counts), *self._counter.remarks()]
+        unused = getattr(self._scene.detector, "unused_detections", [])
+        return [*table(self._counts), *self._counter.remarks(), *unused]
 
     @property
     def missing(self) -> str | None:

@@ -13,7 +13,7 @@ from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
-from motes.formats.recording import Recording
+from motes.formats.recording import LABEL, Recording
 from motes.formats.registry import FORMATS, check_folder, check_images, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
@@ -25,8 +25,6 @@ from motes.video.sources import Source
 
 STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
-LABEL = "object"
-"""Default class of the objects."""
 
 
 def format_of(name: str, form: str | None = None) -> str:
@@ -142,7 +140,7 @@ class DocumentOutput(Sink):
         name: str,
         form: str,
         film: Source | Film,
-        label: str,
+        label: str | None,
         overwrite: bool,
         keyframe_error: float | None,
     ) -> None:
@@ -156,7 +154,7 @@ class DocumentOutput(Sink):
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
                 f"document with {self._remedy}, then remove it; or choose another name."
             )
-        self._film, self._label = film, label
+        self._film, self._label = film, label or LABEL
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
         self._left_out = 0

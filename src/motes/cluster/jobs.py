@@ -13,6 +13,7 @@ from msgspec.structs import astuple, replace
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import as_ellipse
+from motes.core.type_words import words
 from motes.sot.presets import preset
 from motes.video.sources import check_rate, is_recorded
 
@@ -78,7 +79,7 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
         return hashlib.sha256(data).hexdigest()[:16]
 
 
-COLUMNS = Job.__struct_fields__
+COLUMNS = {each.name: each.type for each in msgspec.structs.fields(Job)}
 
 
 def job_of(row: Mapping[str, Any], name: str) -> Job:
@@ -97,10 +98,16 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
         given["init"] = _regions(given["init"])
     if isinstance(given.get("network"), str):
         given["network"] = [path.strip() for path in given["network"].split(",")]
-    try:
-        job = msgspec.convert({"source": "", "name": name} | given, Job, strict=False)
-    except msgspec.ValidationError as error:
-        raise ConfigError(str(error).replace("`", "").replace("$.", "column ")) from None
+    given, wrong = {"source": "", "name": name} | given, list[str]()
+    for key, kind in COLUMNS.items():
+        try:
+            if key in given:
+                given[key] = msgspec.convert(given[key], kind, strict=False)
+        except msgspec.ValidationError:
+            wrong.append(f"column {key}: got {row[key]!r:.80}; it takes {words(kind)}")
+    if wrong:
+        raise ConfigError("; ".join(wrong) + ".")
+    job = Job(**given)
     if not job.source:
         raise ConfigError("it has no source; name a film.")
     _check(job)

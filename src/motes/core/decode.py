@@ -67,6 +67,8 @@ def decode(value: Any, kind: Any) -> Any:
         kind = others[0] if len(others) == 1 else kind
     bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     origin, inner = get_origin(bare), get_args(bare)
+    if origin in (list, tuple) and inner[0] is str and isinstance(value, str) and value:
+        value = [part.strip() for part in value.split(",")]  # of a flag
     if origin is dict and isinstance(value, Mapping):
         return {key: decode_at(key, item, inner[1]) for key, item in value.items()}
     if origin in (list, tuple) and isinstance(value, list | tuple):

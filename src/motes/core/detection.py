@@ -27,8 +27,8 @@ class Detector(Protocol):
     """Any callable from a frame to the objects found in it.
 
     A detector may also be a `PreparedDetector` or an `ObservingDetector`. It may have `warnings`,
-    texts by their kind, and `motion`, the homography (3, 3) of the background from the frame before
-    to the latest one, or None.
+    texts by their kind; `motion`, the homography (3, 3) of the background from the frame before to
+    the latest one, or None; and `unused_detections`, lines for the end of `motes watch`.
     """
 
     def __call__(self, frame: Frame) -> Sequence[Detection]:

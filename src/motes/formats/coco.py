@@ -22,7 +22,7 @@ from motes.core.track import Status
 from motes.formats import runs, shapes
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.regions import region_of_corners
-from motes.formats.text import at, read_json
+from motes.formats.text import at, counted, read_json
 from motes.rows.journal import FrameRow, Header, ObjectRow
 
 ROUNDING = 0.05
@@ -137,6 +137,7 @@ class _Annotation(msgspec.Struct):
     instance_id: int | None = None
     attributes: dict[str, Any] = {}
     id: int | None = None
+    iscrowd: Any = 0
 
 
 class _Document(msgspec.Struct):
@@ -151,13 +152,12 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     An image's frame is its `frame` or `frame_id`; without them, its place in the order of the
     names. An object's identity is its `track_id` or `instance_id`. Its ellipse fills its box,
     with the angle and the ratio of half-axes of its polygon if it has one. Without a box it has
-    that around its polygons.
+    that around its polygons. A crowd (`iscrowd`) is no object.
     """
     document: _Document = read_json(path, _Document)
     _check_once("images", [image.id for image in document.images])
     _check_once("categories", [each.id for each in document.categories])
-    known = [each.id for each in document.annotations if each.id is not None]
-    _check_once("annotations", known)
+    _check_once("annotations", [each.id for each in document.annotations if each.id is not None])
     frames = _frames(document.images)
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
@@ -168,12 +168,15 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError(f"its image {each.image_id} is missing")
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
-            row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
-            objects.append((frames[each.image_id], row))
+            if each.iscrowd != 1:
+                row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
+                objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {frames[image.id]: image.time for image in document.images}
     files = {frames[image.id]: image.file_name for image in document.images}
-    return recording_of(facts, objects, times, size, files)
+    crowds = sum(each.iscrowd == 1 for each in document.annotations)
+    left_out = [f"{counted(crowds, 'annotation')} of a crowd"] if crowds else []
+    return recording_of(facts, objects, times, size, files, left_out)
 
 
 def _check_once(what: str, ids: Sequence[int]) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from msgspec import structs
+
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
@@ -13,6 +15,8 @@ from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
+LABEL = "object"
+"""Default class of the objects."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
 
@@ -50,7 +54,7 @@ class FilmFacts:
     """Its number of frames; None if unknown."""
     fps: float | None = None
     """Its frames per second; None if unknown."""
-    label: str = "object"
+    label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
     """The paths of its images, by frame, as `Source.files`; none of a video."""
@@ -119,7 +123,9 @@ def recording_of(
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
-        frames.setdefault(frame, []).append(each)
+        nameless = each.label is None and facts.label != LABEL
+        named = structs.replace(each, label=facts.label) if nameless else each
+        frames.setdefault(frame, []).append(named)
     missed: dict[int, list[int]] = {}
     for frame, identity in searched:
         missed.setdefault(frame, []).append(identity)
@@ -157,6 +163,8 @@ def sound(each: ObjectRow) -> ObjectRow:
     """Return an object of a file; raise a ValueError if it has no place, size or confidence."""
     if not all(abs(value) <= FARTHEST for value in (*each.ellipse, *each.box, each.confidence)):
         raise ValueError("a number of the object is not finite, or too large")
+    if not 0 <= each.confidence <= 1:
+        raise ValueError(f"confidence is {each.confidence:g}; it is a probability, 0 to 1")
     if not min(each.ellipse.a, each.ellipse.b) > 0:
         width, height = 2 * each.ellipse.a, 2 * each.ellipse.b
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")

@@ -86,7 +86,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     from_one = not images and not (path / f"{stem}_0.txt").exists()
     theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
     left_out: list[str] = []
-    objects, times, ended = [], dict[int, None](), dict[bool, str]()
+    objects, lines, times, ended = [], [], dict[int, None](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
@@ -105,8 +105,13 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             ended.setdefault(text.endswith("\n"), file.name)
         for place, line in enumerate(text.splitlines(), start=1):
             if line.strip():
-                with at(f"{file.name}, line {place}"):
-                    objects.append((frame, _row(line, names, facts)))
+                lines.append((f"{file.name}, line {place}", frame, line.split()))
+    # A sixth number is an identity if one is above all confidences, and no line has a seventh.
+    sixth = [float(each[5]) for *_, each in lines if len(each) == 6 and each[5].isdecimal()]
+    tracked = max(sixth, default=0) > 1 and all(len(fields) < 7 for *_, fields in lines)
+    for where, frame, fields in lines:
+        with at(where):
+            objects.append((frame, _row(fields, names, facts, tracked=tracked)))
     if len(ended) > 1:  # some tools end the last line of no text; then a cut cannot be told
         raise FormatError(
             f"{ended[False]}: its last line has no end, unlike those of other texts, so it may be "
@@ -149,10 +154,12 @@ def _frame(name: str, images: Mapping[str, int]) -> int | None:
     return int(digits[-1])
 
 
-def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
-    label, *rest = line.split()
+def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked: bool) -> ObjectRow:
+    label, *rest = fields
     if len(rest) not in (4, 5, 6):
         raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
+    if tracked and len(rest) == 5:
+        rest.insert(4, "1")
     x, y, width, height, *more = (number(value) for value in rest)
     if not all(-1 <= center <= 2 for center in (x, y)):
         raise ValueError(f"the center {x:g}, {y:g} is not a share of the picture's sides, 0 to 1")
@@ -167,8 +174,6 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
     identity = whole(rest[5]) if len(more) == 2 else ANONYMOUS
     name = label_or_none(names.get(whole(label), f"class {label}"), facts.label)
     confidence = more[0] if more else 1.0
-    if not 0 <= confidence <= 1:
-        raise ValueError(f"the confidence {confidence:g} is not in 0 to 1")
     row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
     return sound(row)
 

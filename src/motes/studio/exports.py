@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.track import Status, Track
 from motes.correction.history import FORMAT, History
 from motes.formats import registry
-from motes.formats.recording import Recording
+from motes.formats.recording import LABEL, Recording
 from motes.rows.journal import FrameRow, Header, ObjectRow
 from motes.rows.schema import hindsight
 from motes.studio.commands import Places, Watch
@@ -26,8 +26,6 @@ from motes.studio.document import DrawnTarget, places_toml
 from motes.studio.messages import OpenFilm
 from motes.studio.scenes import watch_config
 
-LABEL = "object"
-"""The class of objects without a name of their own."""
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
 SPLIT = re.compile(r"( \(2\))+$")

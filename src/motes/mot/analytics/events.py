@@ -13,7 +13,7 @@ import numpy as np
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.regions import Line, Point, Regions, crossing, distance
+from motes.mot.analytics.regions import SETTLED, Line, Point, Regions, crossing, distance
 from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
 
@@ -28,8 +28,6 @@ SPEED_OVER = 0.5
 """Seconds over which a speed is measured."""
 CLEAR = 0.1
 """A foot is clearly on one side of a line from this share of its object's height on."""
-SETTLED = 0.4
-"""Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 LEAST_AGE = 0.5
 """Seconds for which an object must be known before anything that it does counts, unless it has
 walked as far as it is high."""

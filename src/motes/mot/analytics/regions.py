@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from msgspec import Meta
 
-from motes.core.config import Config, Positive, from_dict, from_toml
+from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import clipped
 from motes.mot.analytics.ground_plane import Ground
@@ -18,6 +19,8 @@ Point: TypeAlias = tuple[float, float]
 
 STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""
+SETTLED = 0.4
+"""Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 
 
 class Line(Config, frozen=True):
@@ -56,7 +59,7 @@ class Zone(Config, frozen=True):
     """Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels."""
     name: str = ""
     """Its name in events; by default its number."""
-    dwell: Positive | None = None
+    dwell: Annotated[float, Meta(ge=SETTLED, le=1e9)] | None = None
     """An object that is inside for this many seconds causes the event `stays`; by default none
     does."""
 
@@ -65,20 +68,23 @@ class Zone(Config, frozen=True):
         if len(self.points) % 2:
             raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
 
+    @property
+    def sides(self) -> list[tuple[Point, Point]]:
+        """The ends of its sides."""
+        corners = [*zip(self.points[::2], self.points[1::2], strict=True)]
+        return [*zip(corners, corners[1:] + corners[:1], strict=True)]
+
     def holds(self, point: Point) -> bool:
         """Return whether a point lies in the zone: a ray from it crosses an odd number of sides."""
         (x, y), inside = point, False
-        xs, ys = self.points[::2], self.points[1::2]
-        for x1, y1, x2, y2 in zip(xs, ys, xs[1:] + xs[:1], ys[1:] + ys[:1], strict=True):
+        for (x1, y1), (x2, y2) in self.sides:
             if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
                 inside = not inside
         return inside
 
     def depth(self, point: Point) -> float:
         """Return the distance of a point from the edge of the zone."""
-        corners = [*zip(self.points[::2], self.points[1::2], strict=True)]
-        sides = zip(corners, corners[1:] + corners[:1], strict=True)
-        return min(_gap(start, end, point) for start, end in sides)
+        return min(_gap(start, end, point) for start, end in self.sides)
 
 
 class Regions(Config, frozen=True):
@@ -90,6 +96,13 @@ class Regions(Config, frozen=True):
     """The zones."""
     ground: Ground | None = None
     """The ground plane, for speeds in metres per second."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, zone in self.zones.items():
+            for (a, b), (c, d) in combinations(zone.sides, 2):
+                if _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0:
+                    raise ConfigError(f"{name} crosses itself; give its corners in order.")
 
     @classmethod
     def parse(cls, text: str, name: str = "this file") -> Regions:

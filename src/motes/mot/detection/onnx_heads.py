@@ -38,7 +38,6 @@ IMAGENET = (123.675, 116.28, 103.53), (58.395, 57.12, 57.375)
 UNIT = (0.0, 0.0, 0.0), (255.0, 255.0, 255.0)
 RAW = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
-
 Arrays = Mapping[str, NDArray[Any]]
 
 
@@ -90,13 +89,23 @@ def decoded(head: str, outputs: Arrays, size: tuple[int, int]) -> Boxes:
     Raises
     ------
     ConfigError
-        If the outputs do not have the head's form.
+        If the outputs do not have the head's form, or its scores or boxes cannot be those of one.
     """
     try:
-        return KINDS[head].decode(outputs, size)
+        with np.errstate(all="ignore"):  # boxes without an end are no detections
+            found = KINDS[head].decode(outputs, size)
     except (ValueError, IndexError, KeyError, TypeError):
-        found = ", ".join(f"{name} {array.shape}" for name, array in outputs.items())
-        raise ConfigError(f"Its outputs are not those of head {head}: {found}.") from None
+        forms = ", ".join(f"{name} {array.shape}" for name, array in outputs.items())
+        raise ConfigError(f"Its outputs are not those of head {head}: {forms}.") from None
+    finite = np.isfinite(found.sides).all(axis=1)
+    found = Boxes(found.sides[finite], found.scores[finite], found.classes[finite])
+    low, high = found.scores.min(initial=0).round(2), found.scores.max(initial=1).round(2)
+    if low < 0 or high > 1 or (finite.size and not finite.any()):
+        raise ConfigError(
+            f"Its outputs are not those of head {head}: {finite.sum()} of {finite.size} boxes are "
+            f"finite, scores are {low:g} to {high:g}; change head (--detector.head)."
+        )
+    return found
 
 
 def _yolox(outputs: Arrays, size: tuple[int, int]) -> Boxes:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.config import Config
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import Detection, DetectorConfig, best
 from motes.core.errors import SourceError
 from motes.core.files import read_text
 from motes.core.frame import Frame
@@ -123,6 +123,7 @@ class RecordedDetections:
     """
 
     def __init__(self, path: str | Path) -> None:
+        self._path, self._last, self._unfit = path, 0, 0
         self._frames: dict[int, list[Detection]] = {}
         for number, line in enumerate(read_text(path).splitlines(), start=1):
             if not line.strip():
@@ -130,17 +131,30 @@ class RecordedDetections:
             try:
                 frame, _, x, y, width, height, score = map(float, (line + ",1").split(",")[:7])
                 sized = 0 < width < 1e6 and 0 < height < 1e6
-                if not (frame >= 1 and sized and math.isfinite(x + y + score)):
+                if not (frame >= 1 and sized and math.isfinite(frame + x + y + score)):
                     raise ValueError
-                index = int(frame) - 1
-            except (ValueError, OverflowError):
+            except ValueError:
                 raise SourceError(
                     f"{path}, line {number}, is not a detection: frame from 1, -1, x, y, width, "
                     f"height, score; got {line[:60]!r}."
                 ) from None
             found = Detection(Box(x - 1, y - 1, width, height), score)
-            self._frames.setdefault(index, []).append(found)
+            self._frames.setdefault(int(frame) - 1, []).append(found)
+        if not self._frames:
+            raise SourceError(f"{path} has no detections; give a file that has some.")
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections that the file has for a frame."""
-        return self._frames.get(frame.index, [])
+        found = self._frames.get(frame.index, [])
+        self._last = frame.index
+        self._unfit += sum(best([each], frame) is None for each in found)
+        return found
+
+    @property
+    def unused_detections(self) -> list[str]:
+        """A line on those that could not be used in the frames so far, and after them."""
+        late = sum(len(found) for index, found in self._frames.items() if index > self._last)
+        why = f"{self._unfit} out of the picture or unfit in size, {late} after frame {self._last}"
+        unused, every = self._unfit + late, sum(map(len, self._frames.values()))
+        text = f"{unused} of {every} detections of {self._path} were not used: {why}"
+        return [text] if unused else []
