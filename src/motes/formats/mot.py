@@ -93,6 +93,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a file.
 
     The confidence of truth is its flag, and visibility 0 is occluded. Detections have no identity.
+    A score that is no probability, as many detectors' are not, is read as 1.
     """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
     objects = [*_objects(lines, facts.label)]
@@ -108,7 +109,7 @@ def _objects(lines: Iterable[list[float]], usual: str) -> Iterator[tuple[int, Ob
             ObjectRow(
                 int(identity) if identity > 0 else ANONYMOUS,
                 Ellipse.from_box((x - 1, y - 1, width, height)),
-                score,
+                score if 0 <= score <= 1 else 1.0,
                 Status.OCCLUDED if share == 0 else Status.TRACKING,
                 label=label_or_none(_NAMES.get(int(label)), usual),
             ),
