@@ -14,10 +14,13 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch_loop import table
+from motes.cli.watch_loop import counted_moments, table
+from motes.core.errors import SourceError
+from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
+from motes.mot.tracked_object import SceneTrack
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.rows.schema import COLUMNS
 from motes.video.writer import VideoWriter
@@ -80,7 +83,7 @@ def test_one_walks_by(go: Go) -> None:
 def test_an_interrupted_run_counts_what_it_has_written(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The interrupt comes before the frame with the first event is written."""
+    """The interrupt comes after the frame with the first event is found, before it is written."""
     watch = Scene.watch
 
     def interrupted(scene: Scene, *frames: Any, **options: Any) -> Iterator[object]:
@@ -91,9 +94,38 @@ def test_an_interrupted_run_counts_what_it_has_written(
 
     monkeypatch.setattr(Scene, "watch", interrupted)
     code, _, error = go("FILM -o r.csv --events e.jsonl")
-    assert (code, "frames, 0 objects, 0 of them gone; " in error) == (130, True), error
-    assert "appears" not in error
-    assert (Path("e.jsonl").read_text(), Path("r.csv").read_text().count("\n")) == ("", 1)
+    assert (code, "frames, 1 object, 0 of them gone; " in error) == (130, True), error
+    assert "minute 0: appears 1\n" in error
+    assert Path("e.jsonl").read_text().count("\n") == 1
+    assert Path("r.csv").read_text().count("\n") == 2
+
+
+WALK = [
+    (Frame(i, i / 4, np.zeros((9, 9, 3), np.uint8)), [seen(i, (80, 31 + 9 * i))]) for i in range(4)
+]
+"""It crosses y = 50 in the last frame: too late for a report 0.4 seconds later."""
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), SourceError("The camera is gone.")])
+def test_what_ends_a_run_loses_no_crossing_that_has_happened(end: BaseException) -> None:
+    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+        yield from WALK
+        raise end
+
+    moments = counted_moments(found(), EventCounter(Regions((Line((0, 50, 200, 50)),))))
+    told = [(each.frame, each.event) for _ in WALK for each in next(moments).events]
+    assert told == [(0, "appears"), (3, "crosses")]
+    with pytest.raises(type(end)):
+        next(moments)
+
+
+def test_nor_does_an_interrupt_while_a_frame_is_written() -> None:
+    moments = counted_moments(iter(WALK), EventCounter(Regions((Line((0, 50, 200, 50)),))))
+    assert [next(moments).frame.index for _ in range(3)] == [0, 1, 2]
+    last = moments.throw(KeyboardInterrupt())
+    assert (last.frame.index, [event.event for event in last.events]) == (3, ["crosses"])
+    with pytest.raises(KeyboardInterrupt):
+        next(moments)
 
 
 def test_a_film_that_breaks_off_keeps_all_frames_before(go: Go, tmp_path: Path) -> None:

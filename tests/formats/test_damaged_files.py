@@ -395,7 +395,9 @@ def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: C
 
 
 @pytest.mark.parametrize("name", ["mot", "mot-detections"])
-def test_scores_of_the_motchallenge_that_are_no_probabilities_are_read_as_1(name: str, convert: Convert) -> None:
+def test_scores_of_the_motchallenge_that_are_no_probabilities_are_1(
+    name: str, convert: Convert
+) -> None:
     text = SAMPLES[name].text.replace("0.9", "87")
     assert convert(name, text.encode(), "--from", name)[0] == 0
     assert [row["confidence"] for row in rows()] == [1, 1]

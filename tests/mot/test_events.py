@@ -156,6 +156,7 @@ def test_who_vanishes_in_a_zone_leaves_it() -> None:
     counting = EventCounter(Regions(zone=(Zone((0, 0, 90, 0, 90, 90), "court"),)))
     events = told(counting, seen(0, (50, 20)), seen(4, (51, 20)), seen(9, (0, 0), Status.LOST))
     assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
+    assert [(e.frame, e.time) for e in events][-2:] == [(4, 1.0), (9, 2.25)]
 
 
 def test_a_line_of_json() -> None:

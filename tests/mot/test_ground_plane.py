@@ -38,8 +38,10 @@ def test_points_of_a_camera() -> None:
         assert ground.metres((100, horizon + 1)) is not None
 
 
-def test_a_homography_is_taken_as_it_is() -> None:
-    ground = Ground(homography=(2, 0, 1, 0, 4, -2, 0, 0, 2))
+@pytest.mark.parametrize("factor", [1, -1])
+def test_a_homography_is_taken_times_anything(factor: float) -> None:
+    """OpenCV's have a 1 at the end; then w is negative on the ground below a horizon."""
+    ground = Ground(homography=tuple(factor * x for x in (2, 0, 1, 0, 4, -2, 0, 0, 2)))
     assert ground.metres((10, 20)) == (10.5, 39)
 
 

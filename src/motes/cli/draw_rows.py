@@ -123,7 +123,7 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
                 tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter, live=False)
+    return lambda frames: counted_moments(objects(frames), counter)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

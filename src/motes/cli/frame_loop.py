@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, closing
+from contextlib import AbstractContextManager, ExitStack, closing, suppress
 from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
@@ -157,15 +157,21 @@ def run(
                 opened.enter_context(output)
             making = opened.enter_context(closing(moments(iter(frames))))
             with FrameProgress(film.frame_count, quiet=quiet) as bar:
+
+                def take(moment: Moment) -> None:
+                    with deferred():
+                        for output in outputs:
+                            output.write(moment)
+                        state = tally.add(moment)
+                    bar.count(state)
+
                 try:
                     for moment in making:
-                        with deferred():
-                            for output in outputs:
-                                output.write(moment)
-                            state = tally.add(moment)
-                        bar.count(state)
+                        take(moment)
                         check()
                 except KeyboardInterrupt as interrupt:
+                    with suppress(KeyboardInterrupt, StopIteration):  # what is open is told
+                        take(making.throw(interrupt))
                     if not tally.frames:
                         raise
                     interrupted = interrupt

@@ -24,32 +24,33 @@ def watch_scene(film: Source, scene: Scene, counter: EventCounter, outputs: Sequ
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            yield from counted_moments(watched, counter, live=film.live)
+            yield from counted_moments(watched, counter)
 
     return run(film, outputs, moments, SceneTally(scene, counter))
 
 
 def counted_moments(
-    found: Iterable[tuple[Frame, Sequence[SceneTrack]]], counter: EventCounter, *, live: bool
+    found: Iterable[tuple[Frame, Sequence[SceneTrack]]], counter: EventCounter
 ) -> Generator[Moment, None, None]:
-    """Yield the objects of each frame with their events; the last frame of a recording ends all."""
-    last: Moment | None = None  # of a recorded film, which gets its open events
-    error: MotesError | None = None
+    """Yield the objects of each frame with their events; the last one ends all that is open.
+
+    That is the last frame of a film, before an error, or before an interrupt, which may also be
+    thrown into the generator. So each moment comes a frame late.
+    """
+    last: Moment | None = None
+    end: MotesError | KeyboardInterrupt | None = None
     try:
         for frame, tracks in found:
-            if last is not None:
-                yield last
             events = counter.update([each for each in tracks if each.identity != ANONYMOUS])
-            last = Moment(frame, tracks=tracks, events=events, single=False)
-            if live:
-                yield last
-                last = None
-    except MotesError as raised:  # after the frames before it
-        error = raised
+            before, last = last, Moment(frame, tracks=tracks, events=events, single=False)
+            if before is not None:
+                yield before
+    except (MotesError, KeyboardInterrupt) as raised:
+        end = raised
     if last is not None:
         yield replace(last, events=[*last.events, *counter.finish()])
-    if error is not None:
-        raise error
+    if end is not None:
+        raise end
 
 
 class SceneTally(Tally):

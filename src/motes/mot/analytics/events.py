@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
@@ -109,6 +110,8 @@ class _Trajectory:
     """Whether it has ever jumped."""
     continued: bool = False
     """Whether another object has gone on with its path."""
+    frame: int = 0
+    """The frame of its last place."""
 
     def off(self, foot: Point, now: float, longest: float) -> float:
         """Return how far a foot is from where the last half second leads; NaN if that is old."""
@@ -253,6 +256,7 @@ class EventCounter:
         jumped = walk.continued or walk.off(foot, time, seen_for) > limit
         walk.continued = False
         walk.feet.append((time, foot))
+        walk.frame = each.track.frame
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
         walk.jumped = walk.jumped or jumped
@@ -312,16 +316,20 @@ class EventCounter:
                 walk.pending[name] = crossed
 
     def _end(self, each: SceneTrack) -> list[Event]:
-        """Return the events of an object that is lost, at its last visible place."""
+        """Return the events of an object that is lost, at its last visible place.
+
+        It left its zones when it was seen last, and disappears now.
+        """
         walk = self._walks.pop(each.identity)
         self._ended.append(walk)
         last, foot = walk.feet[-1]
         events = self._last(walk)
         if walk.counts(last):
-            events += [
+            left = [
                 self._event(each, walk, foot, "leaves", name, seconds=last - since)
                 for name, since in walk.zones.items()
             ]
+            events += [replace(event, frame=walk.frame, time=last) for event in left]
         return [*events, self._event(each, walk, foot, "disappears", seconds=last - walk.since)]
 
     def _event(

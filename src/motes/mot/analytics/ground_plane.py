@@ -47,14 +47,19 @@ class Ground(Config, frozen=True):
         _matrix(self)
 
     def metres(self, point: Point) -> Point | None:
-        """Return the place on the ground of a picture's point; None on the horizon or above."""
+        """Return the place on the ground of a picture's point; None on the horizon or above.
+
+        A homography does not tell which side of its horizon is the ground: both are.
+        """
         x, y, w = (_matrix(self) @ (*point, 1.0)).tolist()
+        if self.homography is not None and w < 0:
+            x, y, w = -x, -y, -w
         return (x / w, y / w) if w > 0 and max(abs(x), abs(y)) <= w * FARTHEST else None
 
 
 @cache
 def _matrix(ground: Ground) -> NDArray[np.float64]:
-    """Return the homography, (3, 3), from pixels to metres; w > 0 is below the horizon."""
+    """Return the homography, (3, 3), from pixels to metres; fitted, w > 0 below the horizon."""
     if ground.scale is not None:
         return np.diag([1.0, 1.0, ground.scale])
     if ground.points is not None:
