@@ -676,15 +676,25 @@ def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-def test_a_reader_that_leaves_ends_the_run_quietly(slow_film: str, film: tuple[str, str]) -> None:
-    line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", "-"]
+@pytest.mark.parametrize(("more", "code"), [([], 0), (["--overlay", "o.mkv"], 141)])
+def test_a_reader_that_leaves_ends_the_run(
+    slow_film: str, film: tuple[str, str], more: list[str], code: int, tmp_path: Path
+) -> None:
+    """Quietly, if it has all that is wanted; else other outputs are finished, which is said."""
+    more = [str(tmp_path / each) if "." in each else each for each in more]
+    line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", "-", *more]
     with started(line, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline().startswith("frame,")
         process.stdout.close()
         assert process.stderr is not None
-        assert process.stderr.read() == ""
-    assert process.returncode == 0
+        said = process.stderr.read()
+    assert process.returncode == code
+    if more:
+        assert "motes: standard output was closed after " in said
+        assert [path.name for path in tmp_path.glob("o.*")] == ["o.mkv"]
+    else:
+        assert said == ""
 
 
 # What users see

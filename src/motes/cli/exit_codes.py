@@ -13,7 +13,8 @@ Exit codes:
   7    a live source ended, and was away for longer than --reconnect allows
   129  the terminal was closed (SIGHUP)
   130  interrupted by Ctrl-C (SIGINT)
+  141  the reader of standard output has left, and there are other outputs
   143  terminated (SIGTERM)
-With the last three, the outputs are finished and kept, and the summary is printed.
+With the last four, the outputs are finished and kept, and the summary is printed.
 """
 NO_MEMORY = "There is not enough memory; use fewer particles or a smaller picture."

@@ -175,6 +175,10 @@ def run(
                     if not tally.frames:
                         raise
                     interrupted = interrupt
+                except BrokenPipeError:  # whoever reads standard output has left
+                    if len(outputs) == 1:
+                        raise
+                    interrupted = interrupts.Interrupt(interrupts.PIPE)
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     except MotesError:

@@ -25,6 +25,8 @@ SIGNALS = tuple(
     if hasattr(signal, name)  # Windows has no SIGHUP, and all others no SIGBREAK
 )
 """All signals that ask a program to end."""
+PIPE = 13
+"""The number of SIGPIPE, which Windows does not name."""
 AGAIN = 0.01
 """Seconds after which a signal that came at a wrong moment is sent again."""
 FRAGILE = "importlib._bootstrap"
@@ -48,8 +50,8 @@ def word(interrupt: KeyboardInterrupt | None) -> str:
     """Return the first words of the summary of an interrupted run; empty for None."""
     if interrupt is None:
         return ""
-    by_hand = code(interrupt) == 128 + signal.SIGINT
-    return "interrupted after " if by_hand else "terminated after "
+    words = {signal.SIGINT: "interrupted", PIPE: "standard output was closed"}
+    return f"{words.get(code(interrupt) - 128, 'terminated')} after "
 
 
 class _State:
