@@ -125,6 +125,8 @@ def test_neither_pass_no_place(clip: Clip) -> None:
     assert set(joined.status[20:28]) == {Status.ABSENT}
     assert np.isnan(joined.ellipses[20:28]).all()
     assert set(joined.status[14:20]) == {Status.LOST}  # an absence is no bridge
+    assert (joined.confidence[14:20] <= 0.5).all()
+    assert (joined.ellipses[14:20, 4] == 0).all()  # all keyframes are boxes
 
 
 def test_only_neighboring_stretches_are_made_anew(
@@ -211,6 +213,17 @@ def test_smoothing_bridges_losses_and_jumps() -> None:
 def test_one_pass_is_not_surer_than_its_tracker() -> None:
     tracks = [replace(track, covariance=100 * np.eye(5)) for track in walk(60)]
     assert all(track.covariance[0, 0] >= 100 for track in motes.smooth(tracks))
+
+
+def test_rows_without_deviations_get_those_of_the_smoother() -> None:
+    """Those of a plain run have none."""
+    unknown = [replace(track, covariance=np.full((5, 5), math.nan)) for track in walk(60)]
+    unknown[20:25] = [replace(track, status=Status.LOST) for track in unknown[20:25]]
+    found = motes.smooth(unknown)
+    assert all(np.isfinite(track.covariance.diagonal()).all() for track in found)
+    assert all(0 < track.confidence < 1 for track in found)
+    assert found[22].status is Status.INTERPOLATED
+    assert found[22].covariance[0, 0] > found[18].covariance[0, 0] > 0
 
 
 def test_the_first_doubt_is_where_most_is_gained() -> None:

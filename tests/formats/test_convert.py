@@ -89,6 +89,16 @@ def test_frames_in_which_nothing_is_stay(go: Go, source: str) -> None:
         assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
 
 
+@pytest.mark.parametrize("truth", ["otb", "vot"])
+def test_rows_of_a_truth_have_all_its_frames(go: Go, truth: str) -> None:
+    """It is of one target, so they can be smoothed and checked."""
+    assert go(f"convert one.csv a.{truth}.txt")[0] == 0
+    assert go(f"convert a.{truth}.txt b.csv --size 320x240")[0] == 0
+    rows = list(csv.DictReader(Path("b.csv").read_text().splitlines()))
+    assert [int(row["frame"]) for row in rows] == [*range(40)]
+    assert {row["status"] for row in rows[20:25]} == {"searching"}
+
+
 def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
     lines = Path("one.csv").read_text().splitlines(keepends=True)
     Path("cut.csv").write_text("".join([lines[0], *lines[11:]]))

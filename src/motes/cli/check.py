@@ -17,7 +17,7 @@ from motes.cli.messages import log
 from motes.cli.options import OUTPUT, FileName, OutputFile, Overwrite
 from motes.cli.progress import FrameProgress
 from motes.cli.settings import TRACKER_HELP, Settings
-from motes.core.errors import FormatError, InputError
+from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.track import Status, Track
 from motes.correction.history import History
@@ -109,8 +109,7 @@ def _compared(film: Film, table: KnownRows, history: History) -> list[Track]:
         return list(table.tracks)
     first, last = places[0], places[-1]
     part = table.tracks[first : last + 1]
-    if part[-1].frame - part[0].frame + 1 != len(part):
-        raise InputError("Frames between these rows are missing; make rows of every frame.")
+    table.check_whole()
     with FrameProgress(len(part)) as progress:
         frames = film.backward(part[-1].frame, part[0].frame)
         back = run_pass(

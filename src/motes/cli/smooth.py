@@ -48,6 +48,7 @@ def smooth(
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
     point_out_unfinished(rows, known)
+    table.check_whole()
     plane = units_of(rows, table.metres, known)
     streamed = output == "-" or is_special(output)
     if not streamed:

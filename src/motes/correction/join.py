@@ -147,16 +147,17 @@ def fuse(
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
     if not keys:  # nothing shows how far the pass has gone: it is not surer than the tracker was
-        variances = np.maximum(variances, passes[0].variances)
+        variances = np.fmax(variances, passes[0].variances)  # as far as that is known
 
     supported: Flags = np.logical_or.reduce(used, axis=0)
     supported[[*keys]] = True
     bridged = _bridged(supported, absent)
     lost = ~(supported | bridged | absent)
-    ellipses[lost], variances[lost] = passes[0].ellipses[lost], passes[0].variances[lost]
+    before = space.ellipses(seen[0], relative[0])[0] if keys else passes[0].ellipses
+    ellipses[lost], variances[lost] = before[lost], passes[0].variances[lost]
     confidence = overlap_probability(ellipses, variances, HALF)
     confidence = np.where(supported, follows.probability, confidence)
-    confidence[lost] = passes[0].confidence[lost]
+    confidence[lost] = np.minimum(passes[0].confidence[lost], HALF)  # what it claims is refused
     for i, key in keys.items():  # as the user has marked it
         ellipses[i], variances[i], confidence[i] = key, 0.0, 1.0
     ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan

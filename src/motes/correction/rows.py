@@ -123,6 +123,15 @@ class KnownRows:
             f"track --at."
         )
 
+    def check_whole(self) -> None:
+        """Raise an InputError if a frame between the first and the last row has none."""
+        first, last = self.tracks[0].frame, self.tracks[-1].frame
+        if last - first + 1 != len(self.tracks):
+            raise InputError(
+                f"{self._path} has {len(self.tracks)} rows of the frames {first} to {last}; make "
+                f"rows of every frame."
+            )
+
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.
 

@@ -27,7 +27,8 @@ class Recording:
 
     `left_out` is what of the file is not here; `assumed` is whether times are those of 25 frames a
     second, as no rate is known. `length` is the film's number of frames, 0 if unknown; `told` is
-    whether nothing is in those that the file does not name.
+    whether nothing is in those that the file does not name; `single` is whether it is of one
+    target, by its format.
     """
 
     head: Header
@@ -36,6 +37,7 @@ class Recording:
     assumed: bool = False
     length: int = 0
     told: bool = False
+    single: bool = False
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)

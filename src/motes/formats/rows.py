@@ -31,7 +31,7 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
     """
     every = [each for row in recorded for each in row.objects]
     further = dict.fromkeys(name for each in every for name in each.more)
-    alone = not recorded.told and _alone(every)
+    alone = every and (recorded.single or (not recorded.told and _alone(every)))
     usual = [ObjectRow.nowhere(every[0].identity)] if alone else []
     values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
     return (*COLUMNS, *further), values

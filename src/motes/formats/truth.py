@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -64,4 +65,4 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
             x, y, *rest = region.ellipse
             ellipse = Ellipse(x - first, y - first, *rest)
             objects.append((frame, sound(ObjectRow(1, ellipse, 1.0, Status.TRACKING))))
-    return recording_of(facts, objects, dict.fromkeys(range(len(regions))))
+    return replace(recording_of(facts, objects, dict.fromkeys(range(len(regions)))), single=True)
