@@ -69,6 +69,18 @@ def clip(
     return path
 
 
+def remuxed(path: Path, **options: str) -> bytes:
+    """Return the pictures of a film in a file of their own, made with these options."""
+    other = path.with_stem("remuxed")
+    with av.open(str(path)) as film, av.open(str(other), "w", options=options) as made:
+        stream = made.add_stream_from_template(film.streams.video[0])
+        for packet in film.demux(film.streams.video[0]):
+            if packet.dts is not None:
+                packet.stream = stream
+                made.mux(packet)
+    return other.read_bytes()
+
+
 def cut(path: Path, share: float) -> Path:
     """Return a copy of a file that holds only its first part."""
     return _copy(path, path.read_bytes()[: int(path.stat().st_size * share)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import msgspec
@@ -18,6 +19,7 @@ from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.mot.analytics.regions import Regions
 from motes.mot.scene_config import DetectionSelection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -268,6 +270,14 @@ def test_a_list_of_names_may_have_commas_alone(text: str) -> None:
     assert from_dict({"classes": from_flag("cat")}, DetectionSelection).classes == ("cat",)
     with pytest.raises(ConfigError, match="classes: got ''; it takes list: text"):
         from_dict({"classes": from_flag("")}, DetectionSelection)
+
+
+@pytest.mark.parametrize("value", [{"points": [0, 0, 9, 9]}, 3])
+def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
+    """[line] in place of [[line]]."""
+    takes = re.escape(f"Config line: got {value}; it takes a list of tables, as in [[line]].")
+    with pytest.raises(ConfigError, match=f"^{takes}$"):
+        from_dict({"line": value}, Regions)
 
 
 def test_text_that_is_no_toml() -> None:

@@ -126,6 +126,19 @@ def test_a_first_background_is_of_one_exposure() -> None:
     assert not detector.warnings
 
 
+@pytest.mark.parametrize("kind", ["light", "camera"])
+def test_what_happens_later_is_not_said_of_the_first_frame(kind: str) -> None:
+    """The first background is of the preview, most of which is after the change."""
+    wide, detector = ground(0, WIDTH + 6), BackgroundDetector()
+    before, after = wide[:, :WIDTH], ground(7) if kind == "light" else wide[:, 6:]
+    frames = list(film(lambda index: after if index >= 20 else before, 60))
+    detector.prepare(frames)
+    for frame in frames:
+        detector(frame)
+    assert list(detector.warnings) == [kind]
+    assert detector.warnings[kind].startswith("Frame 20: ")
+
+
 @pytest.mark.slow
 def test_a_cut_makes_no_crowd() -> None:
     before, after = ground(0), ground(7)

@@ -131,6 +131,7 @@ def test_a_webhook_gets_all_though_the_server_fails_and_dies(tmp_path: Path) -> 
             wait_until(lambda: not queue.waiting())
             assert server.posted == [{"n": 3}]
         sending.close()
+    assert sending.delivered == 3
     assert said[0].startswith(f"{hook.name} answers with status 302. Events wait")
     assert said[1].startswith(f"{hook.name} is back after")
     assert "Connection refused" in said[2]

@@ -9,11 +9,10 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 
-from clips import clip
+from clips import clip, remuxed
 from motes.core.errors import SourceError
 from motes.video.sources import is_recorded, open_source
 
@@ -76,18 +75,6 @@ def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
         with pytest.raises(KeyboardInterrupt):
             open_source(name)
     assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
-
-
-def remuxed(path: Path, **options: str) -> bytes:
-    """Return the pictures of a film in a file of their own, made with these options."""
-    other = path.with_stem("remuxed")
-    with av.open(str(path)) as film, av.open(str(other), "w", options=options) as made:
-        stream = made.add_stream_from_template(film.streams.video[0])
-        for packet in film.demux(film.streams.video[0]):
-            if packet.dts is not None:
-                packet.stream = stream
-                made.mux(packet)
-    return other.read_bytes()
 
 
 @pytest.mark.parametrize("frames", [10, pytest.param(70, marks=pytest.mark.slow)])

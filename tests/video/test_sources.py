@@ -33,6 +33,7 @@ from clips import (
     noise,
     packets,
     picture,
+    remuxed,
     silence,
     sound_only,
     spoil,
@@ -678,6 +679,21 @@ def test_a_video_from_a_server(whole: Path) -> None:
         assert "secret" not in source.name
         assert not source.live
         assert len(list(source)) == 12
+
+
+def test_an_mp4_with_its_index_at_the_end_needs_a_server_with_ranges(tmp_path: Path) -> None:
+    data = remuxed(clip(tmp_path / "film.mp4", 10, width=160, height=120, noisy=True))
+    with sending(data, len(data)) as url:
+        assert "index at the end, which cannot be read from a server without" in error_of(url)
+    whole = (tmp_path / "film.mp4").read_bytes()
+    begin = whole[: whole.index(b"mdat") + 100]
+
+    def hang_up(connection: socket.socket, number: int) -> None:
+        head = f"HTTP/1.1 200 OK\r\nContent-Length: {len(whole)}\r\n\r\n"
+        connection.sendall(head.encode() + begin)
+
+    with server(hang_up) as url:  # with the index first, it is the network
+        assert "check the address and the network" in error_of(url)
 
 
 @pytest.mark.slow

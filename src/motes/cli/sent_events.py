@@ -55,7 +55,7 @@ class SentEvents(Sink):
         self._regions, self._totals = regions, Counter[str]()
         self._queue: MessageQueue | None = None
         self._deliveries: list[Delivery] = []
-        self._sent, self._objects = 0, -1
+        self._objects = -1
 
     def write(self, moment: Moment) -> None:
         """Queue a frame's events; set the numbers for MQTT."""
@@ -66,7 +66,6 @@ class SentEvents(Sink):
         if moment.events:
             bodies = [message(event, self._source) for event in moment.events]
             self._queue.put(self._names, bodies)
-            self._sent += len(bodies)
         self._totals.update(map(home_assistant.total_of, moment.events))
         if moment.events or len(moment.tracks) != self._objects:
             self._objects = len(moment.tracks)
@@ -82,9 +81,9 @@ class SentEvents(Sink):
 
     @property
     def result(self) -> str | None:
-        """The number of events, and the receivers: some may not have them yet."""
-        sent = f"{counted(self._sent, 'event')} for {', '.join(self._names)}"
-        return sent if self._sent else None
+        """The number of events that each receiver has confirmed, with those of earlier runs."""
+        sent = [(each.delivered, each.receiver.name) for each in self._deliveries]
+        return ", ".join(f"{counted(n, 'event')} for {name}" for n, name in sent if n) or None
 
     def __enter__(self) -> Self:
         self._queue = MessageQueue(self._path)

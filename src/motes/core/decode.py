@@ -145,5 +145,8 @@ def decode_at(key: str | int, value: Any, kind: Any) -> Any:
     try:
         return decode(value, kind)
     except MisfitError as error:
-        place = (key, *error.place)
-        raise MisfitError(error.reason, place, error.unknown, error.known) from None
+        place, reason = (key, *error.place), error.reason
+        several = get_args(kind)[0] if get_origin(kind) in (list, tuple) else None
+        if configurations(several) and not error.place:
+            reason = f"got {_short(value)}; it takes a list of tables, as in [[{key}]]"
+        raise MisfitError(reason, place, error.unknown, error.known) from None

@@ -64,6 +64,8 @@ class Delivery:
         self._until = float("inf")
         self.error: MotesError | None = None
         """Why the thread ended before its time: the queue's file failed, or the receiver's code."""
+        self.delivered = 0
+        """The number of messages that the receiver has confirmed."""
         self._thread = threading.Thread(target=self._run, name="delivery", daemon=True)
         self._thread.start()
 
@@ -103,6 +105,7 @@ class Delivery:
                     self._closing.wait(pause)
                 pause = min(2 * pause, LONGEST_PAUSE)
                 continue
+            self.delivered += len(messages)
             self._queue.remove(messages)
             pause = FIRST_PAUSE
             if self._failed_at is not None:

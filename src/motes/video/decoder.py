@@ -278,12 +278,12 @@ class Decoder:
                     yield from self._decoded(packet, report)
                 else:  # other streams count too: sound may go on after the last picture
                     self._extend_end(packet)
-        self._check_pipe(report)
-        if self._read_error is not None:
+        if (error := self._read_error) is not None:
             yield from self._decoded(None, report)  # pictures that the decoder still holds back
-            # An answer over HTTP without a length may end with this error; it is no failure.
-            if not (self._unknown_length and self._read_error.errno == errno.EIO):
-                raise self._failure(self._read_error) from self._read_error
+        self._check_index(report)
+        # An answer over HTTP without a length may end with this error; it is no failure.
+        if error is not None and not (self._unknown_length and error.errno == errno.EIO):
+            raise self._failure(error) from error
         if not self.recorded:
             raise SourceError(f"{self._name} ended.")
         tolerance = 2 / self.fps if self.fps else 2 * FRAME_INTERVAL
@@ -342,7 +342,7 @@ class Decoder:
         report.skipped += 1
         self._failures_in_row += 1
         if self._failures_in_row > MAX_BAD_PACKETS:
-            self._check_pipe(report)
+            self._check_index(report)
             where = (
                 f"after frame {report.decoded - 1}; choose an end before that."
                 if report.decoded
@@ -353,17 +353,25 @@ class Decoder:
                 f"{where}"
             ) from error
 
-    def _check_pipe(self, report: Report) -> None:
-        """Raise a SourceError if an MP4 file came through a pipe, and no picture of it was read.
+    def _check_index(self, report: Report) -> None:
+        """Raise a SourceError if an MP4 file has its index at the end, and no picture was read.
 
-        Its packets have passed when the index comes, and a pipe has no way back.
+        Its packets have passed when the index comes. A pipe has no way back; nor has a server that
+        sends no ranges of a file, from which not even a damaged packet comes then.
         """
-        piped = self._pipe is not None and "mp4" in self._container.format.name
-        if piped and report.skipped and not report.decoded:
-            raise SourceError(
-                f"{self._name} sends an MP4 file with its index at the end, which cannot be read "
-                f"from a pipe; give the file, or send MPEG-TS or Matroska."
-            )
+        if report.decoded or "mp4" not in self._container.format.name:
+            return
+        lost = self._remote and self._read_error is not None and self._read_error.errno == errno.EIO
+        if self._pipe is not None and report.skipped:
+            where = "a pipe; give the file, or send MPEG-TS or Matroska."
+        elif lost and not report.skipped:
+            where = "a server without ranges; download it, or put the index at its begin."
+        else:
+            return
+        raise SourceError(
+            f"{self._name} sends an MP4 file with its index at the end, which cannot be read from "
+            f"{where}"
+        )
 
     def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:
         try:

@@ -189,7 +189,7 @@ class BackgroundDetector:
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
         pixels = frame.pixels
-        if pixels.shape != self._shape:
+        if begins := pixels.shape != self._shape:  # there is no frame before, only the preview
             self._shape = pixels.shape
             first, self._first = self._first, None
             if first is None or first.shape != pixels.shape:
@@ -199,13 +199,14 @@ class BackgroundDetector:
         if self._reference.has_moved(pixels):
             self._begin(pixels, frame)
             self._rest = STILL
-            self._warn(frame, "camera", MOVES)
+            if not begins:
+                self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
         mask = self._foreground(planes)
         if np.count_nonzero(mask) > self.config.most * mask.size:
             self._begin(pixels, frame)
-            self._flooded += 1
+            self._flooded += not begins
             if self._flooded == STILL:
                 self._warn(frame, "camera", MOVES)
             elif self._flooded == 1:
