@@ -205,7 +205,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
-        ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
+        ("FILM --zone 1,2,9,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --max_agee 1", 2, "did you mean --termination.max_age?"),

@@ -174,8 +174,12 @@ def test_places_from_toml() -> None:
     assert list(places.zones) == ["zone 1"]
     with pytest.raises(ConfigError, match="did you mean 'points'"):
         Regions.parse("[[line]]\npoint = [1, 2, 3, 4]\n")
-    with pytest.raises(ConfigError, match="same name"):
-        EventCounter(Regions((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 1, 1, 2, 3), "a"),)))
+    with pytest.raises(ConfigError, match="have the name 'a'; rename"):
+        Regions((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 9, 9, 2, 3), "a"),))
+    with pytest.raises(ConfigError, match="have the name 'zone 1'; rename"):
+        Regions((Line((0, 0, 1, 1), "zone 1"),), (Zone((0, 0, 9, 9, 2, 3)),))
+    with pytest.raises(ConfigError, match="court has no area; give corners"):
+        Regions(zone=(Zone((10, 10, 20, 20, 30, 30), "court"),))
 
 
 @pytest.mark.parametrize(

@@ -365,7 +365,7 @@ class Decoder:
         if self._pipe is not None and report.skipped:
             where = "a pipe; give the file, or send MPEG-TS or Matroska."
         elif lost and not report.skipped:
-            where = "a server without ranges; download it, or put the index at its begin."
+            where = "a server without ranges; download it, or put the index first."
         else:
             return
         raise SourceError(

@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.mot.analytics.regions import SETTLED, Line, Point, Regions, crossing, distance
 from motes.mot.boxes import foot_of
@@ -165,11 +164,6 @@ class EventCounter:
     ----------
     left_out
         Number of events that do not count, for each (place, reason).
-
-    Raises
-    ------
-    ConfigError
-        If two places have the same name.
     """
 
     counts: Counter[tuple[int, str, str, str, str]]
@@ -178,8 +172,6 @@ class EventCounter:
     def __init__(self, places: Regions | None = None) -> None:
         places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
-        if len({*self._lines, *self._zones}) < len(places.line) + len(places.zone):
-            raise ConfigError("Two lines or zones have the same name; give each its own.")
         self._walks: dict[int, _Trajectory] = {}
         self._ended: list[_Trajectory] = []
         self.counts = Counter()

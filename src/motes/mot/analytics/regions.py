@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from itertools import combinations
 from typing import Annotated, Literal, TypeAlias
@@ -99,10 +100,16 @@ class Regions(Config, frozen=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        names = Counter([*self._names("line", self.line), *self._names("zone", self.zone)])
+        if len(names) < names.total():
+            twice = names.most_common(1)[0][0]
+            raise ConfigError(f"Two lines or zones have the name {twice!r}; rename one of them.")
         for name, zone in self.zones.items():
             for (a, b), (c, d) in combinations(zone.sides, 2):
                 if _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0:
                     raise ConfigError(f"{name} crosses itself; give its corners in order.")
+            if abs(sum(a * d - b * c for (a, b), (c, d) in zone.sides)) < 2:  # less than a pixel
+                raise ConfigError(f"{name} has no area; give corners that are not on one line.")
 
     @classmethod
     def parse(cls, text: str, name: str = "this file") -> Regions:
@@ -123,12 +130,16 @@ class Regions(Config, frozen=True):
     @property
     def lines(self) -> dict[str, Line]:
         """Lines by name; one without a name has its number, from 1."""
-        return {line.name or f"line {i}": line for i, line in enumerate(self.line, start=1)}
+        return dict(zip(self._names("line", self.line), self.line, strict=True))
 
     @property
     def zones(self) -> dict[str, Zone]:
         """Zones by name, likewise."""
-        return {zone.name or f"zone {i}": zone for i, zone in enumerate(self.zone, start=1)}
+        return dict(zip(self._names("zone", self.zone), self.zone, strict=True))
+
+    @staticmethod
+    def _names(kind: str, places: Sequence[Line | Zone]) -> list[str]:
+        return [each.name or f"{kind} {i}" for i, each in enumerate(places, start=1)]
 
 
 def crossing(
