@@ -176,5 +176,6 @@ def test_nothing_is_measured_while_the_target_is_lost() -> None:
     place = motion.update(track(6, 600.0, 0.0))
     assert place is not None
     assert np.isnan(place.speed)  # the way to where it was found again is no motion
-    horizon = RealUnits(Ground(homography=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.01, -1.0)))
+    seen = (0, 200, 0, 200), (100, 200, 100, 200), (0, 300, 0, 150), (100, 300, 50, 150)
+    horizon = RealUnits(Ground(points=seen))  # at y = 100
     assert GroundMotion(horizon).update(track(0, 5.0, 50.0)) is None
