@@ -109,7 +109,7 @@ def convert(
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
-    recorded = _checked(registry.read(rows, source, facts), rows, facts)
+    recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
@@ -160,19 +160,23 @@ def _facts(
         raise ConfigError(f"--fps is {fps:g}; give a number of frames per second.")
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
-    width, height = _sides(size)
+    width, height = given = _sides(size)
     name, files = "unknown", list[str]()
     if video is not None:
         from motes.video.sources import open_source
 
         with open_source(video, fps=fps) as film:
             say_rate(film)
+            if known is not None:
+                known.check(film)
             name, fps, frames = film.name, film.fps, frames or film.frame_count
             files = film.files
-            width, height = (width, height) if size else (film.width, film.height)
+            width, height = film.width, film.height
     elif known is not None:
         name, fps, frames = known.film, fps or known.fps, frames or known.frames
-        width, height = (width, height) if size else (known.width, known.height)
+        width, height = known.width, known.height
+    if size and given != (width, height):
+        raise ConfigError(f"--size is {size}, and the film has {width}x{height}; omit it.")
     run = None
     if known is not None:
         told = known.last if known.places is not None else None
@@ -192,14 +196,19 @@ def _sides(size: str | None) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
-    """Return the objects with the size of the film, checked against it.
+def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | None) -> Recording:
+    """Return the objects with the size of the film, checked against it and against --fps.
 
     Raises
     ------
+    ConfigError
+        If --fps is given, and the objects have other times of their own.
     SourceError
         If the objects are of another film, by its size or its number of frames.
     """
+    later = [row for row in recorded if row.frame]
+    if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
+        raise ConfigError(f"--fps is {fps:g}, and {rows} has times of its own; omit it.")
     head = recorded.head
     if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(
