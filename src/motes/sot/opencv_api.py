@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import Self
 
@@ -80,6 +81,10 @@ class OpenCVTracker:
         x, y, width, height = track.ellipse.box
         box = round(x), round(y), round(width), round(height)
         return track.status is Status.TRACKING, box
+
+    def __copy__(self) -> Self:
+        """Return an independent tracker; `copy.copy` and `copy.deepcopy` do the same."""
+        return copy.deepcopy(self)
 
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
