@@ -95,10 +95,12 @@ def convert(
     if list_:
         print("\n".join(_table()))
         return DONE
+    if output is not None and target not in (None, output):
+        raise ConfigError(f"{target} and {output} are two files to make; give one.")
     target = output or target
     if rows is None or target is None:
         raise ConfigError("Two names are needed, as in motes convert rows.csv tracks.xml.")
-    check_keyframe_error(keyframe_error)
+    check_keyframe_error(keyframe_error, str(target), to)
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
