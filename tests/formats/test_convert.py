@@ -50,6 +50,8 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
     assert code == 0
     assert "wrote groundtruth_rect.txt (truth of OTB) with the 40 frames in one.csv." in said
     assert "otb does not hold angles, confidences, times; one.csv has them." in said
+    Path("first.csv").write_text("".join(Path("one.csv").read_text().splitlines(keepends=True)[:2]))
+    assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
     code, said = go("convert two.json gt.txt")
     assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
     code, said = go("convert one.csv one.jsonl")

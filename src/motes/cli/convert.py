@@ -16,7 +16,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     point_out_unfinished,
 )
-from motes.cli.messages import log
+from motes.cli.messages import counted, log
 from motes.cli.options import FLAG, OUTPUT, FileName, KeyframeError, OutputFile, Overwrite, say_rate
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
@@ -121,10 +121,10 @@ def convert(
         left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    count = len(recorded.frames)
-    part = f"{count - left} of the {count}" if left else f"the {count}"
+    part = f"{len(recorded.frames) - left} of the" if left else "the"
+    count = counted(len(recorded.frames), "frame")
     reason = "; in the others a target is lost or searched for" * (left > 0)
-    log(f"wrote {target} ({written.title}) with {part} frames in {rows}{reason}.")
+    log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
