@@ -278,15 +278,19 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
 def test_a_saved_tracker_needs_the_package(
     installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tracker = Tracker(
-        configure(preset("nummiaro"), {"hue": {}, "presence": {"max_positions": 100}})
-    )
-    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
-    tracker.save(tmp_path / "state")
-    with monkeypatch.context() as without:
-        without.setattr(registry, "_entry_points", lambda group: ())
-        with pytest.raises(FormatError, match="no key 'hue'"):
-            Tracker.load(tmp_path / "state")
+    cases: dict[str, dict[str, Any]] = {
+        "unknown key 'hue'": {"hue": {}, "presence": {"max_positions": 100}},
+        "motion.type: Invalid value 'drift'; known are ": {"motion": {"type": "drift"}},
+    }
+    for unknown, changes in cases.items():
+        tracker = Tracker(configure(preset("nummiaro"), changes))
+        tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+        tracker.save(tmp_path / "state")
+        with monkeypatch.context() as without:
+            without.setattr(registry, "_entry_points", lambda group: ())
+            with pytest.raises(FormatError, match="the package that adds it is missing") as error:
+                Tracker.load(tmp_path / "state")
+            assert unknown in str(error.value)
 
 
 def test_values_in_python_need_no_entry_point(installed: Path) -> None:

@@ -448,6 +448,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("refine FILM plain.csv --at 3=BOX --fps 9", 2, "--fps is already in plain.csv"),
         ("refine FILM plain.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
         ("refine FILM rows.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
+        ("check FILM rows.csv -o rows.csv --overwrite", 2, "rows.csv is the source and cannot"),
         ("check FILM rows.csv --figures f", 2, "There is no option --figures"),
         ("check FILM rows.csv --seed 4", 2, "--seed is already in rows.csv.run.json"),
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),

@@ -176,6 +176,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
         ("draw small.mkv rows.csv -o a.mkv", 3, "but the rows are of film.mkv, with 120x60"),
         ("draw short.mkv alone.csv -o a.mkv", 3, "rows up to frame 29, but short.mkv ends with"),
         ("draw slow.mkv alone.csv -o a.mkv", 3, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s"),
+        ("draw film.mkv alone.csv -o a.mkv --fps 9", 3, "has frame 1 at 0.04 s, but film.mkv at"),
         ("draw film.mkv cut.csv -o a.mkv", 3, "cut.csv"),
         ("draw film.mkv words.csv -o a.mkv", 3, "words.csv"),
         ("draw film.mkv binary.csv -o a.mkv", 3, "binary.csv"),
@@ -212,3 +213,4 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     *before, last = said.splitlines()
     assert (found, message in last) == (code, True), said
     assert all("(unfinished)" in text for text in before)  # what was drawn before it showed
+    assert not ("--fps" in line and [*Path().glob("a.mkv*")])

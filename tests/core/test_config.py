@@ -159,6 +159,9 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
         ({"motion": {"nois": 1}}, "no key 'motion.nois'; did you mean 'noise'?"),
         ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
         ({"qqqq": 5}, "no key 'qqqq'; known keys: "),
+        ({"kernels": 5}, "no key 'kernels'; known keys: "),  # kernel is one of color
+        ({"confined": {"weight": 0}}, "Config has no key 'confined'; preset default has it."),
+        ({"type": "mean_shift", "motion": 5}, "no key 'motion'; known keys: "),
         ({"particles": "many"}, "Config particles: got 'many'; it takes integer, 1 to 1,000,000."),
         ({"particles": -1}, "Config particles: got -1; it takes integer, 1 to 1,000,000."),
         (
@@ -194,6 +197,11 @@ def test_changes_that_do_not_fit(changes: dict[str, Any], message: str) -> None:
         configure(preset("nummiaro"), changes)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_key_of_another_preset_is_told() -> None:
+    with pytest.raises(ConfigError, match="no key 'motion'; preset nummiaro has it"):
+        configure(preset("default"), {"motion": {"noise": {"position": 1}}})
 
 
 def test_values_become_what_the_field_says() -> None:

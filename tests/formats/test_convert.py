@@ -50,6 +50,8 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
     assert code == 0
     assert "wrote groundtruth_rect.txt (truth of OTB) with the 40 frames in one.csv." in said
     assert "otb does not hold angles, confidences, times; one.csv has them." in said
+    Path("first.csv").write_text("".join(Path("one.csv").read_text().splitlines(keepends=True)[:2]))
+    assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
     code, said = go("convert two.json gt.txt")
     assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
     code, said = go("convert one.csv one.jsonl")
@@ -71,8 +73,14 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None
     document = json.loads(Path("run.json").read_text())
     assert {(each["width"], each["height"]) for each in document["images"]} == {(32, 24)}
     assert len(document["images"]) == 5
-    assert go("convert run.csv other.json --size 64x48")[0] == 0
-    assert json.loads(Path("other.json").read_text())["images"][0]["width"] == 64
+    assert go("convert run.csv same.json --size 32x24 --fps 10 --video film")[0] == 0
+    code, said = go("convert run.csv other.json --size 64x48")
+    assert (code, "--size is 64x48, and the film has 32x24; omit it." in said) == (2, True), said
+    Path("other").mkdir()
+    picture.resize((64, 48)).save("other/0.png")
+    code, said = go("convert run.csv other.json --video other")
+    assert (code, "other has 64x48, but the rows are of film, with" in said) == (3, True), said
+    assert not Path("other.json").exists()
 
 
 @pytest.mark.parametrize("source", ["two.csv", "two.txt"])
@@ -332,6 +340,7 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ("convert one.csv b.xml --to journal", 2, "journal cannot be written"),
         ("convert one.csv b.xml --size 3", 2, "--size is '3'; give width and height as 640x480"),
         ("convert one.csv b.xml --fps 0", 2, "--fps is 0; give a number"),
+        ("convert one.csv b.csv --fps 10", 2, "--fps is 10, and one.csv has times of its own"),
         (
             "convert one.csv b.csv --from deeplabcut",
             2,
@@ -339,6 +348,9 @@ def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
         ),
         ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
         ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
+        ("convert one.csv b.csv --keyframe-error 3", 2, "is for CVAT, Label Studio and keyframes;"),
+        ("convert one.csv b.xml --to coco --keyframe-error 3", 2, "others have none: omit it."),
+        ("convert one.csv b.csv -o c.csv", 2, "b.csv and c.csv are two files to make; give one."),
         ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),
         ("convert one.csv b.txt --label cup", 2, "mot has no class cup; it has pedestrian, person"),
         ("convert one.csv gt.txt --label cup", 2, "--label: mot-truth has no class cup; it has"),

@@ -126,9 +126,11 @@ def test_a_label_that_no_tool_takes(
 @pytest.mark.parametrize(
     "options", ["-o a.csv", "-o a.txt", "-o a.json --format csv", "--overlay a.mkv"]
 )
-def test_rows_have_no_label(go: Go, options: str) -> None:
+def test_rows_have_no_label_and_no_keyframes(go: Go, options: str) -> None:
     code, _, error = go(f"track FILM {BOX} {options} --label bird")
     assert (code, "--label is for documents" in error) == (2, True)
+    code, _, error = go(f"track FILM {BOX} {options} --keyframe-error 3")
+    assert (code, "--keyframe-error is for CVAT, Label Studio" in error) == (2, True)
     assert here() == set()
 
 

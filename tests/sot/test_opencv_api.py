@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -25,6 +27,19 @@ def test_create_is_the_constructor() -> None:
     for image in IMAGES[1:]:
         assert tracker.update(image) == other.update(image)
     assert tracker.tracker.info.track.status is Status.TRACKING
+
+
+@pytest.mark.parametrize("twice", [copy.copy, copy.deepcopy])
+def test_a_copy_is_independent(twice: Callable[[OpenCVTracker], OpenCVTracker]) -> None:
+    tracker, other = OpenCVTracker("nummiaro"), OpenCVTracker("nummiaro")
+    for each in (tracker, other):
+        each.init(IMAGES[0], BOX)
+    twin = twice(tracker)
+    twin.update(IMAGES[1])
+    for image in IMAGES[1:]:
+        tracker.update(image)
+        other.update(image)
+        assert tracker.tracker.info.track.ellipse == other.tracker.info.track.ellipse
 
 
 def test_the_methods_are_those_of_opencv() -> None:

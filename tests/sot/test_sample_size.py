@@ -60,7 +60,7 @@ def test_bins_are_in_units_of_the_target() -> None:
 
 
 def test_a_range_upside_down() -> None:
-    with pytest.raises(ConfigError, match="min is 60, and max is 50"):
+    with pytest.raises(ConfigError, match="min is 60, and max is 50; make min smaller"):
         KldSampling(min=60, max=50)
 
 

@@ -720,8 +720,11 @@ def test_opencv_images_with_alpha_and_gray() -> None:
 
 def test_opencv_refusals() -> None:
     tracker = OpenCVTracker()
-    with pytest.raises(ConfigError, match="A box has 4 numbers"):
-        tracker.init(FRAMES[0].pixels, (30, 36, 10, 7, 0.0))
+    for box in ((30, 36, 10, 7, 0.0), (30, 36, 10)):
+        with pytest.raises(ConfigError, match="A box has 4 numbers"):
+            tracker.init(FRAMES[0].pixels, box)
+    with pytest.raises(ConfigError, match="got None"):
+        tracker.init(FRAMES[0].pixels, None)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="no target yet"):
         tracker.update(FRAMES[0].pixels)
     with pytest.raises(SourceError, match="no picture"):

@@ -73,7 +73,8 @@ def check(
             if path.suffix.lower() != ending:
                 raise FormatError(f"{path} does not end in {ending}; rename it.")
             check_writable(path, overwrite)
-    check_not_source(source, rows, output, sheet)
+    for name in (source, str(rows)):
+        check_not_source(name, output, sheet)
     table, film, history = corrected_run(app, source, rows, tracker, settings)
     point_out_unfinished(rows, history)
     tracks = table.tracks if table.hindsight else _compared(film, table, history)

@@ -16,7 +16,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     point_out_unfinished,
 )
-from motes.cli.messages import log
+from motes.cli.messages import counted, log
 from motes.cli.options import FLAG, OUTPUT, FileName, KeyframeError, OutputFile, Overwrite, say_rate
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
@@ -95,10 +95,12 @@ def convert(
     if list_:
         print("\n".join(_table()))
         return DONE
+    if output is not None and target not in (None, output):
+        raise ConfigError(f"{target} and {output} are two files to make; give one.")
     target = output or target
     if rows is None or target is None:
         raise ConfigError("Two names are needed, as in motes convert rows.csv tracks.xml.")
-    check_keyframe_error(keyframe_error)
+    check_keyframe_error(keyframe_error, str(target), to)
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
@@ -109,7 +111,7 @@ def convert(
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
-    recorded = _checked(registry.read(rows, source, facts), rows, facts)
+    recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
@@ -119,10 +121,10 @@ def convert(
         left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    count = len(recorded.frames)
-    part = f"{count - left} of the {count}" if left else f"the {count}"
+    part = f"{len(recorded.frames) - left} of the" if left else "the"
+    count = counted(len(recorded.frames), "frame")
     reason = "; in the others a target is lost or searched for" * (left > 0)
-    log(f"wrote {target} ({written.title}) with {part} frames in {rows}{reason}.")
+    log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
@@ -160,19 +162,23 @@ def _facts(
         raise ConfigError(f"--fps is {fps:g}; give a number of frames per second.")
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
-    width, height = _sides(size)
+    width, height = given = _sides(size)
     name, files = "unknown", list[str]()
     if video is not None:
         from motes.video.sources import open_source
 
         with open_source(video, fps=fps) as film:
             say_rate(film)
+            if known is not None:
+                known.check(film)
             name, fps, frames = film.name, film.fps, frames or film.frame_count
             files = film.files
-            width, height = (width, height) if size else (film.width, film.height)
+            width, height = film.width, film.height
     elif known is not None:
         name, fps, frames = known.film, fps or known.fps, frames or known.frames
-        width, height = (width, height) if size else (known.width, known.height)
+        width, height = known.width, known.height
+    if size and given != (width, height):
+        raise ConfigError(f"--size is {size}, and the film has {width}x{height}; omit it.")
     run = None
     if known is not None:
         told = known.last if known.places is not None else None
@@ -192,14 +198,19 @@ def _sides(size: str | None) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _checked(recorded: Recording, rows: Path, facts: FilmFacts) -> Recording:
-    """Return the objects with the size of the film, checked against it.
+def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | None) -> Recording:
+    """Return the objects with the size of the film, checked against it and against --fps.
 
     Raises
     ------
+    ConfigError
+        If --fps is given, and the objects have other times of their own.
     SourceError
         If the objects are of another film, by its size or its number of frames.
     """
+    later = [row for row in recorded if row.frame]
+    if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
+        raise ConfigError(f"--fps is {fps:g}, and {rows} has times of its own; omit it.")
     head = recorded.head
     if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(

@@ -75,7 +75,10 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
     alone = len(identities) == 1 and ANONYMOUS not in identities
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
-    return Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
+    given = Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
+    for frame in rows if film.even_rate else ():  # before anything is made
+        _check_time(given, film, frame, facts.time(frame))
+    return given
 
 
 def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
@@ -130,16 +133,21 @@ def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Fr
     """Yield the frames; raise an InputError if the rows are not of this film."""
     last = -1
     for frame in frames:
-        last, row = frame.index, given.rows.get(frame.index)
-        time = row.time if row is not None and given.timed else frame.time
-        if not abs(time - frame.time) <= TIME_TOLERANCE:
-            raise InputError(
-                f"{given.path} has frame {last} at {time:g} s, but {film.name} at {frame.time:g} "
-                f"s; give the film of these rows, or its --fps."
-            )
+        last = frame.index
+        _check_time(given, film, last, frame.time)
         yield frame
     if last < given.last:
         raise InputError(
             f"{given.path} has rows up to frame {given.last}, but {film.name} ends with frame "
             f"{last}; give the film of these rows."
+        )
+
+
+def _check_time(given: Given, film: Source, frame: int, seconds: float) -> None:
+    row = given.rows.get(frame)
+    time = row.time if row is not None and given.timed else seconds
+    if not abs(time - seconds) <= TIME_TOLERANCE:
+        raise InputError(
+            f"{given.path} has frame {frame} at {time:g} s, but {film.name} at {seconds:g} "
+            f"s; give the film of these rows, or its --fps."
         )

@@ -114,7 +114,7 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     if output is None and not (outputs.overlay or outputs.show or others):
         output = default_output(source)
     check_label(outputs.label, output, outputs.format)
-    check_keyframe_error(outputs.keyframe_error)
+    check_keyframe_error(outputs.keyframe_error, output, outputs.format)
     names = (output, outputs.overlay, *others)
     files = [Path(name) for name in names if name is not None and name != "-"]
     if output is not None and is_document(output, outputs.format):
@@ -190,10 +190,19 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
         raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
 
 
-def check_keyframe_error(error: float | None) -> None:
-    """Raise a ConfigError unless --keyframe-error is a number of pixels."""
-    if error is not None and not 0 <= error < math.inf:
+def check_keyframe_error(error: float | None, output: str | None, form: str | None = None) -> None:
+    """Raise a ConfigError unless --keyframe-error is pixels, for an output with keyframes."""
+    from motes.cli.watch_outputs import format_of
+    from motes.formats.registry import FORMATS
+
+    if error is None:
+        return
+    if not 0 <= error < math.inf:
         raise ConfigError(f"--keyframe-error is {error:g}; give a number of pixels, 0 or more.")
+    if output is None or not FORMATS.resolve(format_of(output, form)).thinned:
+        raise ConfigError(
+            "--keyframe-error is for CVAT, Label Studio and keyframes; others have none: omit it."
+        )
 
 
 def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:

@@ -14,7 +14,6 @@ from typing import Annotated, Any, ClassVar, TypeVar
 import msgspec
 from msgspec import Meta
 
-from motes.core.config_keys import NAME, all_keys, keys
 from motes.core.decode import MisfitError, decode, decode_at
 from motes.core.errors import ConfigError
 
@@ -122,12 +121,9 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             end = "" if error.reason.endswith(".") else "."
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{error.reason}{end}") from None
-        name, paths = error.unknown, {key.path for key in all_keys(keys(kind))}
-        known = {path.rpartition(".")[2] for path in paths}
-        known -= {name, NAME}  # the name may be known elsewhere
-        near = difflib.get_close_matches(name, sorted(known), n=1)
-        here = ", ".join(sorted(error.known))
-        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {here}."
+        name, known = error.unknown, sorted(error.known)
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None

@@ -67,7 +67,7 @@ def form_of(path: str | Path, form: Form | None = None) -> Form:
         return "csv"
     ending = Path(path).suffix.lower()
     if ending not in FORMS:
-        raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it or give a format.")
+        raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it.")
     return FORMS[ending]
 
 

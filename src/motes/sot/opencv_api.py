@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import copy
 from collections.abc import Sequence
 from typing import Self
 
@@ -9,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
-from motes.core.geometry import as_ellipse
 from motes.core.track import Status
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
@@ -59,9 +60,9 @@ class OpenCVTracker:
         ConfigError
             If the box is not valid, or does not fit the image.
         """
-        as_ellipse(box)  # refuses anything that is no region
-        if len(box) != 4:
-            raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
+        with contextlib.suppress(TypeError):  # what has no length is refused below
+            if len(box) != 4:
+                raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
         self.tracker.init(_from_bgr(image), box)
 
     def update(self, image: NDArray[np.uint8]) -> tuple[bool, tuple[int, int, int, int]]:
@@ -80,6 +81,10 @@ class OpenCVTracker:
         x, y, width, height = track.ellipse.box
         box = round(x), round(y), round(width), round(height)
         return track.status is Status.TRACKING, box
+
+    def __copy__(self) -> Self:
+        """Return an independent tracker; `copy.copy` and `copy.deepcopy` do the same."""
+        return copy.deepcopy(self)
 
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

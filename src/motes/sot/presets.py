@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
-from motes.core.registry import open_registry
+from motes.core.registry import open_registry, tag_of
 from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
@@ -267,5 +267,10 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     for change in changes:
         values = merge(values, change)
     check_cues(values)
+    if values.get("type") == tag_of(type(base)):
+        for name in (each for each in values if each not in ("type", *base.__struct_fields__)):
+            for other, each in PRESETS.items():
+                if name in each.__struct_fields__:
+                    raise ConfigError(f"Config has no key {name!r}; preset {other} has it.")
     config: TrackerConfig = from_dict(values, Algorithm)
     return config

@@ -15,7 +15,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
-from motes.core.config import from_dict, to_dict
+from motes.core.config import to_dict
+from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
@@ -289,7 +290,16 @@ class Tracker:
             saved = msgspec.msgpack.decode(Path(path).read_bytes())
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-            tracker = cls(from_dict(saved["config"], Algorithm), saved["seed"])
+            try:
+                config = decode(saved["config"], Algorithm)
+            except MisfitError as error:
+                if error.unknown is None and error.place[-1:] != ("type",):
+                    raise
+                raise FormatError(
+                    f"{path} cannot be loaded ({error}); the package that adds it is missing, or "
+                    f"the file is damaged."
+                ) from None
+            tracker = cls(config, saved["seed"])
             tracker._direction = -1 if saved.get("backward") else 1
             tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
         except OSError as error:

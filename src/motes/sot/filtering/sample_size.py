@@ -40,7 +40,9 @@ class KldSampling(Config, frozen=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.min > self.max:
-            raise ConfigError(f"min is {self.min}, and max is {self.max}; exchange them.")
+            raise ConfigError(
+                f"min is {self.min}, and max is {self.max}; make min smaller, or max larger."
+            )
 
     def count(self, ellipses: Floats, first: Ellipse) -> int:
         """Return the number of particles for the spread of ellipses (N, 5)."""
