@@ -34,6 +34,7 @@ TITLES = (
 MAX_ABSENT = 1_000_000
 """Frames that one range of absence may have; more than nine hours of film."""
 _FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
+_NUMBERS = re.compile(r"[-+.:\d]+")
 
 
 def keyframes(marks: Iterable[tuple[int, Sequence[float] | None]]) -> dict[int, Ellipse | None]:
@@ -123,7 +124,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
             continue
         if not any(fields) or fields[0].startswith("#"):
             continue
-        film = "" if _FRAMES.fullmatch(fields[0]) else fields.pop(0)
+        film = "" if _NUMBERS.fullmatch(fields[0]) else fields.pop(0)
         if fields[1:2] == [ABSENT]:
             fields = fields[: 2 + len("".join(fields[2:]))]  # a spreadsheet fills up the row
         try:
