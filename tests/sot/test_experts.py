@@ -12,6 +12,7 @@ from motes.core.config import Config, from_dict, from_toml, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.sot.discriminative.confined_expert import Confined
@@ -87,6 +88,24 @@ def test_log_odds_are_added_and_places_averaged() -> None:
     assert together.log_odds(sights, PLACE) == 1.0
     assert together.refined(sights, PLACE)[:2] == (110.0, 70.0)
     assert together.proposals(sights) == []
+
+
+class NumpySure(Sure, frozen=True):
+    """The same, with a NumPy number."""
+
+    def log_odds(self, sight: Ellipse, place: Ellipse) -> float:
+        """Return what it always says."""
+        voice: float = np.float64(self.says)
+        return voice
+
+
+def test_a_numpy_number_is_a_number() -> None:
+    """The status changed between tracking and lost in every third frame."""
+    tracker = Tracker(Discriminative(extra_experts={"sure": NumpySure(1.0)}))
+    tracker.init(picture(), PLACE)
+    pixels = picture().pixels
+    tracks = [tracker.update(Frame(n, n * FRAME_INTERVAL, pixels)) for n in range(1, 9)]
+    assert {track.status for track in tracks} == {Status.TRACKING}
 
 
 def test_no_voice_can_veto_the_others() -> None:

@@ -153,7 +153,8 @@ class Experts:
 
     def log_odds(self, sights: Mapping[str, Any], place: Ellipse) -> float:
         """Return by how much the experts together speak for a place."""
-        return sum(expert.log_odds(sights[name], place) for name, expert in self.named.items())
+        voices = (expert.log_odds(sights[name], place) for name, expert in self.named.items())
+        return float(sum(voices))  # of a NumPy number, `>` gives a value that is no `True`
 
     def updated(
         self,
