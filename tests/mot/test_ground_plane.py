@@ -41,7 +41,8 @@ def test_points_of_a_camera() -> None:
 @pytest.mark.parametrize("factor", [1, -1])
 def test_a_homography_is_taken_times_anything(factor: float) -> None:
     """OpenCV's have a 1 at the end; then w is negative on the ground below a horizon."""
-    ground = Ground(homography=tuple(factor * x for x in (2, 0, 1, 0, 4, -2, 0, 0, 2)))
+    matrix = factor * np.array([[2, 0, 1], [0, 4, -2], [0, 0, 2]])
+    ground = Ground(homography=matrix.tolist())
     assert ground.metres((10, 20)) == (10.5, 39)
 
 
@@ -83,8 +84,8 @@ def test_speed_does_not_depend_on_the_distance() -> None:
         ({}, "exactly one of scale, homography and points"),
         ({"scale": 3, "points": POINTS}, "exactly one of"),
         ({"scale": 0}, "it takes number, 1e-09 to "),
-        ({"homography": (1, 2, 3)}, "it takes list of 9: number"),
-        ({"homography": (1, 2, 3, 2, 4, 6, 0, 0, 1)}, "onto a line"),
+        ({"homography": (1, 2, 3)}, r"homography\[0\]: got 1; it takes list of 3: number"),
+        ({"homography": ((1, 2, 3), (2, 4, 6), (0, 0, 1))}, "onto a line"),
         ({"points": POINTS[:3]}, "it takes list of at least 4: "),
         ({"points": [(i, i, i, 2 * i) for i in range(5)]}, "on a line"),
         ({"points": [(0, 0, 0, 0), (9, 9, 9, 0), (9, 0, 9, 9), (0, 9, 0, 9)]}, "horizon"),
@@ -97,6 +98,6 @@ def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
 
 @pytest.mark.parametrize("ground", ["homography", "points"])
 def test_numbers_of_no_ground(ground: str) -> None:
-    values = [1e300, *[1.0] * 8] if ground == "homography" else [[1e300, 0, 0, 0]] * 4
+    values = [[1e300, 0, 0]] * 3 if ground == "homography" else [[1e300, 0, 0, 0]] * 4
     with pytest.raises(ConfigError, match=f"{ground}.*it takes number, .* to 1,000,000,"):
         Regions.parse(f"[ground]\n{ground} = {values}")

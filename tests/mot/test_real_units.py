@@ -134,7 +134,7 @@ def test_metres_are_those_of_the_scale_or_of_the_foot() -> None:
 
 
 def test_covariances_are_those_of_samples() -> None:
-    ground = Ground(homography=(0.02, 0.001, -1.0, 0.0005, 0.03, -2.0, 1e-5, 4e-4, 1.0))
+    ground = Ground(homography=((0.02, 0.001, -1.0), (0.0005, 0.03, -2.0), (1e-5, 4e-4, 1.0)))
     units = RealUnits(ground, Lens(MATRIX, DISTORTIONS[5]))
     found = place_of(units, track(0, 200, 150))
     assert found is not None

@@ -314,7 +314,7 @@ def test_the_documented_rig_is_one() -> None:
             RIG + SHIFT.replace('"office"', '"attic"'),
             "'attic', which is not in this rig; known are hall, office.",
         ),
-        (RIG + SHIFT.replace("[0, 0, 1]", "[0, 0, 0]"), "can be inverted"),
+        (RIG + SHIFT.replace("[0, 0, 1]", "[0, 0, 0]"), "onto a line"),
         (RIG + SHIFT.replace(", [0, 0, 1]", ""), "it takes list of 3"),
         (RIG + "[[", "not valid TOML"),
     ],

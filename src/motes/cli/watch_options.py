@@ -81,8 +81,8 @@ class CountingOptions:
     --places has priority."""
     places: Path | None = None
     """TOML file with [[line]] and [[zone]], each with points and name, a zone also with dwell; and
-    [ground], for speeds in metres per second: scale, homography (9 numbers), or points (four or
-    more [x, y, X, Y])."""
+    [ground], for speeds in metres per second: scale, homography (three rows of three), or points
+    (four or more [x, y, X, Y])."""
     scale: float | None = None
     """Pixels per metre, for speeds in metres per second."""
 

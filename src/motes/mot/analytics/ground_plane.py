@@ -18,6 +18,9 @@ Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 Scale = Annotated[float, Meta(ge=1e-9, le=1e9)]
 """Pixels in a metre: from those of a planet to those of a microscope."""
 Pair = tuple[Number, Number, Number, Number]
+Triple = tuple[Number, Number, Number]
+Homography: TypeAlias = tuple[Triple, Triple, Triple]
+"""A map (3, 3) of the points (x, y, 1) of a plane, up to scale; the rows as OpenCV finds them."""
 
 DEGENERATE = 1e-9
 """Points on one line do not determine a homography: its second smallest singular value is 0."""
@@ -34,8 +37,8 @@ class Ground(Config, frozen=True):
 
     scale: Scale | None = None
     """Pixels in a metre: for a camera that looks straight down, or as an approximation."""
-    homography: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)] | None = None
-    """Nine numbers, row by row: maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything."""
+    homography: Homography | None = None
+    """Maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything."""
     points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
     """Four or more points on the ground, no three of four on a line, as x, y in the picture and X,
     Y in metres; the homography that fits them best is used."""
@@ -64,7 +67,19 @@ def _matrix(ground: Ground) -> NDArray[np.float64]:
         return np.diag([1.0, 1.0, ground.scale])
     if ground.points is not None:
         return _fitted(np.array(ground.points))
-    matrix = np.reshape(np.array(ground.homography), (3, 3))
+    assert ground.homography is not None, "there is one of three"
+    return matrix_of(ground.homography)
+
+
+def matrix_of(homography: Homography) -> NDArray[np.float64]:
+    """Return the matrix (3, 3) of a homography.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be inverted.
+    """
+    matrix = np.array(homography)
     if abs(np.linalg.det(matrix)) <= DEGENERATE * np.linalg.norm(matrix) ** 3:
         raise ConfigError("The homography maps the picture onto a line; give another one.")
     return matrix

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-import numpy as np
-
 from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
 from motes.core.errors import ConfigError
+from motes.mot.analytics.ground_plane import Homography, matrix_of
 from motes.sot.places import Place
-
-Triple = tuple[float, float, float]
 
 DISTANCE = 0.6
 """Largest distance between color histograms of the same object in two views."""
@@ -78,10 +75,10 @@ class Overlap(Config, frozen=True):
 
     cameras: tuple[str, str]
     """Their names."""
-    homography: tuple[Triple, Triple, Triple] | None = None
-    """3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
-    in the second camera's, up to scale. Without it, the map is learned from objects that both
-    cameras see at the same time."""
+    homography: Homography | None = None
+    """Maps points (x, y, 1) of the ground in the first camera's picture to those in the second
+    camera's, up to scale. Without it, the map is learned from objects that both cameras see at the
+    same time."""
     reach: Positive = 1.0
     """Largest distance between the feet of the same object in the second camera's picture, in
     widths of the object."""
@@ -90,11 +87,8 @@ class Overlap(Config, frozen=True):
         super().__post_init__()
         if self.cameras[0] == self.cameras[1]:
             raise ConfigError(f"An overlap needs two cameras; got {self.cameras[0]!r} twice")
-        if self.homography is None:
-            return
-        matrix = np.array(self.homography)
-        if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
-            raise ConfigError("homography: A matrix that can be inverted is needed, got another")
+        if self.homography is not None:
+            matrix_of(self.homography)
 
 
 class Rig(Config, frozen=True):
