@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from motes.cli.app import app
 from motes.cli.demo import STORIES
@@ -62,6 +64,13 @@ def test_every_kind_of_film_is_on_the_page(kind: Any) -> None:
 def test_what_the_page_says_of_a_film_is_measured(kind: Any) -> None:
     text = gallery.film_text(kind, gallery.followed(kind)[0])
     assert text in gallery.PAGE.read_text(encoding="utf-8"), f"run make gallery: {text}"
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_experts_is_what_they_see() -> None:
+    with Image.open(gallery.EXPERTS) as file:
+        shown = np.asarray(file.convert("RGB"), float)
+    assert np.abs(gallery.picture() - shown).mean() < 4, "run make gallery"
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Make the pictures and texts of docs/gallery.md, and the README's animation: `make gallery`."""
+"""Make the pictures and texts of docs/gallery.md, and two of other pages: `make gallery`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from gallery_commands import COMMANDS, printed, side_by_side, terminal
+from gallery_experts import picture
 from gallery_films import KINDS, Kind
 from motes import Frame, Scene, Status, Track, Tracker, synthetic
 from motes.cli.demo import Score, score
@@ -27,6 +28,8 @@ from motes.synthetic.painted_film import PaintedFilm
 
 PAGE = Path(__file__).parents[1] / "gallery.md"
 FOLDER = PAGE.parent / "images" / "gallery"
+EXPERTS = FOLDER.parent / "experts.webp"
+"""The picture of docs/default-tracker.md."""
 FILMS = "beetle.mp4", "street.mp4"
 """Films of the demo that the commands read."""
 PART = 240, 180
@@ -162,6 +165,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         commands(Path(folder))
     films()
+    Image.fromarray(picture()).save(EXPERTS, quality=70, method=6)
     front()
 
 
