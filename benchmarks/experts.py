@@ -64,8 +64,18 @@ def overlaps(sequence: Sequence, limit: int, *, backward: bool) -> list[float]:
     return [overlap(config, frames, boxes) for config in VARIANTS.values()]
 
 
+def differences(rows: Floats) -> list[str]:
+    """Return the mean of each variant, and its difference to the first; rows (sequences, n)."""
+    changes = rows - rows[:, :1]
+    halves = 1.96 * changes.std(axis=0, ddof=1) / np.sqrt(len(rows))
+    return [
+        f"{mean:.3f} | {change:+.3f} ± {half:.3f}"
+        for mean, change, half in zip(rows.mean(0), changes.mean(0), halves, strict=True)
+    ]
+
+
 def main() -> None:
-    """Print a table for each folder and direction."""
+    """Print a table of the voices, forwards and backwards."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sequences", type=Path)
     parser.add_argument("--only", nargs="*", default=["*"])
@@ -76,13 +86,15 @@ def main() -> None:
     sequences, problems = load_dataset(options.sequences, first)
     assert not problems, problems
     sequences = [s for s in sequences if any(fnmatchcase(s.name, glob) for glob in options.only)]
-    for backward in (False, True):
-        rows = np.array([overlaps(s, options.frames, backward=backward) for s in sequences])
-        print(f"\n{'Backwards' if backward else 'Forwards'}: {len(rows)} sequences")
-        changes = rows - rows[:, :1]
-        for name, mean, change in zip(VARIANTS, rows.mean(0), changes.T, strict=True):
-            half = 1.96 * change.std(ddof=1) / np.sqrt(len(change))
-            print(f"{mean:.3f} {change.mean():+.3f} +- {half:.3f}  {name}")
+    print(f"### What each voice brings: {len(sequences)} sequences\n")
+    print("| tracker | forwards | difference | backwards | difference |")
+    print("| --- | --- | --- | --- | --- |")
+    cells = [
+        differences(np.array([overlaps(s, options.frames, backward=way) for s in sequences]))
+        for way in (False, True)
+    ]
+    for name, there, back in zip(VARIANTS, *cells, strict=True):
+        print(f"| {name} | {there} | {back} |")
 
 
 if __name__ == "__main__":

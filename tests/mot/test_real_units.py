@@ -7,13 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.ground_plane import Ground
 from motes.mot.analytics.lens import Lens
-from motes.mot.analytics.real_units import GroundMotion, RealUnits, place_of
+from motes.mot.analytics.real_units import (
+    GroundMotion,
+    RealUnits,
+    motion_in_hindsight,
+    place_of,
+)
 
 MATRIX = (500.0, 0.0, 320.0, 0.0, 480.0, 240.0, 0.0, 0.0, 1.0)
 DISTORTIONS = {
@@ -163,6 +169,42 @@ def test_speeds_are_near_and_their_deviations_honest() -> None:
     assert abs(np.mean(errors)) < 0.03
     assert 0.9 < np.mean(inside) <= 1.0
     assert np.std(errors) == pytest.approx(np.mean(deviations), rel=0.3)
+
+
+def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight() -> None:
+    """A fall, 9.81 m/s², at 50 frames a second: a line is true in the middle of its time."""
+    units = RealUnits(Ground(scale=50.0))
+    motion = GroundMotion(units)
+    times = np.arange(60) / 50
+    tracks = [replace(track(n, 10.0, 50 * 4.905 * t**2), time=t) for n, t in enumerate(times)]
+    live = [place.speed for each in tracks if (place := motion.update(each)) is not None]
+    np.testing.assert_allclose(live[25:], 9.81 * (times[25:] - 0.25), atol=0.1)  # half a frame
+    after = [place.speed for place in motion_in_hindsight(units, tracks) if place is not None]
+    np.testing.assert_allclose(after[13:-13], 9.81 * times[13:-13], atol=1e-6)
+
+
+def test_a_box_that_was_drawn_does_not_hold_the_line() -> None:
+    """The first box has no deviation, and yet may be off, as it is by hand."""
+    motion = GroundMotion(RealUnits(Ground(scale=50.0)))
+    motion.update(track(0, 3.0, 0.0, covariance=0.0))
+    places = [motion.update(track(n, 2.0 * n, 0.0)) for n in range(1, 8)]
+    x = np.array([3.0, *(2.0 * n for n in range(1, 8))]) / 50
+    assert places[-1] is not None
+    assert places[-1].speed == pytest.approx(np.polyfit(np.arange(8) / 25, x, 1)[0])
+
+
+def test_no_line_in_hindsight_goes_beyond_a_keyframe() -> None:
+    """So rows on its other side stay, whatever is corrected here."""
+    units = RealUnits(Ground(scale=50.0))
+    marked = track(6, 12.0, 0.0, covariance=0.0)
+    before = [track(n, 2.0 * n, 0.0) for n in range(6)]
+    parts = [motion_in_hindsight(units, [*before, marked, *after]) for after in (
+        [track(n, 2.0 * n, 0.0) for n in range(7, 12)],
+        [track(n, 9.0 * n, 0.0) for n in range(7, 12)],
+        [],
+    )]  # fmt: skip
+    assert parts[0][:7] == parts[1][:7] == parts[2]
+    assert [place.speed for place in parts[0] if place] == pytest.approx([1.0] * 12)
 
 
 def test_nothing_is_measured_while_the_target_is_lost() -> None:

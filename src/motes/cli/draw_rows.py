@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Hindsight, Moment, Moments
@@ -15,13 +13,12 @@ from motes.cli.watch_loop import counted_moments
 from motes.core.errors import InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Track
 from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
 from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.real_units import PIXELS, GroundMotion, GroundPlace, RealUnits
+from motes.mot.analytics.real_units import PIXELS, GroundPlace, RealUnits, motion_in_hindsight
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
@@ -83,14 +80,13 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
 
 def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
     """Return what makes the moments of rows of one target."""
-    motion, metres = GroundMotion(units or PIXELS), given.metres
 
     def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
+        places = {} if given.metres else _measured(given, units or PIXELS)
         for frame in _checked(frames, given, film):
             each = next(iter(given.objects(frame)), None)
-            track = None if each is None else each.track(frame.index, frame.time)
-            place = _ground(each) if metres else _measured(motion, track)
-            info = None if track is None else Hindsight(track)
+            info = None if each is None else Hindsight(each.track(frame.index, frame.time))
+            place = _ground(each) if given.metres else places.get(frame.index)
             yield Moment(frame, info, 0.0, place)
 
     return moments
@@ -103,13 +99,14 @@ def _ground(row: ObjectRow | None) -> GroundPlace | None:
     return GroundPlace(*map(row.number, GROUND))
 
 
-def _measured(motion: GroundMotion, track: Track | None) -> GroundPlace | None:
-    """Return place and speed of a track; where its covariance is unknown, so are deviations."""
-    if track is None or np.isfinite(track.covariance).all():
-        return motion.update(track)
-    place = motion.update(replace(track, covariance=np.eye(5)))
-    nothing = {"x_m_std": math.nan, "y_m_std": math.nan, "speed_std": math.nan}
-    return None if place is None else place._replace(**nothing)
+def _measured(given: Given, units: RealUnits) -> dict[int, GroundPlace | None]:
+    """Return places and speeds in frames; where covariances are unknown, so are deviations."""
+    frames = range(given.last + 1)
+    tracks = [
+        next((each.track(row.frame, row.time) for each in row.objects), None) if row else None
+        for row in map(given.rows.get, frames)
+    ]
+    return dict(zip(frames, motion_in_hindsight(units, tracks), strict=True))
 
 
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:

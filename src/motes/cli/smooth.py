@@ -17,7 +17,7 @@ from motes.core.files import is_special
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside
 from motes.correction.rows import KnownRows
-from motes.mot.analytics.real_units import GroundMotion
+from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import TrackWriter, check_writable
 
@@ -55,11 +55,10 @@ def smooth(
         check_writable(output, overwrite)  # these are named first, not what is beside them
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
-    motion = None if plane is None else GroundMotion(plane)
-    further = HINDSIGHT if motion is None else (*HINDSIGHT, *GROUND)
+    places = [None] * len(tracks) if plane is None else motion_in_hindsight(plane, tracks)
+    further = HINDSIGHT if plane is None else (*HINDSIGHT, *GROUND)
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
-        for track in tracks:
-            place = None if motion is None else motion.update(track)
+        for track, place in zip(tracks, places, strict=True):
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
     if not streamed:
         hand_on(known, Path(output))

@@ -30,7 +30,7 @@ from motes.correction.history import History, Marks, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
-from motes.mot.analytics.real_units import GroundMotion
+from motes.mot.analytics.real_units import GroundPlace, motion_in_hindsight
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
@@ -92,7 +92,7 @@ class KeyframeRun(Tally):
         """The interrupt that ended the run, or None."""
         self._film, self._history, self._path = film, history, asked.history_file
         self._quiet = asked.output == "-"
-        self._motion = None if asked.units is None else GroundMotion(asked.units)
+        self._units = asked.units
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}
         self._states = Counter[Status]()
@@ -111,9 +111,12 @@ class KeyframeRun(Tally):
         def write(stretch: Stretch, tracks: list[Track]) -> None:
             if path is not None and not self.frames:
                 history.unfinished_with(left).save(path)
-            for track in tracks:
+            places: list[GroundPlace | None] = [None] * len(tracks)
+            if self._units is not None:
+                places = motion_in_hindsight(self._units, map(as_read, tracks))
+            for track, place in zip(tracks, places, strict=True):
                 if track.frame not in self._moments:  # that of a keyframe is in two stretches
-                    self._write(track, outputs)
+                    self._write(track, place, outputs)
             if stretch == left[0]:  # and not only its forward pass, at an interrupt
                 left.pop(0)
                 if path is not None:
@@ -130,9 +133,8 @@ class KeyframeRun(Tally):
         if path is not None and not left:
             history.save(path, line_count(rows_path(path)))
 
-    def _write(self, track: Track, outputs: list[Sink]) -> None:
+    def _write(self, track: Track, place: GroundPlace | None, outputs: list[Sink]) -> None:
         """Write the row of a track; its frame is black until it is drawn."""
-        place = None if self._motion is None else self._motion.update(as_read(track))
         frame = Frame(track.frame, track.time, self._black)
         moment = Moment(frame, Hindsight(track), 0.0, place)
         for output in outputs:

@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError, InputError
 from motes.core.files import read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.mot.analytics.real_units import GroundMotion, RealUnits
+from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.reader import table_of
@@ -185,9 +185,10 @@ class KnownRows:
         if columns != self.columns:
             self.columns, new = columns, known
             self._head = [f"{text}\n" for text in head(self._form, columns)]
-        motion = None if units is None else GroundMotion(units)
-        for track in self.tracks:
-            place = None if motion is None else motion.update(as_read(track))
+        places: list[GroundPlace | None] = [None] * len(self.tracks)
+        if units is not None:
+            places = motion_in_hindsight(units, map(as_read, self.tracks))
+        for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
                 further = hindsight(track) if place is None else hindsight(track) | place.columns
                 target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)

@@ -1,16 +1,18 @@
 """Places in metres and speeds of one target, with their standard deviations.
 
 The tracker's covariance is carried over to the ground by the derivatives of the map, to first
-order. The speed is that of a straight line through the last half second, fitted by generalized
-least squares; where the places scatter more than their covariances allow, its deviation is larger
-by as much.
+order. The speed is that of a straight line through half a second, fitted by least squares; where
+the places scatter more than their covariances allow, its deviation is larger by as much. Live, the
+line goes through the last half second, so the speed is that of a quarter of a second ago. In
+hindsight, the frame is in the middle.
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,8 +87,30 @@ PIXELS = RealUnits(Ground(scale=1.0))
 """Pixels as they are."""
 
 
+class Seen(NamedTuple):
+    """Where the target is seen in a frame, on the ground."""
+
+    time: float
+    """Seconds."""
+    place: Floats
+    """(2,) in metres."""
+    covariance: Floats
+    """(2, 2) of the place."""
+
+    @property
+    def marked(self) -> bool:
+        """Whether it is the place of a keyframe."""
+        return not self.covariance.any()
+
+    def moving(self, near: Sequence[Seen]) -> GroundPlace:
+        """Return the place, with the speed of the line through places near in time."""
+        (x, y), (x_std, y_std) = self.place.tolist(), np.sqrt(self.covariance.diagonal()).tolist()
+        speed = speed_of(near) if len(near) >= LEAST_POINTS else (math.nan, math.nan)
+        return GroundPlace(x, y, x_std, y_std, *speed)
+
+
 class GroundMotion:
-    """The places and speeds of a target, frame by frame.
+    """The places and speeds of a target live, frame by frame.
 
     Parameters
     ----------
@@ -96,23 +120,58 @@ class GroundMotion:
 
     def __init__(self, units: RealUnits) -> None:
         self._units = units.corrected()
-        self._past: deque[tuple[float, Floats, Floats]] = deque()
+        self._past: deque[Seen] = deque()
 
     def update(self, track: Track | None) -> GroundPlace | None:
         """Return the place in a frame; None where the target is not seen, or above the horizon."""
-        if track is None or track.status not in (Status.TRACKING, Status.INTERPOLATED):
+        seen = seen_in(self._units, track)
+        if seen is None:
             self._past.clear()
             return None
-        found = place_of(self._units, track)
-        if found is None:
-            self._past.clear()
-            return None
-        self._past.append((track.time, *found))
-        while len(self._past) > LEAST_POINTS and track.time - self._past[0][0] > SPEED_OVER:
+        self._past.append(seen)
+        while len(self._past) > LEAST_POINTS and seen.time - self._past[0].time > SPEED_OVER:
             self._past.popleft()
-        (x, y), (x_std, y_std) = found[0].tolist(), np.sqrt(found[1].diagonal()).tolist()
-        speed = speed_of(self._past) if len(self._past) >= LEAST_POINTS else (math.nan, math.nan)
-        return GroundPlace(x, y, x_std, y_std, *speed)
+        return seen.moving(self._past)
+
+
+def motion_in_hindsight(
+    units: RealUnits, tracks: Iterable[Track | None]
+) -> list[GroundPlace | None]:
+    """Return places and speeds in successive frames, each speed from frames before and after it.
+
+    None is for frames in which the target is not seen, or above the horizon. No line goes beyond
+    such a frame, or a keyframe: what is corrected there changes no speed elsewhere.
+    """
+    units = units.corrected()
+    seen = [seen_in(units, track) for track in tracks]
+    found: list[GroundPlace | None] = [None] * len(seen)
+    stretch = list[Seen]()
+    for end, each in enumerate([*seen, None]):
+        if each is not None:
+            stretch.append(each)
+        if each is None or (each.marked and len(stretch) > 1):
+            first = end - len(stretch) + (each is not None)
+            for index, one in enumerate(stretch):
+                found[first + index] = found[first + index] or one.moving(around(stretch, index))
+            stretch = [] if each is None else [each]
+    return found
+
+
+def around(seen: Sequence[Seen], index: int) -> Sequence[Seen]:
+    """Return those within a quarter of a second of one of them, `LEAST_POINTS` at least."""
+    time, half = seen[index].time, SPEED_OVER / 2
+    first = bisect_left(seen, time - half, key=lambda each: each.time)
+    first = min(first, max(min(index - 1, len(seen) - LEAST_POINTS), 0))
+    end = bisect_right(seen, time + half, key=lambda each: each.time)
+    return seen[first : max(end, first + LEAST_POINTS)]
+
+
+def seen_in(units: RealUnits, track: Track | None) -> Seen | None:
+    """Return where a target is; None where it is not seen, or above the horizon."""
+    if track is None or track.status not in (Status.TRACKING, Status.INTERPOLATED):
+        return None
+    found = place_of(units, track)
+    return None if found is None else Seen(track.time, *found)
 
 
 def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:
@@ -130,7 +189,7 @@ def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:
     return table[0], covariance
 
 
-def speed_of(past: Sequence[tuple[float, Floats, Floats]]) -> tuple[float, float]:
+def speed_of(seen: Sequence[Seen]) -> tuple[float, float]:
     """Return the speed of the line through places at times, and its standard deviation.
 
     Raises
@@ -138,27 +197,19 @@ def speed_of(past: Sequence[tuple[float, Floats, Floats]]) -> tuple[float, float
     ConfigError
         If all times are the same.
     """
-    times = np.array([time for time, _, _ in past])
+    times = np.array([each.time for each in seen])
     if np.ptp(times) <= 0:
         raise ConfigError("A speed needs different times; give the frames their own.")
-    times = times - times.mean()
-    information, right = np.zeros((4, 4)), np.zeros(4)
-    weights = []
-    for time, (_, place, covariance) in zip(times, past, strict=True):
-        # A tracker may be sure to the last bit; a place is never known better than to its digits.
-        weight = np.linalg.inv(covariance + np.eye(2) * (1e-9 + 1e-6 * np.trace(covariance)))
-        design = np.hstack([np.eye(2), time * np.eye(2)])
-        information += design.T @ weight @ design
-        right += design.T @ weight @ place
-        weights.append((design, weight))
-    inverse = np.linalg.inv(information)
-    line = inverse @ right
-    scatter = sum(
-        float((place - design @ line) @ weight @ (place - design @ line))
-        for (design, weight), (_, place, _) in zip(weights, past, strict=True)
-    )
-    spread = np.asarray(inverse[2:, 2:] * max(1.0, scatter / (2 * len(past) - 4)), np.float64)
-    velocity = line[2:]
+    places = np.array([each.place for each in seen])
+    covariances = np.array([each.covariance for each in seen])
+    times -= times.mean()
+    pull = times / (times @ times)
+    velocity = pull @ places
+    off = places - places.mean(axis=0) - np.outer(times, velocity)
+    scatter = np.square(off).sum() / (2 * len(seen) - 4)
+    allowed = np.trace(covariances, axis1=1, axis2=2).mean() / 2
+    spread = np.tensordot(pull**2, covariances, 1)
+    spread += max(scatter - allowed, 0.0) * (pull @ pull) * np.eye(2)
     speed = float(np.hypot(*velocity))
     if speed * speed <= np.trace(spread):  # the direction is not known
         return speed, math.sqrt(float(np.trace(spread)) / 2)
