@@ -64,7 +64,7 @@ def test_events_of_one_visit() -> None:
         (9, "leaves", "zone 1", None, 0.75),
         (13, "disappears", None, None, 2.75),
     ]
-    assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
+    assert [e.speed for e in events] == [None, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
     assert counting.counts[0, "crosses", "gate", "in", ""] == 1

@@ -52,8 +52,8 @@ class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
     x: float
     y: float
     """The place of its foot: the middle of its box's lower edge."""
-    speed: float
-    """In pixels a second, over the last half second."""
+    speed: float | None
+    """In pixels a second, over the last half second; None where it is seen for the first time."""
     place: str | None = None
     direction: str | None = None
     """The name of the line or zone, and the line's label for the side to which it is crossed."""
@@ -120,10 +120,10 @@ class _Trajectory:
         share = (now - last) / (last - began)
         return math.dist([place[i] + share * (place[i] - first[i]) for i in range(2)], foot)
 
-    def speed(self, start: Point, end: Point) -> float:
-        """Return the speed of a way that it went in the last half second."""
+    def speed(self, start: Point, end: Point) -> float | None:
+        """Return the speed of a way that it went in the last half second; None of one place."""
         began, now = self.feet[0][0], self.feet[-1][0]
-        return math.dist(start, end) / (now - began) if now > began else 0.0
+        return math.dist(start, end) / (now - began) if now > began else None
 
     def counts(self, now: float) -> bool:
         """Return whether it is known well enough for its events to count."""
