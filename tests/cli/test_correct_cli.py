@@ -157,13 +157,14 @@ def test_metres_and_an_overlay(go: Go) -> None:
     assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
 
 
-def test_rows_with_frames_between_that_are_missing_are_not_smoothed(go: Go) -> None:
+def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --stride 3")[0] == 0
-    code, said = go("smooth rows.csv -o smooth.csv")
-    assert (code, "rows.csv has 8 rows of the frames 0 to 21; make rows of every" in said) == (
-        3,
-        True,
-    )
+    before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
+    for line in ("smooth rows.csv -o smooth.csv", "refine FILM rows.csv --at 9=BOX"):
+        code, said = go(line)
+        whole = "rows.csv has 8 rows of the frames 0 to 21; make rows of every" in said
+        assert (code, whole) == (3, True), said
+    assert {name: Path(name).read_bytes() for name in before} == before
 
 
 def test_of_a_killed_run_it_is_said_that_rows_are_missing(
