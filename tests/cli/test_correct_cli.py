@@ -153,8 +153,22 @@ def test_metres_and_an_overlay(go: Go) -> None:
     after = Path("m.csv").read_text().splitlines()
     assert after[:22] == before[:22]
     assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
-    assert go("smooth m.csv -o s.csv")[0] == 0
-    assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS} --scale 20")[0] == 0
+    assert go("smooth plain.csv -o s.csv")[0] == 0
+    smoothed, raw = (float(rows(name)[20]["x_m"]) for name in ("s.csv", "plain.csv"))
+    assert smoothed == pytest.approx(raw, abs=0.1)
+
+
+def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
+    """What a user has marked would move."""
+    assert go(f"track FILM --at 4=BOX --at 20=BOX -o keys.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
+    assert go("smooth plain.csv -o smooth.csv")[0] == 0
+    for name in ("keys.csv", "smooth.csv"):
+        code, said = go(f"smooth {name} -o again.csv")
+        message = f"{name} is smoothed or corrected already; give rows of a plain motes track."
+        assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
+    assert not Path("again.csv").exists()
 
 
 def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
@@ -178,8 +192,9 @@ def test_of_a_killed_run_it_is_said_that_rows_are_missing(
     with monkeypatch.context() as patched:
         patched.setattr(TrackWriter, "_write", write)
         assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] != 0
-    code, said = go("convert rows.csv a.xml")
-    assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
+    for reader in ("convert rows.csv a.xml", "smooth rows.csv -o s.csv"):
+        code, said = go(reader)
+        assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --resume")[0] == 0
     assert "killed" not in go("convert rows.csv b.xml")[1]
 
@@ -250,8 +265,8 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert len(rows("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
-    readers = "check FILM rows.csv", "smooth rows.csv -o s.csv", "convert rows.csv c.csv"
-    for reader in (*readers, "draw FILM rows.csv -o o.mp4"):
+    readers = "check FILM rows.csv", "convert rows.csv c.csv", "draw FILM rows.csv -o o.mp4"
+    for reader in readers:
         code, said = go(reader)
         assert code == 0, said
         assert "the run of rows.csv was not finished between frames 12 and 23; finish it" in said

@@ -41,12 +41,13 @@ def smooth(
     Parameters
     ----------
     rows
-        A .csv or .jsonl file that motes track has written.
+        A .csv or .jsonl file that a plain motes track has written, without keyframes.
     output
         File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
+    table.check_plain()
     point_out_unfinished(rows, known)
     table.check_whole()
     plane = units_of(rows, table.metres, known)
