@@ -13,6 +13,7 @@ from typing import BinaryIO
 import pytest
 from PIL import Image
 
+import motes
 from motes.cli import main
 from motes.core.errors import FormatError
 from motes.correction.history import History
@@ -424,6 +425,27 @@ def test_smoothed_rows(go: Go) -> None:
         "9", "10", "11",
     ]  # fmt: skip
     assert go("smooth rows.csv -o smooth.csv")[0] == 5
+
+
+def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Go) -> None:
+    """Its confidence stays, so it is less likely there than not."""
+    assert go(f"track FILM --init BOX --scale 20 -o rows.csv {OPTIONS}")[0] == 0
+    found = rows("rows.csv")
+    for row in found[10:13]:
+        row |= {"status": "searching", "confidence": "0.08"} | dict.fromkeys(GROUND, "")
+    with open("rows.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, [*found[0]])
+        writer.writeheader()
+        writer.writerows(found)
+    assert go("smooth rows.csv -o smooth.csv")[0] == 0
+    smooth = rows("smooth.csv")
+    assert [row["frame"] for row in smooth if row["status"] == "interpolated"] == ["10", "11", "12"]
+    assert [row["frame"] for row in smooth if not row["x_m"]] == ["10", "11", "12"]
+    assert [row["speed"] for row in smooth[10:15]] == [""] * 5  # three places make one
+    assert all(float(row["confidence"]) <= 0.08 for row in smooth[10:13])
+    assert float(smooth[11]["x_std"]) > float(smooth[9]["x_std"])
+    python = motes.smooth(KnownRows(Path("rows.csv")).tracks)
+    assert [f"{each.ellipse.x:.3f}" for each in python] == [row["x"] for row in smooth]
 
 
 def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:

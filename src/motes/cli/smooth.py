@@ -14,8 +14,10 @@ from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, FileName, Overwrite
 from motes.core.files import is_special
+from motes.core.track import Status
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside
+from motes.correction.join import HALF
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import GroundMotion
 from motes.rows.schema import GROUND, HINDSIGHT
@@ -35,8 +37,9 @@ def smooth(
     """Smooth the rows of one target, flag outliers and bridge gaps.
 
     Frames that the tracker has lost, between others that it has tracked, get the status
-    interpolated, and standard deviations that grow from both sides. A jump away and back is left
-    out, and has a 1 in the column outlier.
+    interpolated, and standard deviations that grow from both sides. They are no surer than before,
+    and have metres only with a confidence of one half or more. A jump away and back is left out,
+    and has a 1 in the column outlier.
 
     Parameters
     ----------
@@ -60,7 +63,8 @@ def smooth(
     further = HINDSIGHT if motion is None else (*HINDSIGHT, *GROUND)
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track in tracks:
-            place = None if motion is None else motion.update(track)
+            there = track.status is not Status.INTERPOLATED or track.confidence >= HALF
+            place = None if motion is None else motion.update(track if there else None)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
     if not streamed:
         hand_on(known, Path(output))
