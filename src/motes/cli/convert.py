@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,6 +112,8 @@ def convert(
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
+    if video is not None and TIMES in registry.FORMATS.resolve(form).holds:
+        facts = dataclasses.replace(facts, times=_times(video, fps))
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
@@ -187,6 +190,23 @@ def _facts(
         source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files,
         run=run,
     )  # fmt: skip
+
+
+def _times(video: str, fps: float | None) -> Sequence[float]:
+    """Return the times of the frames of a film, from its packets; none where its rate gives them.
+
+    Those of a damaged film are known once it is decoded.
+    """
+    from motes.video.film import DamagedError, Film
+    from motes.video.sources import is_recorded
+
+    if fps is not None or not is_recorded(video):
+        return ()
+    try:
+        film = Film(video, quick=True)
+    except DamagedError:
+        film = Film(video)
+    return () if film.even_rate else film.times
 
 
 def _sides(size: str | None) -> tuple[int, int]:

@@ -57,6 +57,8 @@ class FilmFacts:
     """Its number of frames; None if unknown."""
     fps: float | None = None
     """Its frames per second; None if unknown."""
+    times: Sequence[float] = ()
+    """The times of its frames in seconds; none where they follow from `fps`."""
     label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
@@ -75,8 +77,12 @@ class FilmFacts:
         return text_name(self.files[frame]) if frame < len(self.files) else None
 
     def time(self, frame: int) -> float:
-        """Return the time of a frame in seconds."""
-        return frame / self.fps if self.fps else frame * FRAME_INTERVAL
+        """Return the time of a frame in seconds; after the known ones, by the frame rate."""
+        if frame < len(self.times):
+            return self.times[frame]
+        last = max(len(self.times) - 1, 0)
+        further = (frame - last) / self.fps if self.fps else (frame - last) * FRAME_INTERVAL
+        return self.times[last] + further if self.times else further
 
 
 def recording_of(
