@@ -193,19 +193,13 @@ def _facts(
 
 
 def _times(video: str, fps: float | None) -> Sequence[float]:
-    """Return the times of the frames of a film, from its packets; none where its rate gives them.
-
-    Those of a damaged film are known once it is decoded.
-    """
-    from motes.video.film import DamagedError, Film
+    """Return the times of the frames of a film by its packets; none where its rate gives them."""
+    from motes.video.film import Film
     from motes.video.sources import is_recorded
 
     if fps is not None or not is_recorded(video):
         return ()
-    try:
-        film = Film(video, quick=True)
-    except DamagedError:
-        film = Film(video)
+    film = Film.quickly(video)
     return () if film.even_rate else film.times
 
 
