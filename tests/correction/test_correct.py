@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -237,6 +238,21 @@ def test_what_is_lost_is_no_surer_when_it_is_bridged() -> None:
         assert {found[i].status for i in range(20, 30)} == {Status.INTERPOLATED}
         assert max(found[i].confidence for i in range(20, 30)) <= 0.08
     assert found[21].covariance[0, 0] > 5 * found[15].covariance[0, 0]
+
+
+def test_rows_of_a_file_are_no_tracks(tmp_path: Path, film: Path) -> None:
+    path = tmp_path / "rows.csv"
+    with motes.TrackWriter(path) as writer:
+        for track in walk(3):
+            writer.write(track.frame, track.time, track)
+    rows: Any = motes.read_track(path)
+    for taken in (
+        lambda: motes.smooth(rows),
+        lambda: motes.doubts(rows, {}),
+        lambda: motes.refine(film, rows, {0: (9, 9, 9, 9)}, {}),
+    ):
+        with pytest.raises(ConfigError, match=r"Give the Track of each frame.*; rows of a file"):
+            taken()
 
 
 def test_an_unsure_row_counts_less() -> None:

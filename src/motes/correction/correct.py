@@ -79,6 +79,11 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     tracks
         The track of each frame, in order, as from `Tracker.update`. A covariance that is not known,
         NaN, is taken to be that of the track's confidence.
+
+    Raises
+    ------
+    ConfigError
+        If they are no tracks, as rows of `read_track`.
     """
     only = Course.of(tracks)
     told = variances_told(only.ellipses, only.confidence, HALF)
