@@ -180,6 +180,20 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+@pytest.mark.parametrize(("source", "there"), [("boxes.jsonl", 35), ("one.cvat.xml", 40)])
+def test_frames_that_only_the_film_has_are_not_said_to_be_in_the_file(
+    go: Go, source: str, there: int
+) -> None:
+    assert go("convert one.csv boxes.txt --to mot")[0] == 0
+    assert go("convert boxes.txt boxes.jsonl")[0] == 0
+    assert go("convert boxes.txt one.cvat.xml --size 320x240")[0] == 0
+    said = go(f"convert {source} a.csv --size 320x240 --frames 60")[1]
+    others = 60 - there
+    assert (
+        f"the {there} frames in {source}; nothing is in {others} other frames of its film." in said
+    )
+
+
 def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
     said_once = "has no times, 25 frames a second are assumed; give --fps or --video."
     assert go("convert one.csv one.vot.txt")[0] == 0

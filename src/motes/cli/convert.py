@@ -124,9 +124,12 @@ def convert(
         left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    part = f"{len(recorded.frames) - left} of the" if left else "the"
-    count = counted(len(recorded.frames), "frame")
+    there = sum(bool(row.objects or row.searched) for row in recorded)
+    part = f"{there - left} of the" if left else "the"
+    count = counted(there, "frame")
     reason = "; in the others a target is lost or searched for" * (left > 0)
+    if empty := len(recorded.frames) - there:
+        reason += f"; nothing is in {counted(empty, 'other frame')} of its film"
     log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
