@@ -13,6 +13,7 @@ from typing import BinaryIO
 import pytest
 from PIL import Image
 
+import motes
 from motes.cli import main
 from motes.core.errors import FormatError
 from motes.correction.history import History
@@ -153,17 +154,32 @@ def test_metres_and_an_overlay(go: Go) -> None:
     after = Path("m.csv").read_text().splitlines()
     assert after[:22] == before[:22]
     assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
-    assert go("smooth m.csv -o s.csv")[0] == 0
-    assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS} --scale 20")[0] == 0
+    assert go("smooth plain.csv -o s.csv")[0] == 0
+    smoothed, raw = (float(rows(name)[20]["x_m"]) for name in ("s.csv", "plain.csv"))
+    assert smoothed == pytest.approx(raw, abs=0.1)
 
 
-def test_rows_with_frames_between_that_are_missing_are_not_smoothed(go: Go) -> None:
+def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
+    """What a user has marked would move."""
+    assert go(f"track FILM --at 4=BOX --at 20=BOX -o keys.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
+    assert go("smooth plain.csv -o smooth.csv")[0] == 0
+    for name in ("keys.csv", "smooth.csv"):
+        code, said = go(f"smooth {name} -o again.csv")
+        message = f"{name} is smoothed or corrected already; give rows of a plain motes track."
+        assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
+    assert not Path("again.csv").exists()
+
+
+def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --stride 3")[0] == 0
-    code, said = go("smooth rows.csv -o smooth.csv")
-    assert (code, "rows.csv has 8 rows of the frames 0 to 21; make rows of every" in said) == (
-        3,
-        True,
-    )
+    before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
+    for line in ("smooth rows.csv -o smooth.csv", "refine FILM rows.csv --at 9=BOX"):
+        code, said = go(line)
+        whole = "rows.csv has 8 rows of the frames 0 to 21; make rows of every" in said
+        assert (code, whole) == (3, True), said
+    assert {name: Path(name).read_bytes() for name in before} == before
 
 
 def test_of_a_killed_run_it_is_said_that_rows_are_missing(
@@ -177,8 +193,9 @@ def test_of_a_killed_run_it_is_said_that_rows_are_missing(
     with monkeypatch.context() as patched:
         patched.setattr(TrackWriter, "_write", write)
         assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] != 0
-    code, said = go("convert rows.csv a.xml")
-    assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
+    for reader in ("convert rows.csv a.xml", "smooth rows.csv -o s.csv"):
+        code, said = go(reader)
+        assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --resume")[0] == 0
     assert "killed" not in go("convert rows.csv b.xml")[1]
 
@@ -249,8 +266,8 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert len(rows("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
-    readers = "check FILM rows.csv", "smooth rows.csv -o s.csv", "convert rows.csv c.csv"
-    for reader in (*readers, "draw FILM rows.csv -o o.mp4"):
+    readers = "check FILM rows.csv", "convert rows.csv c.csv", "draw FILM rows.csv -o o.mp4"
+    for reader in readers:
         code, said = go(reader)
         assert code == 0, said
         assert "the run of rows.csv was not finished between frames 12 and 23; finish it" in said
@@ -408,6 +425,27 @@ def test_smoothed_rows(go: Go) -> None:
         "9", "10", "11",
     ]  # fmt: skip
     assert go("smooth rows.csv -o smooth.csv")[0] == 5
+
+
+def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Go) -> None:
+    """Its confidence stays, so it is less likely there than not."""
+    assert go(f"track FILM --init BOX --scale 20 -o rows.csv {OPTIONS}")[0] == 0
+    found = rows("rows.csv")
+    for row in found[10:13]:
+        row |= {"status": "searching", "confidence": "0.08"} | dict.fromkeys(GROUND, "")
+    with open("rows.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, [*found[0]])
+        writer.writeheader()
+        writer.writerows(found)
+    assert go("smooth rows.csv -o smooth.csv")[0] == 0
+    smooth = rows("smooth.csv")
+    assert [row["frame"] for row in smooth if row["status"] == "interpolated"] == ["10", "11", "12"]
+    assert [row["frame"] for row in smooth if not row["x_m"]] == ["10", "11", "12"]
+    assert [row["frame"] for row in smooth if not row["speed"]] == ["10", "11", "12"]
+    assert all(float(row["confidence"]) <= 0.08 for row in smooth[10:13])
+    assert float(smooth[11]["x_std"]) > float(smooth[9]["x_std"])
+    python = motes.smooth(KnownRows(Path("rows.csv")).tracks)
+    assert [f"{each.ellipse.x:.3f}" for each in python] == [row["x"] for row in smooth]
 
 
 def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:

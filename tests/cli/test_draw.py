@@ -13,6 +13,7 @@ from motes import open_source
 from motes.cli import main
 from motes.core.track import Status
 from motes.output.overlay import COLORS
+from motes.video.decoder import Decoder
 from motes.video.writer import VideoWriter
 
 Go = Callable[[str], tuple[int, str]]
@@ -210,7 +211,33 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     Path("empty.csv").write_text("")
     Path("objects.csv").write_text(objects())
     found, said = go(line)
-    *before, last = said.splitlines()
-    assert (found, message in last) == (code, True), said
-    assert all("(unfinished)" in text for text in before)  # what was drawn before it showed
-    assert not ("--fps" in line and [*Path().glob("a.mkv*")])
+    assert (found, message in said, len(said.splitlines())) == (code, True, 1), said
+    assert not [*Path().glob("a.mkv*")]
+
+
+def test_rows_of_another_film_leave_nothing(go: Go) -> None:
+    with VideoWriter("slow.mkv", 10) as writer:
+        for _ in range(FRAMES):
+            writer.write(np.zeros((60, 120, 3), np.uint8))
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    Path("alone.csv").write_text(Path("rows.csv").read_text())
+    before = {*Path().iterdir()}
+    for outputs in ("-o a.mkv", "--figures figures --scale 9", "--masks masks"):
+        code, said = go(f"draw slow.mkv alone.csv {outputs}")
+        assert (code, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s" in said) == (3, True), said
+        assert {*Path().iterdir()} == before
+
+
+def test_times_of_a_damaged_film_are_those_of_its_decoded_frames(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where its packets have others, as of frames that cannot be decoded."""
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    index = Decoder.index
+
+    def longer(self: Decoder) -> list[tuple[float, bool]] | None:
+        stamps = index(self)
+        return stamps and [(stamp * 2, key) for stamp, key in stamps]
+
+    monkeypatch.setattr(Decoder, "index", longer)
+    assert go("draw film.mkv rows.csv -o a.mkv")[0] == 0

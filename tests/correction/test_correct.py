@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status, Track
+from motes.correction.coordinates import overlap_probability, variances_told
 from motes.correction.correct import correct_stretch, partial, stretches, tracks_of
 from motes.correction.doubts import ranked
 from motes.correction.join import Stretch
@@ -224,6 +226,52 @@ def test_rows_without_deviations_get_those_of_the_smoother() -> None:
     assert all(0 < track.confidence < 1 for track in found)
     assert found[22].status is Status.INTERPOLATED
     assert found[22].covariance[0, 0] > found[18].covariance[0, 0] > 0
+
+
+def test_what_is_lost_is_no_surer_when_it_is_bridged() -> None:
+    """Whether the covariance is known, as in Python, or not, as of rows of a plain run."""
+    tracks = walk(60)
+    for i in range(20, 30):
+        tracks[i] = replace(tracks[i], status=Status.SEARCHING, confidence=0.08)
+    unknown = [replace(track, covariance=np.full((5, 5), math.nan)) for track in tracks]
+    for found in (motes.smooth(tracks), motes.smooth(unknown)):
+        assert {found[i].status for i in range(20, 30)} == {Status.INTERPOLATED}
+        assert max(found[i].confidence for i in range(20, 30)) <= 0.08
+    assert found[21].covariance[0, 0] > 5 * found[15].covariance[0, 0]
+
+
+def test_rows_of_a_file_are_no_tracks(tmp_path: Path, film: Path) -> None:
+    path = tmp_path / "rows.csv"
+    with motes.TrackWriter(path) as writer:
+        for track in walk(3):
+            writer.write(track.frame, track.time, track)
+    rows: Any = motes.read_track(path)
+    for taken in (
+        lambda: motes.smooth(rows),
+        lambda: motes.doubts(rows, {}),
+        lambda: motes.refine(film, rows, {0: (9, 9, 9, 9)}, {}),
+    ):
+        with pytest.raises(ConfigError, match=r"Give the Track of each frame.*; rows of a file"):
+            taken()
+
+
+def test_an_unsure_row_counts_less() -> None:
+    """Its deviation is not known, but its confidence is."""
+    tracks = [replace(track, covariance=np.full((5, 5), math.nan)) for track in walk(60)]
+    tracks[30] = replace(tracks[30], ellipse=tracks[30].ellipse._replace(x=113))
+    unsure = [*tracks[:30], replace(tracks[30], confidence=0.1), *tracks[31:]]
+    sure, less = motes.smooth(tracks)[30], motes.smooth(unsure)[30]
+    assert abs(less.ellipse.x - 110) < 0.7 * abs(sure.ellipse.x - 110)
+    assert less.covariance[0, 0] > 5 * sure.covariance[0, 0]
+
+
+def test_the_variances_of_a_confidence_give_it_back() -> None:
+    ellipses = np.array([[9.0, 9, 10, 20, 0], [9, 9, 30, 5, 1], [9, 9, 10, 20, 0]])
+    confidence = np.array([0.1, 0.6, 0.99])
+    variances = variances_told(ellipses, confidence, 0.5)
+    assert overlap_probability(ellipses, variances, 0.5) == pytest.approx(confidence)
+    ends = variances_told(ellipses, np.array([0.0, 1.0, math.nan]), 0.5)
+    assert np.isfinite(ends[:2]).all()
 
 
 def test_the_first_doubt_is_where_most_is_gained() -> None:

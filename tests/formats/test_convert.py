@@ -18,6 +18,8 @@ from PIL import Image
 import disks
 from motes.cli import main
 from motes.formats import registry
+from motes.formats.recording import FilmFacts
+from motes.video.film import DamagedError, Film
 from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
@@ -178,6 +180,20 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+@pytest.mark.parametrize(("source", "there"), [("boxes.jsonl", 35), ("one.cvat.xml", 40)])
+def test_frames_that_only_the_film_has_are_not_said_to_be_in_the_file(
+    go: Go, source: str, there: int
+) -> None:
+    assert go("convert one.csv boxes.txt --to mot")[0] == 0
+    assert go("convert boxes.txt boxes.jsonl")[0] == 0
+    assert go("convert boxes.txt one.cvat.xml --size 320x240")[0] == 0
+    said = go(f"convert {source} a.csv --size 320x240 --frames 60")[1]
+    others = 60 - there
+    assert (
+        f"the {there} frames in {source}; nothing is in {others} other frames of its film." in said
+    )
+
+
 def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
     said_once = "has no times, 25 frames a second are assumed; give --fps or --video."
     assert go("convert one.csv one.vot.txt")[0] == 0
@@ -205,6 +221,34 @@ def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
     assert go("convert one.vot.txt h.csv --video film --fps 10")[0] == 0
     last = [*csv.DictReader(Path("h.csv").read_text().splitlines())][-1]
     assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
+
+
+VARYING = [0.0, 0.02, 0.04, 0.1, 0.16, 0.18]
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_times_are_those_of_a_film_of_a_varying_rate(
+    go: Go, monkeypatch: pytest.MonkeyPatch, damaged: bool
+) -> None:
+    """They are read from its packets, unless its beginning is damaged."""
+    with VideoWriter(Path("film.mkv"), 50) as writer:
+        for time in VARYING:
+            writer.write(np.zeros((48, 64, 3), np.uint8), time)
+    if damaged:
+
+        def first(film: Film, _: float | None) -> None:
+            raise DamagedError(film.name)
+
+        monkeypatch.setattr(Film, "_first", first)
+    Path("det.txt").write_text("".join(f"{i},-1,9,9,20,20,0.9\n" for i in range(1, 7)))
+    assert go("convert det.txt a.csv --video film.mkv")[0] == 0
+    found = [*csv.DictReader(Path("a.csv").read_text().splitlines())]
+    assert [float(row["time"]) for row in found] == pytest.approx(VARYING, abs=1e-3)
+    assert go("convert det.txt b.csv --video film.mkv --fps 10")[0] == 0
+    found = [*csv.DictReader(Path("b.csv").read_text().splitlines())]
+    assert [float(row["time"]) for row in found] == pytest.approx([i / 10 for i in range(6)])
+    facts = FilmFacts(times=VARYING, fps=50)
+    assert [facts.time(frame) for frame in (1, 5, 7)] == pytest.approx([0.02, 0.18, 0.22])
 
 
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) -> None:

@@ -272,6 +272,23 @@ def test_a_region_that_is_not_switched_off_stays(
     assert len({row.objects[0].ellipse for row in found if row.objects}) == 1
 
 
+@pytest.mark.parametrize("fps", [None, 30_000 / 1001])
+@pytest.mark.parametrize("begin", [0.0, 3.5])
+def test_times_between_keyframes_are_those_of_the_film(
+    begin: float, fps: float | None, tmp_path: Path
+) -> None:
+    """Also of the frames after the last one, where the object stays."""
+    times = [begin + frame * 1001 / 30_000 for frame in range(12)]
+    keys = [{"frame": i + 1, **LABELED, "time": round(times[i], 6)} for i in (2, 6, 9)]
+    region = {"type": "videorectangle", "value": {"sequence": keys, "framesCount": 12}}
+    path = tmp_path / "a.ls.json"
+    path.write_text(json.dumps([{"annotations": [{"result": [region]}]}]))
+    found = registry.read(path, "label-studio", FilmFacts(width=320, height=240, fps=fps))
+    assert [row.frame for row in found] == [*range(2, 12)]
+    assert [row.time for row in found] == pytest.approx(times[2:], abs=2e-6)
+    assert not found.assumed
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [

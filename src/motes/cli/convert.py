@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,6 +112,8 @@ def convert(
     known = history_beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
+    if video is not None and TIMES in registry.FORMATS.resolve(form).holds:
+        facts = dataclasses.replace(facts, times=_times(video, fps))
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
@@ -121,9 +124,12 @@ def convert(
         left = registry.write(target, form, recorded, keyframe_error)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
-    part = f"{len(recorded.frames) - left} of the" if left else "the"
-    count = counted(len(recorded.frames), "frame")
+    there = sum(bool(row.objects or row.searched) for row in recorded)
+    part = f"{there - left} of the" if left else "the"
+    count = counted(there, "frame")
     reason = "; in the others a target is lost or searched for" * (left > 0)
+    if empty := len(recorded.frames) - there:
+        reason += f"; nothing is in {counted(empty, 'other frame')} of its film"
     log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
@@ -187,6 +193,17 @@ def _facts(
         source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files,
         run=run,
     )  # fmt: skip
+
+
+def _times(video: str, fps: float | None) -> Sequence[float]:
+    """Return the times of the frames of a film by its packets; none where its rate gives them."""
+    from motes.video.film import Film
+    from motes.video.sources import is_recorded
+
+    if fps is not None or not is_recorded(video):
+        return ()
+    film = Film.quickly(video)
+    return () if film.even_rate else film.times
 
 
 def _sides(size: str | None) -> tuple[int, int]:

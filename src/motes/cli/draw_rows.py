@@ -23,6 +23,7 @@ from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.schema import GROUND
+from motes.video.film import Film
 from motes.video.sources import Source
 
 
@@ -55,13 +56,15 @@ class Given:
         return self.rows[frame.index].objects if frame.index in self.rows else ()
 
 
-def rows_in(path: Path, form: str | None, film: Source, known: History | None) -> Given:
+def rows_in(
+    path: Path, form: str | None, film: Source, source: str, known: History | None
+) -> Given:
     """Return the rows in a file of any format; those of one object, unless a scene was watched.
 
     Raises
     ------
     MotesError
-        If it cannot be read.
+        If it cannot be read, or is of another film than that of `source`, which is open.
     """
     form = form or registry.recognized(path)
     facts = FilmFacts(
@@ -73,9 +76,33 @@ def rows_in(path: Path, form: str | None, film: Source, known: History | None) -
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     given = Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
-    for frame in rows if film.even_rate else ():  # before anything is made
-        _check_time(given, film, frame, facts.time(frame))
+    if film.even_rate:
+        for frame in rows:
+            _check_time(given, film, frame, facts.time(frame))
+    else:
+        _check_film(given, film, source)
     return given
+
+
+def _check_film(given: Given, film: Source, source: str) -> None:
+    """Raise an InputError if rows are not of a film with times of its own.
+
+    They are those of its packets; where damage may have changed them, it is decoded.
+    """
+    read = Film.quickly(source)
+    try:
+        _check_times(given, film, read.times)
+    except InputError:
+        if not read.quick:
+            raise
+        _check_times(given, film, Film(source).times)
+
+
+def _check_times(given: Given, film: Source, times: Sequence[float]) -> None:
+    for frame in given.rows:
+        if frame < len(times):
+            _check_time(given, film, frame, times[frame])
+    _check_end(given, film, len(times) - 1)
 
 
 def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
@@ -133,6 +160,10 @@ def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Fr
         last = frame.index
         _check_time(given, film, last, frame.time)
         yield frame
+    _check_end(given, film, last)
+
+
+def _check_end(given: Given, film: Source, last: int) -> None:
     if last < given.last:
         raise InputError(
             f"{given.path} has rows up to frame {given.last}, but {film.name} ends with frame "

@@ -63,6 +63,8 @@ def refine(
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."
         )
+    if not history.unfinished:  # else those that are not there yet are made now
+        table.check_whole()
     after = history.corrected(new)
     made, interrupted = refine_rows(film, table, history, after, goal)
     log(

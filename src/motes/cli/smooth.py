@@ -17,7 +17,7 @@ from motes.core.files import is_special
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside
 from motes.correction.rows import KnownRows
-from motes.mot.analytics.real_units import motion_in_hindsight
+from motes.mot.analytics.real_units import GroundPlace, motion_in_hindsight
 from motes.rows.schema import GROUND, HINDSIGHT
 from motes.rows.writer import TrackWriter, check_writable
 
@@ -35,18 +35,20 @@ def smooth(
     """Smooth the rows of one target, flag outliers and bridge gaps.
 
     Frames that the tracker has lost, between others that it has tracked, get the status
-    interpolated, and standard deviations that grow from both sides. A jump away and back is left
-    out, and has a 1 in the column outlier.
+    interpolated, and standard deviations that grow from both sides. They are no surer than before,
+    and have metres only with a confidence of one half or more. A jump away and back is left out,
+    and has a 1 in the column outlier.
 
     Parameters
     ----------
     rows
-        A .csv or .jsonl file that motes track has written.
+        A .csv or .jsonl file that a plain motes track has written, without keyframes.
     output
         File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
     check_not_source(str(rows), Path(output))
     table, known = KnownRows(rows), history_beside(rows)
+    table.check_plain()
     point_out_unfinished(rows, known)
     table.check_whole()
     plane = units_of(rows, table.metres, known)
@@ -55,7 +57,9 @@ def smooth(
         check_writable(output, overwrite)  # these are named first, not what is beside them
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
-    places = [None] * len(tracks) if plane is None else motion_in_hindsight(plane, tracks)
+    places: list[GroundPlace | None] = [None] * len(tracks)
+    if plane is not None:
+        places = motion_in_hindsight(plane, tracks)
     further = HINDSIGHT if plane is None else (*HINDSIGHT, *GROUND)
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track, place in zip(tracks, places, strict=True):

@@ -11,6 +11,9 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 
+LEAST_CONFIDENCE, LARGEST_CONFIDENCE = 0.01, 0.99999
+"""Confidences outside of these do not tell how far off a box is."""
+
 
 class Coordinates(NamedTuple):
     """Coordinates of the regions in some frames.
@@ -88,4 +91,16 @@ def overlap_probability(ellipses: Floats, variances: Floats, overlap: float) -> 
     size = variances[:, 2] / a**2 + variances[:, 3] / b**2
     square = np.maximum(place + size, 1e-12)
     out: Floats = 1 - np.exp(-(math.log(overlap) ** 2) / square)
+    return out
+
+
+def variances_told(ellipses: Floats, confidence: Floats, overlap: float) -> Floats:
+    """Return variances (n, 5) for which `overlap_probability` is the confidence (n,).
+
+    All four sides of a box are as much off, in shares of themselves; the angle is as it is.
+    """
+    sure = np.clip(confidence, LEAST_CONFIDENCE, LARGEST_CONFIDENCE)
+    square = -(math.log(overlap) ** 2) / np.log1p(-sure)
+    out = np.zeros((len(ellipses), 5))
+    out[:, :4] = square[:, None] / 4 * ellipses[:, [2, 3, 2, 3]] ** 2
     return out

@@ -12,7 +12,8 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.correction.join import Stretch, fuse, join, tracked
+from motes.correction.coordinates import variances_told
+from motes.correction.join import HALF, Stretch, fuse, join, tracked
 from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
 from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig, preset
@@ -69,15 +70,24 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     """Return tracks in hindsight: smoothed, with outliers flagged and gaps bridged.
 
     What the tracker has lost is bridged between frames that it has tracked, with a covariance that
-    grows from both sides, and has the status `interpolated`. A jump away and back is left out, and
-    has `outlier`. What comes after the last tracked frame stays as it is.
+    grows from both sides, and has the status `interpolated`; its confidence is not above the
+    tracker's. A jump away and back is left out, and has `outlier`. What comes after the last
+    tracked frame stays as it is.
 
     Parameters
     ----------
     tracks
-        The track of each frame, in order, as from `Tracker.update`.
+        The track of each frame, in order, as from `Tracker.update`. A covariance that is not known,
+        NaN, is taken to be that of the track's confidence.
+
+    Raises
+    ------
+    ConfigError
+        If they are no tracks, as rows of `read_track`.
     """
     only = Course.of(tracks)
+    told = variances_told(only.ellipses, only.confidence, HALF)
+    only = only._replace(variances=np.where(np.isnan(only.variances), told, only.variances))
     absent = only.where(Status.ABSENT)
     follows = tracked(only, absent)
     if not follows.used.any():

@@ -147,7 +147,10 @@ def fuse(
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
     if not keys:  # nothing shows how far the pass has gone: it is not surer than the tracker was
-        variances = np.fmax(variances, passes[0].variances)  # as far as that is known
+        variances = np.fmax(variances, passes[0].variances)
+    confidence = overlap_probability(ellipses, variances, HALF)
+    if not keys:
+        confidence = np.fmin(confidence, passes[0].confidence)
 
     supported: Flags = np.logical_or.reduce(used, axis=0)
     supported[[*keys]] = True
@@ -155,7 +158,6 @@ def fuse(
     lost = ~(supported | bridged | absent)
     before = space.ellipses(seen[0], relative[0])[0] if keys else passes[0].ellipses
     ellipses[lost], variances[lost] = before[lost], passes[0].variances[lost]
-    confidence = overlap_probability(ellipses, variances, HALF)
     confidence = np.where(supported, follows.probability, confidence)
     confidence[lost] = np.minimum(passes[0].confidence[lost], HALF)  # what it claims is refused
     for i, key in keys.items():  # as the user has marked it

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check
@@ -33,7 +34,8 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, tracks: Sequence[Track]) -> Course:
-        """Return tracks, in order of their frames, as a course."""
+        """Return tracks, in order of their frames, as a course; raise a ConfigError for others."""
+        check_tracks(tracks)
         return cls(
             np.array([track.ellipse for track in tracks], np.float64).reshape(-1, 5),
             np.array([track.covariance.diagonal() for track in tracks]).reshape(-1, 5),
@@ -59,6 +61,16 @@ class Course(NamedTuple):
             )
             for i, track in enumerate(like)
         ]
+
+
+def check_tracks(tracks: Iterable[object]) -> None:
+    """Raise a ConfigError if one of these is no `Track`, as a row of `read_track`."""
+    for each in tracks:
+        if not isinstance(each, Track):
+            raise ConfigError(
+                "Give the Track of each frame, as Tracker.update returns it; rows of a file are "
+                "for the commands motes smooth, check and refine."
+            )
 
 
 def run_pass(

@@ -10,6 +10,7 @@ from motes.core.track import Track
 from motes.correction.correct import correct_stretch, reader_of, stretches, tracks_of
 from motes.correction.join import Stretch
 from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
+from motes.correction.passes import check_tracks
 from motes.sot.presets import TrackerConfig, preset
 from motes.video.film import Film
 
@@ -50,10 +51,11 @@ def refine(
     ------
     ConfigError
         If keyframes contradict each other or are outside of the tracks or the frame, or frames
-        between the tracks are missing.
+        between the tracks are missing, or they are no tracks, as rows of `read_track`.
     SourceError
         If the film cannot be read.
     """
+    check_tracks(tracks)
     frames = [track.frame for track in tracks]
     if not frames or frames != [*range(frames[0], frames[0] + len(frames))]:
         raise ConfigError("Give the track of every frame, in order.")

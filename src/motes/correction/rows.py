@@ -132,6 +132,13 @@ class KnownRows:
                 f"rows of every frame."
             )
 
+    def check_plain(self) -> None:
+        """Raise an InputError if the rows are smoothed or corrected already."""
+        if self.hindsight:
+            raise InputError(
+                f"{self._path} is smoothed or corrected already; give rows of a plain motes track."
+            )
+
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.
 

@@ -54,6 +54,11 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
         The frames that the user has marked.
     count
         Number of frames; there are fewer if others have no gain.
+
+    Raises
+    ------
+    ConfigError
+        If they are no tracks, as rows of `read_track`.
     """
     only = Course.of(tracks)
     outlier = only.outlier

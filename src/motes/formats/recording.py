@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
 from msgspec import structs
 
 from motes.core.errors import FormatError
@@ -56,6 +57,8 @@ class FilmFacts:
     """Its number of frames; None if unknown."""
     fps: float | None = None
     """Its frames per second; None if unknown."""
+    times: Sequence[float] = ()
+    """The times of its frames in seconds; none where they follow from `fps`."""
     label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
@@ -74,8 +77,12 @@ class FilmFacts:
         return text_name(self.files[frame]) if frame < len(self.files) else None
 
     def time(self, frame: int) -> float:
-        """Return the time of a frame in seconds."""
-        return frame / self.fps if self.fps else frame * FRAME_INTERVAL
+        """Return the time of a frame in seconds; after the known ones, by the frame rate."""
+        if frame < len(self.times):
+            return self.times[frame]
+        last = max(len(self.times) - 1, 0)
+        further = (frame - last) / self.fps if self.fps else (frame - last) * FRAME_INTERVAL
+        return self.times[last] + further if self.times else further
 
 
 def recording_of(
@@ -98,7 +105,7 @@ def recording_of(
         The objects. Frames without any are there if `times` or `told` has them.
     times
         The times of frames in seconds; None, as far as the file does not hold them: then they
-        follow from the frame rate.
+        follow from the frame rate, and from the times of the frames around.
     size
         Width and height in the file; else those of `facts`.
     files
@@ -138,16 +145,16 @@ def recording_of(
     for frame, time in known.items():
         if not abs(time) <= FARTHEST:
             raise FormatError(f"frame {frame} has the time {time:g}")
-    last = max(known, default=0)
-    if told and not facts.fps and last > 0 and known[last] > 0:
-        facts = replace(facts, fps=last / known[last])
+    if not facts.fps:
+        facts = replace(facts, fps=_rate(known))
+    seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
     width, height = size or (facts.width, facts.height)
     return Recording(
         Header(facts.source, width, height, facts.label),
         [
             FrameRow(
                 frame,
-                known.get(frame, facts.time(frame)),
+                seconds[frame],
                 tuple(frames[frame]),
                 files.get(frame) or facts.file(frame),
                 tuple(missed.get(frame, ())),
@@ -159,6 +166,28 @@ def recording_of(
         length=facts.frames or 0,
         told=bool(told),
     )
+
+
+def _rate(known: Mapping[int, float]) -> float | None:
+    """Return the frames per second of the times of frames; None if they do not tell it."""
+    first, last = min(known, default=0), max(known, default=0)
+    begin, end = known.get(first, 0.0), known.get(last, 0.0)
+    if first == last:  # one time: that of the first frame is 0
+        first, begin = 0, 0.0
+    return (last - first) / (end - begin) if last > first and end > begin else None
+
+
+def _between(
+    known: Mapping[int, float], frames: Sequence[int], facts: FilmFacts
+) -> dict[int, float]:
+    """Return the times of frames: those of the film, as late there as the known ones around.
+
+    Known times have six digits; what is less late is not late.
+    """
+    places = sorted(known)
+    late = [round(known[frame] - facts.time(frame), 6) for frame in places]
+    by = np.interp(frames, places, late).tolist() if places else [0.0] * len(frames)
+    return {frame: facts.time(frame) + each for frame, each in zip(frames, by, strict=True)}
 
 
 def sound(each: ObjectRow) -> ObjectRow:

@@ -18,7 +18,7 @@ from motes.rows.journal import text_name
 from motes.studio.containers import check_container, check_limits
 from motes.studio.messages import OpenFilm
 from motes.studio.safety import Limits
-from motes.video.film import DamagedError, Film
+from motes.video.film import Film
 from motes.video.seeker import Seeker
 
 Opened = tuple[OpenFilm, list[float], list[str]]
@@ -70,10 +70,8 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, nicen
     if niceness:
         system.lower_priority(niceness)
     check_container(path, limits)
-    try:
-        film = Film(path, quick=not whole, check=place.check)
-    except DamagedError:
-        film = Film(path, check=place.check)
+    opened = Film if whole else Film.quickly
+    film = opened(path, check=place.check)
     check_limits(film.name, film.width, film.height, len(film.times), limits)
     place.film = film
     fps = film.fps or 1 / FRAME_INTERVAL

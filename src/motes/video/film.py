@@ -146,6 +146,14 @@ class Film:
             self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
 
+    @classmethod
+    def quickly(cls, source: str | Path, check: Callable[[], None] = check) -> Film:
+        """Return a film that is opened quickly, or as a whole where its beginning is damaged."""
+        try:
+            return cls(source, quick=True, check=check)
+        except DamagedError:
+            return cls(source, check=check)
+
     def _opened(self) -> tuple[str, Reader]:
         """Return the film's name for messages, and a reader that knows what earlier ones found.
 

@@ -167,8 +167,13 @@ def around(seen: Sequence[Seen], index: int) -> Sequence[Seen]:
 
 
 def seen_in(units: RealUnits, track: Track | None) -> Seen | None:
-    """Return where a target is; None where it is not seen, or above the horizon."""
+    """Return where a target is; None where it is not seen, or above the horizon.
+
+    A bridge over frames in which it was lost counts where the target is rather there than not.
+    """
     if track is None or track.status not in (Status.TRACKING, Status.INTERPOLATED):
+        return None
+    if track.status is Status.INTERPOLATED and track.confidence < 0.5:
         return None
     found = place_of(units, track)
     return None if found is None else Seen(track.time, *found)
