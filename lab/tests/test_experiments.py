@@ -20,10 +20,10 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.cli import experiment, main
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save
-from motes_lab.metrics.statistics import over
+from motes_lab.metrics.statistics import Difference, over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
 from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
-from motes_lab.report.tables import Cell, Table, number, percent
+from motes_lab.report.tables import Cell, Table, difference, number, percent
 
 SIZE = (80, 64)
 COMMANDS = [name for name in experiment.app if not name.startswith("-")]
@@ -133,7 +133,7 @@ def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> 
     table = last(ng_delp_table1.table1(film)).tables["color"]
     rho = cells(table)["quarter"]["rho"]
     assert rho.value == pytest.approx(np.mean(alone))
-    assert rho.deviation == pytest.approx(np.std(alone, ddof=1))
+    assert rho.more["standard deviation"] == pytest.approx(np.std(alone, ddof=1))
     assert "in 4 of 5 pictures" in table.title
 
 
@@ -229,6 +229,20 @@ def test_csv_holds_all_digits_and_deviations_in_columns_of_their_own() -> None:
         ["a, b", "2", "1.41421", "0.5"],
         ["c", "7", "", ""],
         ["all", "many", "", "0.333333"],
+    ]
+
+
+def test_csv_holds_both_ends_of_an_interval() -> None:
+    found = Cell("a"), *difference(Difference(0.5, -0.25, 1.25))
+    table = Table(
+        "Title",
+        ("name", "difference", "95 % interval"),
+        [found, (Cell("b"), Cell(""), Cell(""))],
+    )
+    assert list(csv.reader(as_csv(table).splitlines())) == [
+        ["name", "difference", "95 % interval", "95 % interval, upper end"],
+        ["a", "0.5", "-0.25", "1.25"],
+        ["b", "", "", ""],
     ]
 
 
