@@ -30,7 +30,9 @@ def saved(folder: Path, values: dict[str, dict[str, list[float]]], protocol: str
             for sequence, aucs in by_sequence.items():
                 for seed, auc in enumerate(aucs):
                     row = {"tracker": tracker, "sequence": sequence, "protocol": protocol}
-                    rows.writerow(row | {"seed": seed, "auc": auc, "precision_20": auc / 2})
+                    rows.writerow(
+                        row | {"seed": seed, "auc": auc, "precision_20": auc / 2, "ece": 1 - auc}
+                    )
     return folder
 
 
@@ -61,6 +63,17 @@ def test_trackers_are_compared_on_the_sequences_of_both(runs: list[Path]) -> Non
     assert numbers(table, "difference") == pytest.approx([0.26667, 0], abs=1e-4)
     assert table.rows[0][-2].text == "+0.100 to +0.350"  # of 0.35, 0.1 and 0.35
     assert numbers(table, "won") == [3, 1]
+
+
+def test_where_less_is_better_the_smaller_number_wins(runs: list[Path]) -> None:
+    before, after, check = (SavedScores.load(run, column="ece") for run in runs)
+    table = trackers([before], "cv2:csrt")
+    assert numbers(table, "difference") == pytest.approx([-0.26667, 0], abs=1e-4)
+    assert numbers(table, "won") == [3, 1]
+    assert numbers(versions(before, [after]), "won") == [2, 0, 0]
+    table = optimism(before, [check], "cv2:csrt")
+    assert numbers(table, "optimism") == pytest.approx([-0.21667], abs=1e-4)
+    assert "has a negative optimism" in table.note
 
 
 def test_a_version_is_compared_with_itself(runs: list[Path]) -> None:

@@ -11,6 +11,7 @@ import pandas as pd
 from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes_lab.adapters.networks import short_name
+from motes_lab.aggregate import sign_of
 from motes_lab.experiment import Experiment, Result
 from motes_lab.metrics.statistics import paired_difference, unpaired_difference
 from motes_lab.report.sections import NAMES
@@ -83,7 +84,8 @@ def trackers(runs: list[SavedScores], reference: str) -> Table:
         for tracker in run.values:
             if tracker != against:
                 found = pairs(run, tracker, run, against)
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
+                cells = _paired(*found, sign_of(run.column))
+                rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     return Table(
         f"Compared with {reference}",
         ("run", "tracker", "sequences", *_head(runs[0].column, reference), "won"),
@@ -99,7 +101,8 @@ def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
         for tracker in run.values.columns.intersection(first.values.columns, sort=False):
             found = pairs(run, tracker, first, tracker)
             if found[0].size:
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
+                cells = _paired(*found, sign_of(run.column))
+                rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     return Table(
         f"Compared with {first.name}",
         ("run", "tracker", "sequences", *_head(first.column, first.name), "won"),
@@ -113,11 +116,11 @@ def _head(column: str, other: str) -> tuple[str, str, str, str]:
     return name, f"{name} of {other}", "difference", "95 % interval"
 
 
-def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
+def _paired(ours: Floats, theirs: Floats, sign: int) -> Iterator[Cell]:
     yield Cell(str(ours.size), ours.size)
     yield from map(number, (_mean(ours), _mean(theirs)))
     yield from difference(paired_difference(ours, theirs))
-    won = int(np.count_nonzero(ours > theirs))
+    won = int(np.count_nonzero(sign * ours > sign * theirs))
     yield Cell(f"{won} of {ours.size}", won)
 
 
@@ -147,6 +150,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
             cells = (*map(number, drops), *difference(found))
             rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     name = NAMES.get(first.column, first.column)
+    side = "positive" if sign_of(first.column) > 0 else "negative"
     return Table(
         f"Optimism of {first.name}",
         (
@@ -161,7 +165,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
         note=(
             f"How much lower the mean {name} is on the sequences of the other run, the same of "
             f"{reference}, which nothing was chosen for, and the difference. A tracker whose "
-            "values were chosen on the first set has a positive optimism. The interval is a "
+            f"values were chosen on the first set has a {side} optimism. The interval is a "
             "bootstrap over sequences, those of each set drawn from itself."
         ),
     )
