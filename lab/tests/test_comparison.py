@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.cli import main
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.report.comparison import comparison, optimism, trackers, versions
-from motes_lab.report.tables import Table
+from motes_lab.report.tables import NO_VALUE, Table
 from motes_lab.saved_scores import SavedScores
 from motes_lab.scores import COLUMNS
 
@@ -127,11 +127,26 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, runs: list[Path]) -> None:
         SavedScores.load(runs[0], "pixel")
     with pytest.raises(SourceError, match="no number in the column od"):
         SavedScores.load(runs[0], column="od")
+    for column in ("bogus", "tracker", "error"):
+        known = f"no numbers {column}; choose one of frames, auc, .*, ms_95, fps.$"
+        with pytest.raises(ConfigError, match=known):
+            SavedScores.load(runs[0], column=column)
     with pytest.raises(SourceError, match="give the folder of an evaluation"):
         SavedScores.load(tmp_path)
     (tmp_path / "results.csv").write_text("a,b\n1,2\n")
     with pytest.raises(FormatError, match="not a table of motes-lab evaluate"):
         SavedScores.load(tmp_path)
+
+
+def test_a_tracker_without_numbers_in_a_column(tmp_path: Path) -> None:
+    """It is there all the same: some never lose their target, and have no lost_frame."""
+    path = saved(tmp_path / "run", {"sure": {"a": [0.5]}, "lost": {"a": [0.25]}}) / "results.csv"
+    path.write_text(path.read_text().replace(",0.5,", ",,", 1))
+    run = SavedScores.load(path.parent)
+    with pytest.raises(ConfigError, match="has no number auc of sure; choose another --reference"):
+        list(comparison([run], "sure"))
+    (row,) = trackers([run], "lost").rows
+    assert [cell.text for cell in row[1:]] == ["sure", "0", *[NO_VALUE] * 4, "0 of 0"]
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
     Raises
     ------
     ConfigError
-        If a run has another protocol than the first, or not the reference.
+        If a run has another protocol than the first, or not the reference, or no number of it.
     """
     first, *others = runs
     for run in runs:
@@ -43,7 +43,11 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
                 f"{run.name} has the protocol {run.protocol}, and {first.name} {first.protocol}; "
                 f"choose one with --protocol."
             )
-        tracker_named(run, reference)
+        if run.values[tracker_named(run, reference)].isna().all():
+            raise ConfigError(
+                f"{run.name} has no number {run.column} of {reference}; choose another --reference "
+                f"or --column."
+            )
     tables = {"trackers": trackers(runs, reference)}
     if any(_common(first, other) for other in others):
         tables["versions"] = versions(first, others)
