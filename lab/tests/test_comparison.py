@@ -12,6 +12,7 @@ import pytest
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.cli import main
 from motes_lab.metrics.statistics import unpaired_difference
+from motes_lab.mot_scores import COMBINED
 from motes_lab.report.comparison import comparison, optimism, trackers, versions
 from motes_lab.report.tables import NO_VALUE, Table
 from motes_lab.saved_scores import SavedScores
@@ -147,6 +148,13 @@ def test_a_tracker_without_numbers_in_a_column(tmp_path: Path) -> None:
         list(comparison([run], "sure"))
     (row,) = trackers([run], "lost").rows
     assert [cell.text for cell in row[1:]] == ["sure", "0", *[NO_VALUE] * 4, "0 of 0"]
+
+
+def test_the_row_of_all_sequences_together_is_not_one_of_them(tmp_path: Path) -> None:
+    path = saved(tmp_path / "run", {"a": {"one": [0.5], COMBINED: [0.9]}}, "mot") / "results.csv"
+    assert list(SavedScores.load(path.parent, column="auc").values.index) == ["one"]
+    path.write_text(path.read_text().replace("mot", "ope"))
+    assert list(SavedScores.load(path.parent).values.index) == ["one", COMBINED]
 
 
 @pytest.mark.parametrize(

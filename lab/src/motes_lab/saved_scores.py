@@ -14,6 +14,7 @@ import pandas as pd
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.aggregate import ranking_column
 from motes_lab.datasets.sot import printable
+from motes_lab.mot_scores import COMBINED
 
 PASS = ["tracker", "sequence", "protocol", "start", "seed"]
 """The columns that name a pass."""
@@ -95,7 +96,7 @@ def _rows(text: str) -> Any:
     passes = pd.DataFrame(rows, columns=reader.fieldnames)
     if passes.duplicated(PASS).any():
         raise ValueError("a pass twice")
-    return passes
+    return passes[(passes["protocol"] != "mot") | (passes["sequence"] != COMBINED)]
 
 
 def _means(rows: Any, column: str) -> Any:
