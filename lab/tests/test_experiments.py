@@ -399,6 +399,7 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
     assert out.count("Title") == 3
     assert "motes: sequence x: It is broken.\n" in error
     assert "motes: tracker y: Gone.\n" in error
+    assert error.count(" s; the results are not complete.\n") == 1
     for name in ("interrupted", "failed", "whole"):
         assert (tmp_path / f"{name}.csv").read_text() == as_csv(TABLE)
     assert closed == [True] * 3

@@ -94,6 +94,8 @@ class ResultOptions:
                     left = (time.monotonic() - start) * (1 - share) / share if share else 0.0
                     status.update(Text(f"measuring: {result.progress}{_time_left(left)}"))
         except KeyboardInterrupt as interrupt:
+            seconds = time.monotonic() - start
+            log(f"{interrupts.word(interrupt)}{seconds:.0f} s; the results are not complete.")
             return interrupts.code(interrupt)
         finally:
             with deferred():
