@@ -157,6 +157,15 @@ def test_the_row_of_all_sequences_together_is_not_one_of_them(tmp_path: Path) ->
     assert list(SavedScores.load(path.parent).values.index) == ["one", COMBINED]
 
 
+def test_a_tracker_alone_is_compared_with_other_runs_only(tmp_path: Path) -> None:
+    alone, other = (saved(tmp_path / name, {"a": {"one": [0.5]}}) for name in ("run", "again"))
+    first, second = SavedScores.load(alone), SavedScores.load(other)
+    with pytest.raises(ConfigError, match="run has a alone; give a run to compare it with"):
+        list(comparison([first], "a"))
+    (result,) = comparison([first, second], "a")
+    assert [*result.tables] == ["versions"]
+
+
 @pytest.mark.parametrize(
     "damage",
     [

@@ -34,7 +34,8 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
     Raises
     ------
     ConfigError
-        If a run has another protocol than the first, or not the reference, or no number of it.
+        If a run has another protocol than the first, or not the reference, or no number of it; or
+        if there is nothing to compare.
     """
     first, *others = runs
     for run in runs:
@@ -48,7 +49,10 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
                 f"{run.name} has no number {run.column} of {reference}; choose another --reference "
                 f"or --column."
             )
-    tables = {"trackers": trackers(runs, reference)}
+    compared = trackers(runs, reference)
+    if not (compared.rows or others):
+        raise ConfigError(f"{first.name} has {reference} alone; give a run to compare it with.")
+    tables = {"trackers": compared} if compared.rows else {}
     if any(_common(first, other) for other in others):
         tables["versions"] = versions(first, others)
     if any(not _common(first, other) for other in others):
