@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -91,15 +91,9 @@ def trackers(runs: list[SavedScores], reference: str) -> Table:
         against = tracker_named(run, reference)
         for tracker in run.values:
             if tracker != against:
-                found = pairs(run, tracker, run, against)
-                cells = _paired(*found, sign_of(run.column))
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
-    return Table(
-        f"Compared with {reference}",
-        ("run", "tracker", "sequences", *_head(runs[0].column, reference), "won"),
-        rows,
-        note=f"Means over the sequences that both finished. {INTERVAL}",
-    )
+                rows.append(_row(run, tracker, *pairs(run, tracker, run, against)))
+    note = f"Means over the sequences that both finished. {INTERVAL}"
+    return Table(f"Compared with {reference}", _head(runs[0].column, reference), rows, note=note)
 
 
 def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
@@ -109,27 +103,27 @@ def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
         for tracker in run.values.columns.intersection(first.values.columns, sort=False):
             found = pairs(run, tracker, first, tracker)
             if found[0].size:
-                cells = _paired(*found, sign_of(run.column))
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
-    return Table(
-        f"Compared with {first.name}",
-        ("run", "tracker", "sequences", *_head(first.column, first.name), "won"),
-        rows,
-        note=f"Means over the sequences of both runs. {INTERVAL}",
-    )
+                rows.append(_row(run, tracker, *found))
+    note = f"Means over the sequences of both runs. {INTERVAL}"
+    return Table(f"Compared with {first.name}", _head(first.column, first.name), rows, note=note)
 
 
-def _head(column: str, other: str) -> tuple[str, str, str, str]:
+def _head(column: str, other: str) -> tuple[str, ...]:
     name = NAMES.get(column, column)
-    return name, f"{name} of {other}", "difference", "95 % interval"
+    measured = name, f"{name} of {other}", "difference", "95 % interval"
+    return "run", "tracker", "sequences", *measured, "won"
 
 
-def _paired(ours: Floats, theirs: Floats, sign: int) -> Iterator[Cell]:
-    yield Cell(str(ours.size), ours.size)
-    yield from map(number, (_mean(ours), _mean(theirs)))
-    yield from difference(paired_difference(ours, theirs))
+def _row(run: SavedScores, tracker: str, ours: Floats, theirs: Floats) -> Row:
+    """Return the row of a tracker's values against those of another on the same sequences."""
+    sign = sign_of(run.column)
     won = int(np.count_nonzero(sign * ours > sign * theirs))
-    yield Cell(f"{won} of {ours.size}", won)
+    return (
+        *(Cell(run.name), Cell(short_name(tracker)), Cell(str(ours.size), ours.size)),
+        *map(number, (_mean(ours), _mean(theirs))),
+        *difference(paired_difference(ours, theirs)),
+        Cell(f"{won} of {ours.size}", won),
+    )
 
 
 def _mean(values: Floats) -> float:
