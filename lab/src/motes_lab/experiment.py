@@ -95,7 +95,8 @@ class ResultOptions:
                     status.update(Text(f"measuring: {result.progress}{_time_left(left)}"))
         except KeyboardInterrupt as interrupt:
             seconds = time.monotonic() - start
-            log(f"{interrupts.word(interrupt)}{seconds:.0f} s; the results are not complete.")
+            known = "the results are not complete" if result else "there are no results yet"
+            log(f"{interrupts.word(interrupt)}{seconds:.0f} s; {known}.")
             return interrupts.code(interrupt)
         finally:
             with deferred():
