@@ -550,6 +550,10 @@ def test_resuming_something_else_is_refused(
         (out / "run.json").write_text(text)
         with pytest.raises(FormatError, match=r"its run\.json cannot be read"):
             prepare(out, now, resume=True)
+    (out / "run.json").unlink()
+    (out / "results.csv").touch()
+    with pytest.raises(FormatError, match=r"json cannot be read \(No such file or directory\); re"):
+        prepare(out, now, resume=True)
 
 
 @pytest.fixture(scope="module")
