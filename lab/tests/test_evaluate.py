@@ -235,6 +235,8 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
             "neither such a name here nor a module maggio; did you mean maggio",
         ),
         ("cv2:mill", "did you mean cv2:mil?"),
+        ("motes:scene", "It follows many objects, and this dataset has one."),
+        ("trackers:sort", "It follows many objects, and this dataset has one."),
         ("zzz", "known are default"),
         ("no.toml", "cannot be read: No such file"),
         ("bad.toml", "is not valid TOML"),
@@ -548,6 +550,10 @@ def test_resuming_something_else_is_refused(
         (out / "run.json").write_text(text)
         with pytest.raises(FormatError, match=r"its run\.json cannot be read"):
             prepare(out, now, resume=True)
+    (out / "run.json").unlink()
+    (out / "results.csv").touch()
+    with pytest.raises(FormatError, match=r"json cannot be read \(No such file or directory\); re"):
+        prepare(out, now, resume=True)
 
 
 @pytest.fixture(scope="module")

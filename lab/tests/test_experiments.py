@@ -20,10 +20,10 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.cli import experiment, main
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save
-from motes_lab.metrics.statistics import over
+from motes_lab.metrics.statistics import Difference, over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
 from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
-from motes_lab.report.tables import Cell, Table, number, percent
+from motes_lab.report.tables import Cell, Table, difference, number, percent
 
 SIZE = (80, 64)
 COMMANDS = [name for name in experiment.app if not name.startswith("-")]
@@ -133,7 +133,7 @@ def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> 
     table = last(ng_delp_table1.table1(film)).tables["color"]
     rho = cells(table)["quarter"]["rho"]
     assert rho.value == pytest.approx(np.mean(alone))
-    assert rho.deviation == pytest.approx(np.std(alone, ddof=1))
+    assert rho.more["standard deviation"] == pytest.approx(np.std(alone, ddof=1))
     assert "in 4 of 5 pictures" in table.title
 
 
@@ -229,6 +229,20 @@ def test_csv_holds_all_digits_and_deviations_in_columns_of_their_own() -> None:
         ["a, b", "2", "1.41421", "0.5"],
         ["c", "7", "", ""],
         ["all", "many", "", "0.333333"],
+    ]
+
+
+def test_csv_holds_both_ends_of_an_interval() -> None:
+    found = Cell("a"), *difference(Difference(0.5, -0.25, 1.25))
+    table = Table(
+        "Title",
+        ("name", "difference", "95 % interval"),
+        [found, (Cell("b"), Cell(""), Cell(""))],
+    )
+    assert list(csv.reader(as_csv(table).splitlines())) == [
+        ["name", "difference", "95 % interval", "95 % interval, upper end"],
+        ["a", "0.5", "-0.25", "1.25"],
+        ["b", "", "", ""],
     ]
 
 
@@ -385,6 +399,7 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
     assert out.count("Title") == 3
     assert "motes: sequence x: It is broken.\n" in error
     assert "motes: tracker y: Gone.\n" in error
+    assert error.count(" s; the results are not complete.\n") == 1
     for name in ("interrupted", "failed", "whole"):
         assert (tmp_path / f"{name}.csv").read_text() == as_csv(TABLE)
     assert closed == [True] * 3
@@ -407,3 +422,16 @@ def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     running = steps()  # held, so that it does not end for want of anybody who knows it
     assert ResultOptions().show("it", running) == 130
     assert ended
+
+
+def test_an_interrupt_before_the_first_step_leaves_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def steps(error: BaseException | None) -> Experiment:
+        if error is not None:
+            raise error
+        yield Result({"": TABLE})
+
+    assert ResultOptions(out=tmp_path / "out").show("it", steps(KeyboardInterrupt())) == 130
+    out, error = capfd.readouterr()
+    assert (out, error.count(" s; there are no results yet.\n")) == ("", 1)

@@ -40,6 +40,13 @@ def test_scores_count_frames_until_there_and_until_known() -> None:
     assert score([*({} for _ in range(10)), *after], Entry(1, 1, 10)) is None
 
 
+def test_a_share_has_its_interval_and_none_of_nothing() -> None:
+    share = handover._share(5, 10)
+    assert (share.text, share.value) == ("50% (24% to 76%)", 0.5)
+    assert share.more == pytest.approx({"lower end": 0.2366, "upper end": 0.7634}, abs=1e-4)
+    assert handover._share(0, 0).value is None
+
+
 @pytest.fixture(name="moments", scope="module")
 def _moments() -> list[Moment]:
     """Return the frames in which one walks to the right through a picture of 400x200."""

@@ -9,7 +9,7 @@ import pytest
 
 from crowds import rows
 from evaluations import pictures
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, SourceError
 from motes.formats.mot import Kind
 from motes.synthetic.clips import still
 from motes.video.sources import open_source
@@ -137,6 +137,13 @@ def test_a_sequence(tmp_path: Path) -> None:
     assert crowd.detections.scores.tolist() == [0.7, 0.2]
     with open_source(crowd.source) as film:
         assert len(list(film)) == 4
+
+
+def test_a_folder_without_sequences_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"There is no file or folder .*nowhere; check the name"):
+        load_mot_dataset(tmp_path / "nowhere")
+    with pytest.raises(SourceError, match="There is no sequence of many objects"):
+        load_mot_dataset(tmp_path)
 
 
 def test_vehicles_are_distractors_in_mot20(tmp_path: Path) -> None:

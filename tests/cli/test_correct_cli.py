@@ -461,6 +461,16 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
     assert go("check FILM keys.csv --count 1")[0] == 0
 
 
+def test_there_is_no_sheet_of_no_frames(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    monkeypatch.setattr("motes.cli.check.doubts", lambda *_: [])
+    code, said = go("check FILM rows.csv -o list.csv --sheet sheet.png")
+    assert code == 0
+    assert "sheet.png is not written: no frame is listed." in said
+    assert "wrote list.csv." in said
+    assert not Path("sheet.png").exists()
+
+
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [

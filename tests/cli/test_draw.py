@@ -185,6 +185,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
         ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
         ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
         ("draw film.mkv objects.csv --masks a", 2, "--masks is for rows of one target"),
+        ("draw film.mkv objects.csv --scale 9 --figures a", 2, "--scale is for rows of one target"),
         ("draw film.mkv rows.csv -o a.mkv --label a", 2, "--label is for masks in a document"),
         ("draw film.mkv objects.csv --scale 9 --lens l.yml -o a.mkv", 3, "l.yml"),
         ("draw film.mkv rows.csv -o a.mkv --fps 0", 2, "fps is 0"),

@@ -1,21 +1,40 @@
-"""The figure of a path has room for the ticks of both axes."""
+"""The figures of a target's course show all of it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from motes.output.motion_charts import NARROWEST, MotionSeries, path
+from motes.output.motion_charts import NARROWEST, MotionSeries, path, size, speed
+
+
+def course(along: np.ndarray, still: np.ndarray) -> MotionSeries:
+    std = np.full(50, 0.01)
+    return MotionSeries(along, along, still, std, std, still, std, still, still, std, std)
 
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_straight_path_has_room_beside_it(turned: bool) -> None:
     along, still = np.linspace(0, 6, 50), np.full(50, 2.4)
     x, y = (still, along) if turned else (along, still)
-    std = np.full(50, 0.01)
-    series = MotionSeries(along, x, y, std, std, along, std, still, still, std, std)
-    (axes,) = path(series, "m").axes
+    (axes,) = path(course(along, still)._replace(x=x, y=y), "m").axes
     spans = [float(np.ptp(limits)) for limits in (axes.get_xlim(), axes.get_ylim())]
     assert min(spans) == pytest.approx(NARROWEST * max(spans))
     assert np.mean(axes.get_xlim()) == pytest.approx(x.mean())
     assert np.mean(axes.get_ylim()) == pytest.approx(y.mean())
+
+
+@pytest.mark.parametrize("draw", [speed, size])
+def test_values_that_do_not_change_have_room_above(draw: Callable[..., Figure]) -> None:
+    (axes,) = draw(course(np.linspace(0, 6, 50), np.full(50, 2.4)), "m").axes
+    low, high = axes.get_ylim()
+    assert low == 0
+    assert high > 1.04 * 2.4
+
+
+def test_both_half_axes_of_a_circle_are_seen() -> None:
+    (axes,) = size(course(np.linspace(0, 6, 50), np.full(50, 2.4)), "m").axes
+    assert [line.get_linestyle() for line in axes.lines] == ["-", "--"]

@@ -21,6 +21,18 @@ def ranking_column(protocol: str) -> str:
     return "hota" if protocol == "mot" else "auc"
 
 
+LESS_IS_BETTER = {
+    *("od", "lost_track", "ece", "losses", "ms_median", "ms_95", "switches", "fragmentations"),
+    *("false_positives", "false_negatives", "mostly_lost"),
+}
+"""The numbers of results.csv, and of its counts, of which less is better."""
+
+
+def sign_of(name: str) -> int:
+    """Return 1 if more of a number of results.csv is better, -1 if less is."""
+    return -1 if name in LESS_IS_BETTER else 1
+
+
 class Passes(ABC, Generic[E]):
     """Results by tracker, protocol and sequence.
 

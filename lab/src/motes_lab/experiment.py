@@ -7,7 +7,7 @@ import csv
 import io
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -94,6 +94,9 @@ class ResultOptions:
                     left = (time.monotonic() - start) * (1 - share) / share if share else 0.0
                     status.update(Text(f"measuring: {result.progress}{_time_left(left)}"))
         except KeyboardInterrupt as interrupt:
+            seconds = time.monotonic() - start
+            known = "the results are not complete" if result else "there are no results yet"
+            log(f"{interrupts.word(interrupt)}{seconds:.0f} s; {known}.")
             return interrupts.code(interrupt)
         finally:
             with deferred():
@@ -181,28 +184,23 @@ def save(result: Result, folder: Path, name: str) -> None:
 def as_csv(table: Table) -> str:
     """Return a table as CSV; numbers have six significant digits.
 
-    If a number in a column has a standard deviation, the next column holds the deviations.
+    Further numbers of its cells, such as standard deviations, are in columns of their own.
     """
-    rows = [*table.rows, *table.foot]
-    spread = [any(row[i].deviation is not None for row in rows) for i in range(len(table.head))]
+    columns = [
+        column
+        for title, *cells in zip(table.head, *table.rows, *table.foot, strict=True)
+        for column in _columns(title, cells)
+    ]
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        name
-        for title, wide in zip(table.head, spread, strict=True)
-        for name in ([title, f"{title}, standard deviation"] if wide else [title])
-    )
-    for row in rows:
-        writer.writerow(
-            field
-            for cell, wide in zip(row, spread, strict=True)
-            for field in ([_field(cell), _number(cell.deviation)] if wide else [_field(cell)])
-        )
+    csv.writer(text, lineterminator="\n").writerows(zip(*columns, strict=True))
     return text.getvalue()
 
 
-def _field(cell: Cell) -> str:
-    return cell.text if cell.value is None else _number(cell.value)
+def _columns(title: str, cells: Sequence[Cell]) -> Iterator[list[str]]:
+    """Yield the columns of CSV that a column of a table needs, each with its title."""
+    yield [title, *(cell.text if cell.value is None else _number(cell.value) for cell in cells)]
+    for name in dict.fromkeys(name for cell in cells for name in cell.more):
+        yield [f"{title}, {name}", *(_number(cell.more.get(name)) for cell in cells)]
 
 
 def _number(value: float | None) -> str:

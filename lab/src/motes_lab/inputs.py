@@ -97,7 +97,7 @@ def chosen(
         if not (found := fnmatch.filter(named, pattern)):
             raise ConfigError(
                 f"--sequence {pattern} fits none of {', '.join(sorted(named)[:9])}"
-                + " …." * (len(named) > 9)
+                + (" …." if len(named) > 9 else ".")
             )
         fitting.update(found)
     return (

@@ -99,8 +99,9 @@ def _resumed_record(out: Path, now: Record) -> Record:
     try:
         before: Record = from_dict(from_json((out / RECORD).read_bytes()), Record)
     except (OSError, ConfigError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
         raise FormatError(
-            f"{out} cannot be resumed, as its {RECORD} cannot be read ({error}); replace it with "
+            f"{out} cannot be resumed, as its {RECORD} cannot be read ({why}); replace it with "
             f"--overwrite, or choose another --out."
         ) from None
     changed = [

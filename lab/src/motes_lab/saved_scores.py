@@ -11,9 +11,10 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from motes.core.errors import FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.aggregate import ranking_column
 from motes_lab.datasets.sot import printable
+from motes_lab.mot_scores import COMBINED
 
 PASS = ["tracker", "sequence", "protocol", "start", "seed"]
 """The columns that name a pass."""
@@ -40,7 +41,10 @@ class SavedScores:
         Raises
         ------
         SourceError
-            If there is no results.csv, or it has no pass in this protocol, or no such column.
+            If there is no results.csv, or it has no pass in this protocol, or no number in the
+            column.
+        ConfigError
+            If there is no such column of numbers.
         FormatError
             If it is not one that `motes-lab evaluate` wrote.
         """
@@ -57,18 +61,25 @@ class SavedScores:
             ) from None
         try:
             rows = _rows(text)
+            known = [name for name in rows if name not in (*PASS, "error")]
+            if column is not None and column not in known:
+                raise ConfigError(
+                    f"{path} has no numbers {column}; choose one of {', '.join(known)}."
+                )
             protocols = rows["protocol"].unique()
             used = protocol or next(iter(protocols), "ope")
             wanted = column or ranking_column(used)
             values = _means(rows[rows["protocol"] == used], wanted)
+        except ConfigError:  # which is a ValueError too
+            raise
         except (csv.Error, KeyError, TypeError, ValueError):
             raise FormatError(
                 f"{path} is not a table of motes-lab evaluate, or is damaged; make it again with "
                 f"--resume."
             ) from None
         if used not in protocols:
-            known = ", ".join(protocols) or "none"
-            raise SourceError(f"{path} has no pass of the protocol {used}; it has {known}.")
+            there = ", ".join(protocols) or "none"
+            raise SourceError(f"{path} has no pass of the protocol {used}; it has {there}.")
         if not values.size:
             raise SourceError(f"{path} has no number in the column {wanted}.")
         return cls(printable(str(folder)), used, wanted, values)
@@ -85,7 +96,7 @@ def _rows(text: str) -> Any:
     passes = pd.DataFrame(rows, columns=reader.fieldnames)
     if passes.duplicated(PASS).any():
         raise ValueError("a pass twice")
-    return passes
+    return passes[(passes["protocol"] != "mot") | (passes["sequence"] != COMBINED)]
 
 
 def _means(rows: Any, column: str) -> Any:
@@ -98,5 +109,5 @@ def _means(rows: Any, column: str) -> Any:
     means = numbers.groupby([given[key] for key in (*keys, "seed")]).mean().groupby(keys).mean()
     failed = rows.loc[rows["error"] != "", keys].itertuples(index=False, name=None)
     table = means.drop(list(failed), errors="ignore").unstack()
-    order = {key: [name for name in rows[key].unique() if name in set(given[key])] for key in keys}
-    return table.reindex(index=order["sequence"], columns=order["tracker"])
+    sequences = [name for name in rows["sequence"].unique() if name in set(given["sequence"])]
+    return table.reindex(index=sequences, columns=rows["tracker"].unique())

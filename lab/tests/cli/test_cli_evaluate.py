@@ -222,7 +222,9 @@ def test_a_signal_leaves_a_report_of_what_is_done(home: Path) -> None:
         out, error = process.communicate()
     assert process.returncode == 128 + number
     assert re.fullmatch(
-        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/summary\.md\.\n", error
+        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/summary\.md\. "
+        r"Go on with --resume\.\n",
+        error,
     )
     assert "mine:Still" in out
     rows = table(word)
@@ -238,7 +240,10 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("motes_lab.runner.run", interrupt)
     code, out, error = go("data --tracker mine:Still --out nothing")
     assert (code, out) == (130, "")
-    assert error == "motes: interrupted after 0 passes, 0 failed; wrote nothing/summary.md.\n"
+    assert error == (
+        "motes: interrupted after 0 passes, 0 failed; wrote nothing/summary.md. Go on with "
+        "--resume.\n"
+    )
     assert table("nothing") == []
 
 

@@ -84,14 +84,16 @@ def check(
     if output is not None:
         with writing(output):
             write_whole(output, _table(found, by_frame).encode())
-    if sheet is not None:
+    if sheet is not None and found:
         with writing(sheet):
             write_whole(sheet, _sheet(film, found, by_frame))
     for rank, doubt in enumerate(found, 1):
         print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
     if not found and not history.unfinished:
         log("No frame is in doubt.")
-    written = [str(path) for path in (output, sheet) if path is not None]
+    if not found and sheet is not None:
+        log(f"{sheet} is not written: no frame is listed.")
+    written = [str(path) for path in (output, sheet if found else None) if path is not None]
     if written:
         log(f"wrote {', '.join(written)}.")
     return DONE

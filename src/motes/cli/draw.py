@@ -126,6 +126,8 @@ def draw(
             return run(film, opened, target_moments(film, given, plane), Tally())
         if plane is not None and plane.lens is not None:
             raise ConfigError("A lens is for rows of one target; omit --lens.")
+        if output is None:
+            refuse(units.given, "for rows of one target, and for the speeds in a video, -o")
         regions = (known and known.places) or Regions()
         regions = replace(regions, ground=None if plane is None else plane.ground)
         opened = outputs.of_objects(film, rows.stem, regions)

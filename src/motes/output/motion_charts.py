@@ -23,6 +23,8 @@ REGIONS = 80
 """Most 95 % regions along a path; more would only cover each other."""
 NARROWEST = 0.25
 """Least ratio of the sides of a path's figure; ticks beside a straight path need room."""
+ROOM = 0.05
+"""Room above the values, as a share of the largest one."""
 STYLE = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "xtick.labelsize": 7,
     "ytick.labelsize": 7, "legend.fontsize": 7, "axes.linewidth": 0.6, "lines.linewidth": 1.0,
@@ -65,10 +67,17 @@ def _figure(height: float) -> tuple[Figure, Axes]:
     return figure, figure.add_subplot()
 
 
-def _band(axes: Axes, time: Floats, value: Floats, std: Floats, color: str, label: str) -> None:
+def _band(
+    axes: Axes, time: Floats, value: Floats, std: Floats, color: str, label: str, line: str = "-"
+) -> None:
     low, high = value - INTERVAL * std, value + INTERVAL * std
     axes.fill_between(time, low, high, color=color, alpha=0.25, linewidth=0)
-    axes.plot(time, value, color=color, label=label)
+    axes.plot(time, value, line, color=color, label=label)
+
+
+def _begin_at_zero(axes: Axes) -> None:
+    """Show all from 0 on, with room above also where the values hardly change."""
+    axes.set_ylim(0, (1 + ROOM) * axes.get_ylim()[1])
 
 
 def path(series: MotionSeries, unit: str) -> Figure:
@@ -106,7 +115,7 @@ def speed(series: MotionSeries, unit: str) -> Figure:
     figure, axes = _figure(COLUMN * 0.6)
     _band(axes, series.time, series.speed, series.speed_std, BLUE, "speed")
     axes.set(xlabel="time (s)", ylabel=f"speed ({unit}/s)")
-    axes.set_ylim(bottom=0)
+    _begin_at_zero(axes)
     return figure
 
 
@@ -115,9 +124,9 @@ def size(series: MotionSeries, unit: str) -> Figure:
     del unit
     figure, axes = _figure(COLUMN * 0.6)
     _band(axes, series.time, series.a, series.a_std, BLUE, "a")
-    _band(axes, series.time, series.b, series.b_std, VERMILION, "b")
+    _band(axes, series.time, series.b, series.b_std, VERMILION, "b", "--")  # a may be the same
     axes.set(xlabel="time (s)", ylabel="half-axes (pixels)")
-    axes.set_ylim(bottom=0)
+    _begin_at_zero(axes)
     axes.legend(frameon=False, ncols=2)
     return figure
 

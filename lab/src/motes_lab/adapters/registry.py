@@ -132,6 +132,8 @@ def tracker_spec(name: str) -> TrackerSpec:
         network = Network(tuple(name.removeprefix(JOINED).split(",")))
         network.open()
         return _motes_spec(name, Discriminative(network=network))
+    if name in KNOWN_MOT:
+        raise ConfigError("It follows many objects, and this dataset has one.")
     if colon and rest and kind != "cv2":
         return _callable_spec(name, CallableAdapter, KNOWN)
     raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")

@@ -120,6 +120,7 @@ def write_all(
         interrupts.word(interrupted)
         + f"{count_noun(len(evaluation.outcomes), 'pass')}, {failed} failed; "
         + f"wrote {out / 'summary.md'}."
+        + " Go on with --resume." * (interrupted is not None)
     )
     if interrupted:
         return interrupts.code(interrupted)

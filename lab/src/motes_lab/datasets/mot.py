@@ -84,9 +84,15 @@ def load_mot_dataset(path: Path) -> tuple[list[MotSequence], list[Problem]]:
     Raises
     ------
     SourceError
-        If the folder cannot be read.
+        If the folder cannot be read, or there is no sequence in it.
     """
-    folders = _folders(Path(os.path.abspath(path)))
+    if not path.exists():
+        raise SourceError(f"There is no file or folder {path}; check the name.")
+    if not (folders := _folders(Path(os.path.abspath(path)))):
+        raise SourceError(
+            f"There is no sequence of many objects in {path}; it is a folder with seqinfo.ini and "
+            f"gt/gt.txt."
+        )
     return load_each((printable(folder.name), partial(_load, folder)) for folder in folders)
 
 

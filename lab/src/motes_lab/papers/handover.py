@@ -134,11 +134,6 @@ def _table(scores: Mapping[str, Sequence[Score]]) -> Table:
     rows: list[Row] = []
     for name, results in scores.items():
         kept = [sum(each.same < WINDOW for each in results), sum(each.later for each in results)]
-        shares: list[Cell] = []
-        for count in kept:
-            low, high = wilson_interval(count, len(results))
-            text = f"{count / len(results):.0%} ({low:.0%} to {high:.0%})" if results else NO_VALUE
-            shares.append(Cell(text, low))
         rows.append(
             (
                 Cell(name),
@@ -146,7 +141,7 @@ def _table(scores: Mapping[str, Sequence[Score]]) -> Table:
                 number(over(each.any for each in results), 1),
                 number(over(each.same for each in results), 1),
                 number(over(each.overlap for each in results), 3),
-                *shares,
+                *(_share(count, len(results)) for count in kept),
             )
         )
     head = (
@@ -158,3 +153,12 @@ def _table(scores: Mapping[str, Sequence[Score]]) -> Table:
         f"not there by then. Known: with the identity of the first camera; with 95 % intervals."
     )
     return Table("Handing over between overlapping cameras", head, rows, note=note)
+
+
+def _share(count: int, total: int) -> Cell:
+    """Return a share with its interval."""
+    if not total:
+        return Cell(NO_VALUE)
+    share, (low, high) = count / total, wilson_interval(count, total)
+    text = f"{share:.0%} ({low:.0%} to {high:.0%})"
+    return Cell(text, share, {"lower end": low, "upper end": high})

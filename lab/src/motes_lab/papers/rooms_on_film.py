@@ -19,7 +19,7 @@ from motes_lab.experiment import Experiment, Result
 from motes_lab.metrics.statistics import over, wilson_interval
 from motes_lab.papers.cut_films import NAMES, Found, moments_of, part, run, views_of
 from motes_lab.papers.known_person import BORDER
-from motes_lab.report.tables import Cell, Row, Table, number, percent
+from motes_lab.report.tables import Cell, Row, Table, interval, number, percent
 
 UNSEEN = 0.1
 """Width of the strip, as a share of the film's."""
@@ -119,9 +119,8 @@ def compared(runs: Mapping[str, Sequence[Sequence[int | None]]]) -> Table:
     for name, films in runs.items():
         waits = [frames for film in films for frames in film if frames is not None]
         total, good = sum(map(len, films)), len(waits)
-        low, high = wilson_interval(good, total)
+        between = interval(*wilson_interval(good, total), ".1%")
         shares = (np.mean([each is not None for each in film]) for film in films if film)
-        between = Cell(f"{low:.1%} to {high:.1%}", good / total)
         rows.append(
             (
                 *(Cell(name), number(total, 0), number(good, 0)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,7 @@ import pandas as pd
 from motes.core.errors import ConfigError
 from motes.core.types import Floats
 from motes_lab.adapters.networks import short_name
+from motes_lab.aggregate import sign_of
 from motes_lab.experiment import Experiment, Result
 from motes_lab.metrics.statistics import paired_difference, unpaired_difference
 from motes_lab.report.sections import NAMES
@@ -33,7 +34,8 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
     Raises
     ------
     ConfigError
-        If a run has another protocol than the first, or not the reference.
+        If a run has another protocol than the first, or not the reference, or no number of it; or
+        if there is nothing to compare.
     """
     first, *others = runs
     for run in runs:
@@ -42,8 +44,15 @@ def comparison(runs: list[SavedScores], reference: str) -> Experiment:
                 f"{run.name} has the protocol {run.protocol}, and {first.name} {first.protocol}; "
                 f"choose one with --protocol."
             )
-        tracker_named(run, reference)
-    tables = {"trackers": trackers(runs, reference)}
+        if run.values[tracker_named(run, reference)].isna().all():
+            raise ConfigError(
+                f"{run.name} has no number {run.column} of {reference}; choose another --reference "
+                f"or --column."
+            )
+    compared = trackers(runs, reference)
+    if not (compared.rows or others):
+        raise ConfigError(f"{first.name} has {reference} alone; give a run to compare it with.")
+    tables = {"trackers": compared} if compared.rows else {}
     if any(_common(first, other) for other in others):
         tables["versions"] = versions(first, others)
     if any(not _common(first, other) for other in others):
@@ -82,14 +91,9 @@ def trackers(runs: list[SavedScores], reference: str) -> Table:
         against = tracker_named(run, reference)
         for tracker in run.values:
             if tracker != against:
-                found = pairs(run, tracker, run, against)
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
-    return Table(
-        f"Compared with {reference}",
-        ("run", "tracker", "sequences", *_head(runs[0].column, reference), "won"),
-        rows,
-        note=f"Means over the sequences that both finished. {INTERVAL}",
-    )
+                rows.append(_row(run, tracker, *pairs(run, tracker, run, against)))
+    note = f"Means over the sequences that both finished. {INTERVAL}"
+    return Table(f"Compared with {reference}", _head(runs[0].column, reference), rows, note=note)
 
 
 def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
@@ -99,26 +103,27 @@ def versions(first: SavedScores, others: Iterable[SavedScores]) -> Table:
         for tracker in run.values.columns.intersection(first.values.columns, sort=False):
             found = pairs(run, tracker, first, tracker)
             if found[0].size:
-                rows.append((Cell(run.name), Cell(short_name(tracker)), *_paired(*found)))
-    return Table(
-        f"Compared with {first.name}",
-        ("run", "tracker", "sequences", *_head(first.column, first.name), "won"),
-        rows,
-        note=f"Means over the sequences of both runs. {INTERVAL}",
-    )
+                rows.append(_row(run, tracker, *found))
+    note = f"Means over the sequences of both runs. {INTERVAL}"
+    return Table(f"Compared with {first.name}", _head(first.column, first.name), rows, note=note)
 
 
-def _head(column: str, other: str) -> tuple[str, str, str, str]:
+def _head(column: str, other: str) -> tuple[str, ...]:
     name = NAMES.get(column, column)
-    return name, f"{name} of {other}", "difference", "95 % interval"
+    measured = name, f"{name} of {other}", "difference", "95 % interval"
+    return "run", "tracker", "sequences", *measured, "won"
 
 
-def _paired(ours: Floats, theirs: Floats) -> Iterator[Cell]:
-    yield Cell(str(ours.size), ours.size)
-    yield from map(number, (_mean(ours), _mean(theirs)))
-    yield from difference(paired_difference(ours, theirs))
-    won = int(np.count_nonzero(ours > theirs))
-    yield Cell(f"{won} of {ours.size}", won)
+def _row(run: SavedScores, tracker: str, ours: Floats, theirs: Floats) -> Row:
+    """Return the row of a tracker's values against those of another on the same sequences."""
+    sign = sign_of(run.column)
+    won = int(np.count_nonzero(sign * ours > sign * theirs))
+    return (
+        *(Cell(run.name), Cell(short_name(tracker)), Cell(str(ours.size), ours.size)),
+        *map(number, (_mean(ours), _mean(theirs))),
+        *difference(paired_difference(ours, theirs)),
+        Cell(f"{won} of {ours.size}", won),
+    )
 
 
 def _mean(values: Floats) -> float:
@@ -147,6 +152,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
             cells = (*map(number, drops), *difference(found))
             rows.append((Cell(run.name), Cell(short_name(tracker)), *cells))
     name = NAMES.get(first.column, first.column)
+    side = "positive" if sign_of(first.column) > 0 else "negative"
     return Table(
         f"Optimism of {first.name}",
         (
@@ -161,7 +167,7 @@ def optimism(first: SavedScores, others: Iterable[SavedScores], reference: str) 
         note=(
             f"How much lower the mean {name} is on the sequences of the other run, the same of "
             f"{reference}, which nothing was chosen for, and the difference. A tracker whose "
-            "values were chosen on the first set has a positive optimism. The interval is a "
+            f"values were chosen on the first set has a {side} optimism. The interval is a "
             "bootstrap over sequences, those of each set drawn from itself."
         ),
     )

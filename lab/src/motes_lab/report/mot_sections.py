@@ -15,21 +15,21 @@ from motes_lab.report.tables import Cell, Table, number, three_digits
 MOT = "mot"
 
 MEASURES = {
-    "HOTA": ("hota", 3, 1),
-    "DetA": ("deta", 3, 1),
-    "AssA": ("assa", 3, 1),
-    "LocA": ("loca", 3, 1),
-    "IDF1": ("idf1", 3, 1),
-    "MOTA": ("mota", 3, 1),
-    "MOTP": ("motp", 3, 1),
-    "switches": ("switches", 0, -1),
-    "fragmentations": ("fragmentations", 0, -1),
-    "FP": ("false_positives", 0, -1),
-    "FN": ("false_negatives", 0, -1),
-    "mostly tracked": ("mostly_tracked", 0, 1),
-    "mostly lost": ("mostly_lost", 0, -1),
+    "HOTA": ("hota", 3),
+    "DetA": ("deta", 3),
+    "AssA": ("assa", 3),
+    "LocA": ("loca", 3),
+    "IDF1": ("idf1", 3),
+    "MOTA": ("mota", 3),
+    "MOTP": ("motp", 3),
+    "switches": ("switches", 0),
+    "fragmentations": ("fragmentations", 0),
+    "FP": ("false_positives", 0),
+    "FN": ("false_negatives", 0),
+    "mostly tracked": ("mostly_tracked", 0),
+    "mostly lost": ("mostly_lost", 0),
 }
-"""Titles of columns; their names in results.csv, digits, and 1 if more is better, -1 if less is."""
+"""Titles of columns; their names in results.csv, and digits."""
 
 
 def tables(evaluation: MotEvaluation) -> list[Table]:
@@ -52,9 +52,11 @@ def overall(evaluation: MotEvaluation) -> Table:
         return three_digits(metrics.time_quantiles(evaluation.seconds(tracker, MOT))[0])
 
     columns = [
-        Column(title, mean(name, digits), sign) for title, (name, digits, sign) in MEASURES.items()
+        Column(title, name, mean(name, digits)) for title, (name, digits) in MEASURES.items()
     ]
-    return sections.ranking("All sequences", evaluation, MOT, [*columns, Column("ms", time, -1)])
+    return sections.ranking(
+        "All sequences", evaluation, MOT, [*columns, Column("ms", "ms_median", time)]
+    )
 
 
 def _number(
@@ -72,7 +74,7 @@ def _number(
 def details(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker on each sequence that it finished."""
     columns = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
-    columns |= {title: (name, digits) for title, (name, digits, _) in MEASURES.items()}
+    columns |= MEASURES
     rows = [
         (
             Cell(tracker),

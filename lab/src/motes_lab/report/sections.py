@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes import __version__
-from motes_lab.aggregate import Evaluation, Passes, ranking_column
+from motes_lab.aggregate import Evaluation, Passes, ranking_column, sign_of
 from motes_lab.datasets.sot import Problem
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import over, paired_difference
@@ -34,11 +34,11 @@ NAMES = {"auc": "AUC", "hota": "HOTA"}
 
 
 class Column(NamedTuple):
-    """A column: its title, a function of a tracker's name, and 1 if more is better, else -1."""
+    """A column: its title, the name of its number in results.csv, and its cell for a tracker."""
 
     title: str
+    name: str
     cell: Callable[[str], Cell]
-    sign: int
 
 
 def tables(evaluation: Evaluation, protocol: str) -> list[Table]:
@@ -65,13 +65,13 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         return three_digits(median)
 
     columns = [
-        Column("AUC", mean("auc"), 1),
-        Column("precision at 20 px", mean("precision_20"), 1),
-        Column("OD", mean("od"), -1),
-        Column("tracks lost", mean("lost_track", 2), -1),
-        Column("F1 of lost", f1, 1),
-        Column("ECE", calibration, -1),
-        Column("ms", time, -1),
+        Column("AUC", "auc", mean("auc")),
+        Column("precision at 20 px", "precision_20", mean("precision_20")),
+        Column("OD", "od", mean("od")),
+        Column("tracks lost", "lost_track", mean("lost_track", 2)),
+        Column("F1 of lost", "lost_f1", f1),
+        Column("ECE", "ece", calibration),
+        Column("ms", "ms_median", time),
     ]
     return ranking("All sequences", evaluation, protocol, columns)
 
@@ -79,7 +79,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
 def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Column]) -> Table:
     """Return a table with a row for each tracker, including the number of sequences it finished."""
     cells = [
-        best([column.cell(tracker) for tracker in evaluation.trackers], column.sign)
+        best([column.cell(tracker) for tracker in evaluation.trackers], sign_of(column.name))
         for column in columns
     ]
     rows: list[Row] = []

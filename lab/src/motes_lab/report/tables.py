@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 from motes_lab.metrics.statistics import Difference, Mean
@@ -20,8 +21,8 @@ class Cell(NamedTuple):
     """The text shown."""
     value: float | None = None
     """The number that is shown; None for a text."""
-    deviation: float | None = None
-    """Standard deviation of the value, or None."""
+    more: Mapping[str, float] = MappingProxyType({})
+    """Further numbers that are shown, by name, such as the upper end of an interval."""
     best: bool = False
     """Whether it is the best of its column."""
 
@@ -60,7 +61,8 @@ def percent(value: Mean | float) -> Cell:
 def _formatted(mean: float, deviation: float, form: str) -> Cell:
     if math.isnan(deviation):
         return Cell(f"{mean:{form}}", mean)
-    return Cell(f"{mean:{form}} ± {deviation:{form}}", mean, deviation)
+    text = f"{mean:{form}} ± {deviation:{form}}"
+    return Cell(text, mean, {"standard deviation": deviation})
 
 
 def three_digits(value: float) -> Cell:
@@ -76,8 +78,13 @@ def difference(found: Difference, digits: int = 3) -> tuple[Cell, Cell]:
     form = f"+.{digits}f"
     return (
         Cell(f"{mean:{form}}", mean) if math.isfinite(mean) else Cell(NO_VALUE),
-        Cell(f"{low:{form}} to {high:{form}}", low) if math.isfinite(low) else Cell(NO_VALUE),
+        interval(low, high, form) if math.isfinite(low) else Cell(NO_VALUE),
     )
+
+
+def interval(low: float, high: float, form: str) -> Cell:
+    """Return an interval, its ends in a form such as ".1%"."""
+    return Cell(f"{low:{form}} to {high:{form}}", low, {"upper end": high})
 
 
 def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:
