@@ -227,14 +227,10 @@ class _Api:
         try:
             while True:
                 text = await socket.receive_text()
-                if len(text) > protocol.LARGEST_MESSAGE:
-                    most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
-                    client.reply(messages.Reply(-1, most))
-                    continue
                 try:
                     command = protocol.decode(text)
-                except (msgspec.MsgspecError, RecursionError) as error:
-                    client.reply(messages.Reply(-1, f"This message is no command: {error}."))
+                except ConfigError as error:
+                    client.reply(messages.Reply(protocol.id_of(text), str(error)))
                     continue
                 if isinstance(command, commands.Acknowledge):
                     client.acknowledge(command.number)
