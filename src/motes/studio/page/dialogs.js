@@ -6,6 +6,7 @@ import { button, element, field } from "./dom.js";
 import { helpOf } from "./keyboard.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
+import { numbersIn } from "./numbers.js";
 
 let numbered = 0;
 
@@ -42,8 +43,10 @@ export function makeDialogs(app) {
         element("p", { class: "muted" }, "The object is not in these frames; both ends are included."),
         element("div", { class: "row even" }, field("First frame", first), field("Last frame", last)),
       ], [button("Mark as absent", () => {
+        const ends = numbersIn([first, last]);
+        if (!ends) return;
         dialog.close();
-        actions.absentBetween(Number(first.value), Number(last.value));
+        actions.absentBetween(...ends);
       }, { class: "main" })]);
     },
 
