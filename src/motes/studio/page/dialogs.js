@@ -17,9 +17,14 @@ export function show(title, body, footer = []) {
     element("header", {}, element("h2", { id }, title), button("Close", () => dialog.close(), { picture: "close" })),
     element("div", { class: "body" }, body),
     footer.length ? element("footer", {}, footer) : null);
-  dialog.addEventListener("close", () => dialog.remove());
+  const said = document.getElementById("said"); // what is behind a dialog cannot be pressed, and is not read
+  dialog.addEventListener("close", () => {
+    document.body.append(said);
+    dialog.remove();
+  });
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
+  dialog.append(said);
   dialog.showModal();
   return dialog;
 }
