@@ -204,6 +204,7 @@ def test_split_and_join(page: Page) -> None:
     assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
     assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
     assert [each.frame for each in two.keyframes] == [15]
+    assert len(two.keyframes[0].region) == len(BOX)
     page.do("join", object=number, other=other)
     page.settle()
     assert [each.object for each in page.session.objects] == [number]
@@ -322,6 +323,12 @@ def test_every_format_that_is_written_is_read_back(
         if form == "keyframes":
             assert len(item.keyframes) > 1
             assert (item.first, item.last, item.absent) == (0, FRAMES - 1, ((30, 33),))
+        if form not in (
+            "csv",
+            "jsonl",
+            "parquet",
+        ):  # whose corrections are those of `motes refine`, from ellipses
+            assert {len(each.region) for each in item.keyframes} == {len(BOX)}, form
         page.do("remove_object", object=new)
 
 

@@ -35,6 +35,11 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
         return tracker_of(self.preset, self.config)
 
     @property
+    def boxed(self) -> bool:
+        """Whether all drawn regions are boxes."""
+        return all(len(region) == 4 for region in self.keys.values())
+
+    @property
     def frames(self) -> range:
         """The frames of the object."""
         return range(self.first, self.last + 1)

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
+from motes.core.geometry import Ellipse
 from motes.studio import commands, messages, pictures
 from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
@@ -262,7 +263,8 @@ class LiveSession:
         shown = self.board.rows(number, frame, frame)
         if not len(shown) or np.isnan(shown[0, ELLIPSE]).any():
             return None
-        return tuple(shown[0, ELLIPSE].tolist())
+        ellipse = Ellipse(*shown[0, ELLIPSE].tolist())
+        return tuple(ellipse.box if self.document.target(number).boxed else ellipse)
 
     def _track(self, objects: list[int]) -> StudioJob:
         numbers = objects or [each.object for each in self.document.targets]

@@ -286,7 +286,8 @@ def test_handles_are_those_that_can_be_dragged(shown: Shown) -> None:
     overlay = {**ellipse, "covariance": [1, 0, 1], "particles": [], "weights": []}
     turned, corners = shown.page.evaluate(
         "([row, overlay]) => "
-        "Promise.all([import('/static/main.js'), import('/static/messages.js')]).then(async ([{ app: { store } }, { MESSAGES }]) => {"
+        "Promise.all([import('/static/main.js'), import('/static/messages.js')])"
+        ".then(async ([{ app: { store } }, { MESSAGES }]) => {"
         "const [drawn, context] = [{ arc: 0, rect: 0 }, CanvasRenderingContext2D.prototype];"
         "for (const name of ['arc', 'rect']) { const draw = context[name];"
         "context[name] = function (...given) { drawn[name] += 1; draw.apply(this, given); }; }"
