@@ -25,7 +25,7 @@ from motes.formats.registry import FORMATS
 from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.files import Question
-from motes.studio.film_worker import prepare
+from motes.studio.film_worker import LaterError, prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets
@@ -34,6 +34,8 @@ PAGE = Path(__file__).with_name("page")
 """The files of the page."""
 AGAIN = 1012
 """The code with which a WebSocket closes that is to be opened again."""
+SOON = 409
+"""The status where the film is read anew: the page asks again by itself."""
 GIVEN_UP = 499
 """The status of an answer that nobody waits for any more."""
 
@@ -109,7 +111,7 @@ def _plain(answer: Endpoint) -> Endpoint:
         except (msgspec.MsgspecError, RecursionError) as error:
             return _refused(f"This request is none: {error}.", 400)
         except MotesError as error:
-            return _refused(str(error), 400)
+            return _refused(str(error), SOON if isinstance(error, LaterError) else 400)
         except ClientDisconnect:
             return Response(status_code=GIVEN_UP)
         except OSError as error:  # as when no file can be opened any more
