@@ -212,8 +212,9 @@ class _Api:
         return _json(await files.take(session, name or "rows", data, form or None, most), 201)
 
     async def formats(self, _: Request) -> Response:
-        known = FORMATS.usable().items()
-        return _json({name: form.title for name, form in known if form.write is not None})
+        every = FORMATS.usable().items()
+        return _json({use: {name: form.title for name, form in every if getattr(form, use)}
+                      for use in ("read", "write")})  # fmt: skip
 
     async def talk(self, socket: WebSocket) -> None:
         """Talk with a page, until it leaves."""

@@ -142,6 +142,8 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     with page.expect_download() as download:
         page.get_by_role("button", name="Export", exact=True).click()
     download.value.save_as(tmp_path / "rows.csv")
+    read = page.get_by_label("Format of the file").locator("option").all_inner_texts()
+    assert not any(option.startswith(("masks", "deeplabcut")) for option in read)
     page.get_by_label("File to import").set_input_files(tmp_path / "rows.csv")
     shown.until("s.session.objects.length === 2")
     page.get_by_text("rows.csv was imported.").wait_for()
