@@ -25,7 +25,8 @@ import loops
 from brokers import wait_until
 from clips import clip
 from coded import video
-from motes.core.errors import SourceError
+from disks import fill
+from motes.core.errors import FormatError, SourceError
 from motes.core.system import system
 from motes.core.worker import Answer, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.studio import messages, protocol, serve
@@ -318,6 +319,18 @@ def test_a_token_is_needed(folder: Path, tmp_path: Path) -> None:
         assert "httponly" in cookie
         assert client.cookies[COOKIE] == "right"
         assert client.get("/api/films").status_code == 200
+
+
+def test_a_sample_film_that_meets_a_full_disk_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    films = Films(None, tmp_path, Limits())
+    fill(monkeypatch, "sample-street.mp4", 30_000)
+    with pytest.raises(FormatError) as failed:
+        films.sample("street")
+    text = "sample-street.mp4 cannot be written: No space left on device; make room there."
+    assert str(failed.value) == text
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_hosts_are_checked_on_this_computer_alone() -> None:
