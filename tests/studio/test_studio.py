@@ -341,8 +341,23 @@ def test_every_format_that_is_written_is_read_back(
         ("a.zip", zipped({"1.txt": b"1"})[:-30], "make the ZIP anew"),
         ("a.dat", b"what is it", "format of a.dat is not clear"),
         ("a.csv", b"5,500,2,3,4\n", "Keyframe 5 of film.mkv"),
+        ("a.txt", b"1,1,1,1,9,9,1,-1,-1,-1\n1,2\n", "a.txt, line 2: 2 fields, and"),
+        ("a.json", b'{"images":3}', "a.json: Expected `array`, got `int`"),
+        ("a-csv", b"frame,time,left,top,width,height\n", "a-csv ends neither in .csv nor in"),
+        ("b.csv.run.json", b'{"form": 2}', "b.csv.run.json is the history beside rows;"),
     ],
-    ids=["anonymous", "large", "empty", "damaged", "unknown", "beyond"],
+    ids=[
+        "anonymous",
+        "large",
+        "empty",
+        "damaged",
+        "unknown",
+        "beyond",
+        "line",
+        "json",
+        "name",
+        "history",
+    ],
 )
 def test_what_cannot_be_imported_is_one_line(
     name: str, content: bytes, words: str, folder: Path, tmp_path: Path
@@ -354,6 +369,8 @@ def test_what_cannot_be_imported_is_one_line(
     assert answer.status_code == 400
     error = answer.json()["error"]
     assert words in error
+    assert error.count(name) <= 1
+    assert error.count(";") <= 1
     assert tempfile.gettempdir() not in error
 
 

@@ -85,7 +85,7 @@ def test_refusals_are_shown_in_the_dialog_that_is_open(shown: Shown, tmp_path: P
     (tmp_path / "none.csv").write_text("none\n")
     page.get_by_label("File to import").set_input_files(tmp_path / "none.csv")
     alert = page.get_by_role("dialog").get_by_role("alert")
-    alert.get_by_text("none.csv was not imported").wait_for()
+    alert.get_by_text("Not imported: The format of none.csv is not clear").wait_for()
     alert.get_by_role("button", name="Close this message").click()
     assert not alert.get_by_text("none.csv").count()
     page.keyboard.press("Escape")

@@ -67,7 +67,7 @@ async function bring({ store }, file, format) {
   if (!file) return;
   const words = new URLSearchParams({ name: file.name, format });
   const address = `/api/sessions/${store.state.session.id}/import?${words}`;
-  const found = await tried(send(address, file), `${file.name} was not imported: `);
+  const found = await tried(send(address, file), "Not imported: ");
   if (!found) return;
   const rest = found.left_out;
   const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");
