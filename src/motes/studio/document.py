@@ -299,12 +299,7 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
 def renumbered(document: Document, before: Sequence[float], times: Sequence[float]) -> Document:
     """Return a document for a film that is read otherwise: each frame is the one nearest in time.
 
-    Parameters
-    ----------
-    document
-        What was drawn.
-    before, times
-        The times of the frames then, and those of now.
+    The times of the frames were `before`, and are now `times`.
     """
 
     def place(frame: int) -> int:

@@ -19,10 +19,10 @@ from motes.formats.aspects import COLUMNS
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import VISIBLE
 from motes.rows.journal import ObjectRow
-from motes.studio import messages
 from motes.studio.commands import Region
 from motes.studio.document import Document, DrawnTarget, ranges
 from motes.studio.document import appended as appended_to
+from motes.studio.messages import OpenFilm
 from motes.studio.safety import plain_name
 from motes.studio.tables import Table, line, table_of
 
@@ -35,12 +35,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 
 
 def recording(
-    name: str,
-    data: bytes,
-    form: str | None,
-    film: messages.OpenFilm,
-    files: Sequence[str],
-    most: int,
+    name: str, data: bytes, form: str | None, film: OpenFilm, files: Sequence[str], most: int
 ) -> tuple[Recording, str]:
     """Return the objects in an uploaded file, and its format, which is recognized unless given.
 

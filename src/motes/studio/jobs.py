@@ -21,6 +21,9 @@ from motes.studio.tables import DISTANCE, FRAME, MILLISECONDS, SIZE, Table, unpa
 from motes.studio.tracking import PassPart, join_stretch, run_passes
 from motes.video.shared import fits
 
+Left = Callable[[set[int]], None]
+"""Takes the numbers of objects."""
+
 
 class _Run:
     """A stretch that is being tracked, for the objects that need it."""
@@ -53,12 +56,7 @@ class Jobs:
     """
 
     def __init__(
-        self,
-        results: Results,
-        film: OpenFilm,
-        pool: WorkerPool,
-        board: Board,
-        incomplete: Callable[[set[int]], None],
+        self, results: Results, film: OpenFilm, pool: WorkerPool, board: Board, incomplete: Left
     ) -> None:
         self.results, self._film, self._pool, self._board = results, film, pool, board
         self._incomplete = incomplete

@@ -18,16 +18,9 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import ConfigError
+from motes.studio import messages
 from motes.studio.commands import Command, Number
-from motes.studio.messages import (
-    DoubtfulFrame,
-    FilmCard,
-    Message,
-    Open,
-    Presets,
-    SessionCard,
-    WholeSession,
-)
+from motes.studio.messages import Message
 
 LARGEST_MESSAGE = 1 << 18
 """Bytes that a message from the page may have."""
@@ -70,7 +63,7 @@ def encode(message: Message) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of commands and messages, by the names of their types."""
-    answers = (WholeSession, SessionCard, FilmCard, Presets, DoubtfulFrame)
-    kinds = (Command, Message, Open, *answers)
+    whole = (messages.Open, messages.WholeSession, messages.SessionCard, messages.FilmCard)
+    kinds = (Command, Message, *whole, messages.Presets, messages.DoubtfulFrame)
     _, definitions = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     return {"$defs": definitions}

@@ -161,7 +161,7 @@ class _Api:
         return _json(presets())
 
     async def sessions(self, _: Request) -> Response:
-        return _json(self._studio.sessions())
+        return _json(self._studio.store.sessions())
 
     async def begin(self, request: Request) -> Response:
         body = await _body(request, protocol.LARGEST_MESSAGE)
