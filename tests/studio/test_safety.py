@@ -333,6 +333,13 @@ def test_a_sample_film_that_meets_a_full_disk_leaves_nothing(
     assert [*tmp_path.iterdir()] == []
 
 
+def test_the_address_that_is_printed_can_be_opened_by_others() -> None:
+    here = socket.gethostname()
+    assert serve.address_of("0.0.0.0", 80) == serve.address_of("::", 80) == f"http://{here}:80/"
+    assert serve.address_of("::1", 80) == "http://[::1]:80/"
+    assert serve.address_of("127.0.0.1", 80) == "http://127.0.0.1:80/"
+
+
 def test_hosts_are_checked_on_this_computer_alone() -> None:
     assert Guard("127.0.0.1", None).refusal({"host": "evil:80"})
     assert Guard("127.0.0.1", None).refusal({"host": "localhost:80"}) is None

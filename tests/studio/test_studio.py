@@ -306,9 +306,12 @@ def test_every_format_that_is_written_is_read_back(
     page.do("set_keyframe", object=number, frame=20, region=BOX)
     page.do("set_absent", object=number, first=30, last=33)
     page.tracked(number)
+    names = set[str]()
     for form in client.get("/api/formats").json()["write"]:
         answer = both.get("export", format=form, object=number)
         name = answer.headers["content-disposition"].partition("''")[2]
+        assert name not in names
+        names.add(name)
         address = f"/api/sessions/{session}/import"
         back = client.post(address, params={"name": name}, content=answer.content)
         if FORMATS.usable()[form].read is None:

@@ -137,6 +137,8 @@ def changed(
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(document.target(command.object), **given)
             target.tracker  # noqa: B018
+            if not target.name.strip():
+                raise ConfigError("An object needs a name; give it one.")
             return _with(document, target), target.object
         case commands.RemoveObject():
             return _without(document, document.target(command.object)), None

@@ -111,9 +111,10 @@ def file_name(film: OpenFilm, what: str, form: str) -> str:
     """Return the name of a file of a format."""
     known = registry.FORMATS.resolve(form)
     ending = known.endings[0] if known.endings else f".{form}"
+    ending = f"-{form}.zip" if known.folder else ending
     stem = os.path.splitext(os.path.basename(film.name))[0]
     plain = "".join(each if each.isalnum() or each in "-_" else "_" for each in what)
-    return f"{stem}-{plain}{'.zip' if known.folder else ending}"
+    return f"{stem}-{plain}{ending}"
 
 
 def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:

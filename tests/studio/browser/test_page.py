@@ -284,6 +284,13 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         assert heights[-1][1] <= height + 1
 
 
+def test_a_film_of_one_frame_has_one(shown: Shown, films: Path) -> None:
+    film(films / "still.mp4", frames=1)
+    shown.page.reload()
+    shown.open("still.mp4")
+    shown.page.locator("#title").get_by_text("320 × 240, 1 frame", exact=True).wait_for()
+
+
 def test_a_narrow_window_has_all_of_its_bars(shown: Shown) -> None:
     """While a run goes on, and with a long name."""
     shown.open()

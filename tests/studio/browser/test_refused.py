@@ -51,6 +51,15 @@ def test_a_wrong_seed_is_said_and_the_old_one_stays(shown: Shown, seed: str) -> 
     assert field.input_value() == "0"
 
 
+def test_a_name_cannot_be_taken_away(shown: Shown) -> None:
+    drawn(shown)
+    name = shown.page.get_by_role("textbox", name="Name", exact=True)
+    name.fill(" ")
+    name.press("Enter")
+    shown.page.get_by_role("alert").get_by_text("An object needs a name").wait_for()
+    assert name.input_value() == "Object 1"
+
+
 def test_a_ground_needs_all_its_metres(shown: Shown) -> None:
     page = shown.page
     shown.open()
