@@ -171,7 +171,7 @@ def test_damage_that_a_look_meets_is_a_note(shown: Shown, films: Path) -> None:
     shown.open("spoilt.mp4")
     shown.page.locator("#frame").fill("31")
     shown.page.locator("#frame").press("Enter")
-    shown.page.locator("#notes").get_by_text("spoilt.mp4 is damaged; it is read").wait_for()
+    shown.page.locator("#notes").get_by_text("spoilt.mp4 is damaged; it is read").first.wait_for()
     shown.page.get_by_text("Read with problems").wait_for()
     assert not shown.page.locator("#alerts .message").count()
 

@@ -19,8 +19,8 @@ export function show(title, body, footer = []) {
     footer.length ? element("footer", {}, footer) : null);
   const said = document.getElementById("said"); // what is behind a dialog cannot be pressed, and is not read
   dialog.addEventListener("close", () => {
-    document.body.append(said);
     dialog.remove();
+    (document.querySelector("dialog[open]") ?? document.body).append(said);
   });
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
