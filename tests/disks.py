@@ -26,12 +26,12 @@ def fill_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(files, "write_all", full)
 
 
-def fill(monkeypatch: pytest.MonkeyPatch, target: str) -> None:
-    """Let the disk be full for the partial files of a target, after their first byte."""
+def fill(monkeypatch: pytest.MonkeyPatch, target: str, room: int = 0) -> None:
+    """Let the disk be full for the partial files of a target, one byte after `room`."""
     put = PartialFile._put
 
     def full(self: PartialFile, place: int, data: bytes | memoryview) -> None:
-        if self.path.name.startswith(f"{target}.partial-"):
+        if self.path.name.startswith(f"{target}.partial-") and place + len(data) > room:
             put(self, place, data[:1])
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         put(self, place, data)

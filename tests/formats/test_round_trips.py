@@ -92,7 +92,7 @@ def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
         expected |= dict.fromkeys(range(30, 40), 0)
     assert {row.frame: len(row.objects) for row in found} == expected
     assert {each.identity for row in found for each in row.objects} == {-1}
-    for other in ("cvat", "deeplabcut"):
+    for other in ("cvat", "deeplabcut", "label-studio"):
         with pytest.raises(FormatError, match="boxes without identities"):
             registry.write(tmp_path / "a.xml", other, found)
     registry.write(tmp_path / "a.json", "coco", found)

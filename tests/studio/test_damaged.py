@@ -9,6 +9,7 @@ import pytest
 from clips import spoil
 from motes.cli import main
 from motes.studio.document import Document, DrawnTarget, renumbered
+from motes.studio.server import SOON
 from motes.video.film import Film
 from studios import BOX, FRAMES, begin, film, looking, running
 
@@ -56,6 +57,14 @@ def test_a_damaged_film_has_the_frames_of_the_command_line(folder: Path, tmp_pat
     output = tmp_path / "rows.csv"
     assert main([*words, "--at", f"{35 - lost}={box}", "-o", str(output)]) == 0
     assert rows == output.read_bytes()
+
+
+def test_damage_that_is_met_is_no_error(folder: Path, tmp_path: Path) -> None:
+    """The page is told that an answer comes later, by the film's name without its folder."""
+    with running(folder, tmp_path / "data") as client:
+        answer = client.get(f"/api/sessions/{begin(client)}/frames/21.jpg")
+    assert answer.status_code == SOON
+    assert answer.json()["error"].startswith("film.mkv is damaged; it is read as a whole")
 
 
 def test_frames_keep_their_times_when_others_are_lost() -> None:

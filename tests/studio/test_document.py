@@ -96,6 +96,7 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
         (commands.SetAbsent(0, 1, 0, 49), "no keyframe"),
         (commands.SetAbsent(0, 1, 40, 50), "frame 50"),
         (commands.Split(0, 1, 0), "cannot be split"),
+        (commands.ChangeObject(0, 1, name=" "), "needs a name"),
         (commands.Split(0, 1, 20), "no place"),
         (commands.Join(0, 1, 1), "itself"),
         (commands.ChangeObject(0, 1, preset="nothing"), "preset"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import loops
+from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.studio import commands, messages, protocol, tables
@@ -36,8 +37,22 @@ def test_messages_come_back_as_they_were() -> None:
 
 @pytest.mark.parametrize("text", ["", "{}", '{"type":"state"}', '{"type":"undo","id":1.5}'])
 def test_what_is_no_command_is_refused(text: str) -> None:
-    with pytest.raises(msgspec.MsgspecError):
+    with pytest.raises(ConfigError, match="This message is no command"):
         protocol.decode(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ('{"type":"undo","id":5,"more":2}', 5),
+        ('{"places":[{}],"type":"no","id":7}', 7),
+        ('{"id":-3}', protocol.NOBODY),
+        ("[1]", protocol.NOBODY),
+        ("", protocol.NOBODY),
+    ],
+)
+def test_what_is_no_command_may_have_an_id(text: str, number: int) -> None:
+    assert protocol.id_of(text) == number
 
 
 def overlay(frame: int) -> messages.Overlay:

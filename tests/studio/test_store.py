@@ -116,6 +116,7 @@ def test_a_full_disk_ends_a_job_with_a_message(
             assert job is not None
             page.until(lambda: page.jobs[job].status == "failed")
         assert page.jobs[job].error == "there is no room"
+        page.until(lambda: not page.item(number).tracked)  # so it is not offered for export
         page.tracked(number)
 
 

@@ -204,6 +204,7 @@ def test_split_and_join(page: Page) -> None:
     assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
     assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
     assert [each.frame for each in two.keyframes] == [15]
+    assert len(two.keyframes[0].region) == len(BOX)
     page.do("join", object=number, other=other)
     page.settle()
     assert [each.object for each in page.session.objects] == [number]
@@ -305,9 +306,12 @@ def test_every_format_that_is_written_is_read_back(
     page.do("set_keyframe", object=number, frame=20, region=BOX)
     page.do("set_absent", object=number, first=30, last=33)
     page.tracked(number)
-    for form in client.get("/api/formats").json():
+    names = set[str]()
+    for form in client.get("/api/formats").json()["write"]:
         answer = both.get("export", format=form, object=number)
         name = answer.headers["content-disposition"].partition("''")[2]
+        assert name not in names
+        names.add(name)
         address = f"/api/sessions/{session}/import"
         back = client.post(address, params={"name": name}, content=answer.content)
         if FORMATS.usable()[form].read is None:
@@ -322,6 +326,12 @@ def test_every_format_that_is_written_is_read_back(
         if form == "keyframes":
             assert len(item.keyframes) > 1
             assert (item.first, item.last, item.absent) == (0, FRAMES - 1, ((30, 33),))
+        if form not in (
+            "csv",
+            "jsonl",
+            "parquet",
+        ):  # whose corrections are those of `motes refine`, from ellipses
+            assert {len(each.region) for each in item.keyframes} == {len(BOX)}, form
         page.do("remove_object", object=new)
 
 
@@ -334,8 +344,23 @@ def test_every_format_that_is_written_is_read_back(
         ("a.zip", zipped({"1.txt": b"1"})[:-30], "make the ZIP anew"),
         ("a.dat", b"what is it", "format of a.dat is not clear"),
         ("a.csv", b"5,500,2,3,4\n", "Keyframe 5 of film.mkv"),
+        ("a.txt", b"1,1,1,1,9,9,1,-1,-1,-1\n1,2\n", "a.txt, line 2: 2 fields, and"),
+        ("a.json", b'{"images":3}', "a.json: Expected `array`, got `int`"),
+        ("a-csv", b"frame,time,left,top,width,height\n", "a-csv ends neither in .csv nor in"),
+        ("b.csv.run.json", b'{"form": 2}', "b.csv.run.json is the history beside rows;"),
     ],
-    ids=["anonymous", "large", "empty", "damaged", "unknown", "beyond"],
+    ids=[
+        "anonymous",
+        "large",
+        "empty",
+        "damaged",
+        "unknown",
+        "beyond",
+        "line",
+        "json",
+        "name",
+        "history",
+    ],
 )
 def test_what_cannot_be_imported_is_one_line(
     name: str, content: bytes, words: str, folder: Path, tmp_path: Path
@@ -347,6 +372,8 @@ def test_what_cannot_be_imported_is_one_line(
     assert answer.status_code == 400
     error = answer.json()["error"]
     assert words in error
+    assert error.count(name) <= 1
+    assert error.count(";") <= 1
     assert tempfile.gettempdir() not in error
 
 
@@ -422,7 +449,9 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     presets = client.get("/api/presets").json()
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
-    assert "csv" in client.get("/api/formats").json()
+    formats = client.get("/api/formats").json()
+    assert {*formats["write"]} - {*formats["read"]} == {"masks", "deeplabcut"}
+    assert {*formats["read"]} - {*formats["write"]} == {"journal"}
 
 
 def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:

@@ -109,7 +109,8 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
         facts = OpenFilm("film.mkv", width, 80, 101, 25.0)
-        jobs = Jobs(Results(session, store), facts, cast(WorkerPool, pool), Board(facts.frames))
+        results, board = Results(session, store), Board(facts.frames)
+        jobs = Jobs(results, facts, cast(WorkerPool, pool), board, incomplete=lambda _: None)
         keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
         target = DrawnTarget(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys=keys)
         jobs.update(Document((target,)))

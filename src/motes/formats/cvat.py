@@ -30,7 +30,7 @@ from motes.formats.recording import (
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
 from motes.formats.text import at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
-from motes.formats.visibility import SHOWN
+from motes.formats.visibility import SHOWN, check_identities
 from motes.rows.journal import ObjectRow
 
 if TYPE_CHECKING:
@@ -43,12 +43,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
     every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
     frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
-    to draw it.
-
-    Raises
-    ------
-    FormatError
-        If there is a detection without an identity.
+    to draw it. Raises a FormatError if a box has no identity.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
@@ -59,11 +54,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
         for each in row.objects:
             if each.status in SHOWN:
                 spans[each.identity] = spans.get(each.identity, (index, 0))[0], index
-    if ANONYMOUS in spans:
-        raise FormatError(
-            "CVAT holds tracks, and there are boxes without identities; track them first, with "
-            "motes watch --detector."
-        )
+    check_identities(spans, "CVAT")
     classes = classes_of(recorded)
     labels = "\n".join(
         f"        <label>\n          <name>{escape(name)}</name>\n        </label>"

@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from motes.core.errors import FormatError
-from motes.formats.recording import ANONYMOUS, Recording
-from motes.formats.visibility import visible
+from motes.formats.recording import Recording
+from motes.formats.visibility import check_identities, visible
 from motes.rows.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")
@@ -25,8 +24,7 @@ VALUES = ("x", "y", "likelihood")
 def write(recorded: Recording) -> Iterator[bytes]:
     """Yield four rows of titles (three if there is one object), then a row for each frame."""
     identities = sorted({each.identity for row in recorded for each in visible(row)})
-    if ANONYMOUS in identities:
-        raise FormatError("DeepLabCut holds individuals, and there are boxes without identities.")
+    check_identities(identities, "DeepLabCut")
     columns = [
         (identity, point, value) for identity in identities for point in POINTS for value in VALUES
     ]

@@ -22,17 +22,11 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.formats.recording import (
-    FilmFacts,
-    Recording,
-    frames_between,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recording, frames_between, recording_of, sound
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
 from motes.formats.text import at, counted, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
-from motes.formats.visibility import visible
+from motes.formats.visibility import check_identities, visible
 from motes.rows.journal import ObjectRow
 
 REGION = "videorectangle"
@@ -58,7 +52,10 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 def regions(
     recorded: Recording, keyframe_error: float, names: tuple[str, str] = (BOX, VIDEO)
 ) -> list[dict[str, Any]]:
-    """Return the regions of all objects; `names` are those of the tags of the box and the video."""
+    """Return the regions of all objects; raise a FormatError if a box has no identity.
+
+    `names` are those of the tags of the box and the video.
+    """
     head, classes = recorded.head, classes_of(recorded)
     places: dict[int, list[tuple[int, float, Corners, float]]] = {}
     count, seconds = 0, FRAME_INTERVAL
@@ -70,6 +67,7 @@ def regions(
             if box is not None:
                 place = (row.frame, row.time, box, each.confidence)
                 places.setdefault(each.identity, []).append(place)
+    check_identities(places, "Label Studio")
     listed = [row.frame for row in recorded]
     following = dict(pairwise(listed))
     return [

@@ -148,8 +148,6 @@ NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 """Formats of numbers alone, which the ending of a name tells apart."""
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
-
-
 ADVICE = "correct it there, or make the file anew."
 
 
@@ -207,6 +205,9 @@ def recognized(path: Path) -> str:
         return named
     if path.is_dir():
         return "masks" if named == "masks" else "yolo"
+    if path.suffixes[-2:] == [".run", ".json"]:
+        rows = path.with_suffix("").stem
+        raise SourceError(f"{path} is the history beside rows; give the rows, {rows}.")
     try:
         _check_not_empty(path)
         with path.open("rb") as file:
@@ -296,9 +297,11 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         recorded: Recording = _function(form.read)(path, facts)
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-    except FormatError as error:
+    except (FormatError, ConfigError) as error:
         text = str(error)
-        text = text if str(path) in text else f"{path}: {text}"
+        names = f"{path.parent.name}/{path.name}", path.name  # as readers of folders begin
+        rest = next((text.removeprefix(n) for n in names if text.startswith(n)), f": {text}")
+        text = text if str(path) in text else f"{path}{rest}"
         raise SourceError(text if ";" in text else f"{text}; {ADVICE}") from None
     except (ValueError, KeyError, IndexError, TypeError, OverflowError) as error:
         raise SourceError(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from motes.core.errors import FormatError
 from motes.core.track import Status
-from motes.formats.recording import Recording
+from motes.formats.recording import ANONYMOUS, Recording
 from motes.rows.journal import FrameRow, ObjectRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
@@ -47,6 +47,15 @@ def certain(recorded: Recording) -> Recording:
         return bool(row.searched) or any(missed(each, row.frame) for each in row.objects)
 
     return replace(recorded, frames=[row for row in recorded if not unsure(row)])
+
+
+def check_identities(identities: Iterable[int], what: str) -> None:
+    """Raise a FormatError if a box has no identity; `what` names a format of tracks."""
+    if ANONYMOUS in identities:
+        raise FormatError(
+            f"{what} holds tracks, and there are boxes without identities; track them first, with "
+            "motes watch --detector."
+        )
 
 
 def only_object(recorded: Recording, what: str) -> dict[int, ObjectRow]:

@@ -35,6 +35,11 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
         return tracker_of(self.preset, self.config)
 
     @property
+    def boxed(self) -> bool:
+        """Whether all drawn regions are boxes."""
+        return all(len(region) == 4 for region in self.keys.values())
+
+    @property
     def frames(self) -> range:
         """The frames of the object."""
         return range(self.first, self.last + 1)
@@ -132,6 +137,8 @@ def changed(
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(document.target(command.object), **given)
             target.tracker  # noqa: B018
+            if not target.name.strip():
+                raise ConfigError("An object needs a name; give it one.")
             return _with(document, target), target.object
         case commands.RemoveObject():
             return _without(document, document.target(command.object)), None
@@ -294,12 +301,7 @@ def _joined(document: Document, command: commands.Join) -> tuple[Document, int]:
 def renumbered(document: Document, before: Sequence[float], times: Sequence[float]) -> Document:
     """Return a document for a film that is read otherwise: each frame is the one nearest in time.
 
-    Parameters
-    ----------
-    document
-        What was drawn.
-    before, times
-        The times of the frames then, and those of now.
+    The times of the frames were `before`, and are now `times`.
     """
 
     def place(frame: int) -> int:

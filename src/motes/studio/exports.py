@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from motes.core.config import to_dict, to_toml
 from motes.core.errors import ConfigError, FormatError
@@ -59,16 +60,11 @@ def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[Frame
     """Return the rows of several objects, with their numbers as identities, and their classes."""
     frames: dict[int, tuple[float, list[ObjectRow]]] = {}
     for number, (name, tracks) in found.items():
-        label = class_of(name)
+        label = None if class_of(name) == LABEL else class_of(name)
         for track in tracks:
             _, objects = frames.setdefault(track.frame, (track.time, []))
             if track.status is not Status.ABSENT:
-                row = ObjectRow.of_target(track)
-                objects.append(
-                    msgspec.structs.replace(
-                        row, identity=number, label=None if label == LABEL else label
-                    )
-                )
+                objects.append(replace(ObjectRow.of_target(track), identity=number, label=label))
     return [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
 
 
@@ -77,18 +73,8 @@ def recorded_file(
 ) -> bytes:
     """Return objects in a format of `motes convert`; a format of many files as ZIP.
 
-    Parameters
-    ----------
-    form
-        The name of the format.
-    film
-        The film.
-    files
-        The names of its images, by frame; none of a video.
-    rows
-        The objects in its frames.
-    label
-        The class of objects without one.
+    The film may have images: then `files` are their names, by frame. `label` is the class of
+    objects without one.
 
     Raises
     ------
@@ -99,7 +85,7 @@ def recorded_file(
     """
     known = registry.FORMATS.resolve(form)
     if files:
-        rows = [msgspec.structs.replace(row, file=files[row.frame]) for row in rows]
+        rows = [replace(row, file=files[row.frame]) for row in rows]
     recording = Recording(Header(film.name, film.width, film.height, label), rows)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
@@ -125,27 +111,21 @@ def file_name(film: OpenFilm, what: str, form: str) -> str:
     """Return the name of a file of a format."""
     known = registry.FORMATS.resolve(form)
     ending = known.endings[0] if known.endings else f".{form}"
+    ending = f"-{form}.zip" if known.folder else ending
     stem = os.path.splitext(os.path.basename(film.name))[0]
     plain = "".join(each if each.isalnum() or each in "-_" else "_" for each in what)
-    return f"{stem}-{plain}{'.zip' if known.folder else ending}"
+    return f"{stem}-{plain}{ending}"
 
 
 def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:
     """Return the history beside rows, from which `motes refine` goes on."""
     end = target.last + 1
     history = History(
-        form=FORMAT,
-        film=os.path.basename(film.name),
-        width=film.width,
-        height=film.height,
-        frames=film.frames if end == film.frames else end,
-        start=target.first,
-        end=end,
-        preset=target.preset,
-        config=to_dict(target.tracker),
-        seed=target.seed,
-    ).corrected([*target.marks.items()])
-    return history.encoded()
+        form=FORMAT, film=os.path.basename(film.name), width=film.width, height=film.height,
+        frames=end, start=target.first, end=end, preset=target.preset,
+        config=to_dict(target.tracker), seed=target.seed,
+    )  # fmt: skip
+    return history.corrected([*target.marks.items()]).encoded()
 
 
 def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:

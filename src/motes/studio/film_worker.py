@@ -26,6 +26,10 @@ class WorkerError(MotesError):
     """A worker has failed, or has ended."""
 
 
+class LaterError(WorkerError):
+    """The film is read anew; who asks again gets an answer."""
+
+
 def worker_context() -> Any:
     """Return how processes are started: as copies of one that has imported what they need."""
     if "forkserver" not in multiprocessing.get_all_start_methods():  # as on Windows
@@ -70,7 +74,8 @@ class FilmWorker:
         whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
-        self._name, self._limits, self._damaged = path.name, limits, damaged
+        self._path, self._limits, self._damaged = path, limits, damaged
+        self._name = path.name
         self._answers: asyncio.Queue[Answer | str] = asyncio.Queue()
         """Answers, and in the end in words how the process has ended."""
         self._loop = asyncio.get_running_loop()
@@ -133,9 +138,11 @@ class FilmWorker:
             raise WorkerError(f"{self._name} has spoilt its worker ({explain(error)}).") from None
         if isinstance(answer, Done):
             return answer.data
+        said = answer.error.replace(str(self._path), self._name)  # pages see no folders of ours
         if answer.kind == DamagedError.__name__:
             self._damaged()
-        raise WorkerError(answer.error)
+            raise LaterError(said)
+        raise WorkerError(said)
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
@@ -158,7 +165,7 @@ class FilmWorker:
         if not isinstance(answer, str):
             return answer
         if self._closed:
-            raise WorkerError(f"{self._name} was closed meanwhile; open it again.")
+            raise LaterError(f"{self._name} was closed meanwhile; open it again.")
         raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
 
     def _listen(self) -> None:

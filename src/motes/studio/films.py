@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+import tempfile
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -70,9 +71,16 @@ class Films:
             raise ConfigError(f"There is no sample film {name!r}; take one of {', '.join(films)}.")
         path = self._uploads / f"sample-{name}.mp4"
         if not path.exists():
-            with VideoWriter(path, 1 / FRAME_INTERVAL, overwrite=True) as writer:
-                for frame, _ in films[name]():
-                    writer.write(frame.pixels, frame.time)
+            with tempfile.TemporaryDirectory(prefix=".", dir=self._uploads) as folder:
+                made = Path(folder) / path.name
+                try:
+                    with VideoWriter(made, 1 / FRAME_INTERVAL) as writer:
+                        for frame, _ in films[name]():
+                            writer.write(frame.pixels, frame.time)
+                except FormatError as error:  # it names what is left, of which nothing is
+                    why = str(error).replace(str(made), path.name)
+                    raise FormatError(why.partition(" What there is")[0]) from None
+                made.replace(path)
         return FilmCard(path.name, path.stat().st_size, uploaded=True)
 
     async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> FilmCard:

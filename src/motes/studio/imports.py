@@ -7,19 +7,22 @@ import os
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import check_keyframes
 from motes.formats import registry
+from motes.formats.aspects import COLUMNS
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import VISIBLE
 from motes.rows.journal import ObjectRow
-from motes.studio import messages
+from motes.studio.commands import Region
 from motes.studio.document import Document, DrawnTarget, ranges
 from motes.studio.document import appended as appended_to
+from motes.studio.messages import OpenFilm
 from motes.studio.safety import plain_name
 from motes.studio.tables import Table, line, table_of
 
@@ -32,12 +35,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0
 
 
 def recording(
-    name: str,
-    data: bytes,
-    form: str | None,
-    film: messages.OpenFilm,
-    files: Sequence[str],
-    most: int,
+    name: str, data: bytes, form: str | None, film: OpenFilm, files: Sequence[str], most: int
 ) -> tuple[Recording, str]:
     """Return the objects in an uploaded file, and its format, which is recognized unless given.
 
@@ -112,7 +110,7 @@ def taken(
         If boxes have no identity, and there are several in a frame.
     """
     if form == "keyframes":
-        return appended_to(document, _drawn(document.following, recorded, times, stem)), {}
+        return appended_to(document, _marked(document.following, recorded, times, stem)), {}
     found: dict[int, dict[int, ObjectRow]] = {}
     for row in recorded:
         for each in row.objects:
@@ -123,19 +121,21 @@ def taken(
                 )
             found[each.identity][row.frame] = each
     tables: dict[int, Table] = {}
+    own = COLUMNS in registry.FORMATS.resolve(form).holds  # rows of motes, which have ellipses
     for identity, rows in sorted(found.items()):
         drawn = [frame for frame, each in rows.items() if each.status in VISIBLE]
         if not drawn:
             continue
         some = not all(each.keyframe for each in rows.values())
         keys = [frame for frame in drawn if rows[frame].keyframe] if some else drawn[:1]
+        places = {frame: rows[frame].ellipse for frame in keys}
         number = document.following
         first, last = min(rows), max(rows)
         target = DrawnTarget(
             number,
             (rows[drawn[0]].label or stem if len(found) == 1 else f"{stem} {identity}")[:100],
             COLORS[(number - 1) % len(COLORS)], "default", None, 0, first, last,
-            keys={frame: tuple(rows[frame].ellipse) for frame in keys},
+            keys={frame: tuple(each) for frame, each in places.items()} if own else _drawn(places),
         )  # fmt: skip
         document = appended_to(document, target)
         cues, missing = len(target.tracker.cues), ObjectRow.nowhere(identity, Status.ABSENT)
@@ -151,12 +151,18 @@ def taken(
     return document, tables
 
 
-def _drawn(number: int, recorded: Recording, times: Sequence[float], stem: str) -> DrawnTarget:
+def _marked(number: int, recorded: Recording, times: Sequence[float], stem: str) -> DrawnTarget:
     """Return an object with the keyframes and absences of a file, in all frames of the film."""
     marks = {row.frame: row.objects[0].ellipse if row.objects else None for row in recorded}
     head, frames = recorded.head, range(len(times))
     check_keyframes(marks, head.source, frames, head.width, head.height)
-    keys = {frame: tuple(region) for frame, region in marks.items() if region is not None}
+    keys = _drawn({frame: region for frame, region in marks.items() if region is not None})
     absent = ranges(frame for frame, region in marks.items() if region is None)
     name, color = stem[:100], COLORS[(number - 1) % len(COLORS)]
     return DrawnTarget(number, name, color, "default", None, 0, 0, frames[-1], absent, keys=keys)
+
+
+def _drawn(places: Mapping[int, Ellipse]) -> dict[int, Region]:
+    """Return places as they were drawn: boxes where no ellipse is turned."""
+    boxed = not any(each.theta for each in places.values())
+    return {frame: tuple(each.box if boxed else each) for frame, each in places.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import msgspec
@@ -20,6 +20,9 @@ from motes.studio.results import Results, cues_of
 from motes.studio.tables import DISTANCE, FRAME, MILLISECONDS, SIZE, Table, unpack
 from motes.studio.tracking import PassPart, join_stretch, run_passes
 from motes.video.shared import fits
+
+Left = Callable[[set[int]], None]
+"""Takes the numbers of objects."""
 
 
 class _Run:
@@ -48,10 +51,15 @@ class Jobs:
         Where rows are kept.
     film, pool, board
         The film, its workers, and what pages see.
+    incomplete
+        Called with the objects that a job leaves without all of their rows.
     """
 
-    def __init__(self, results: Results, film: OpenFilm, pool: WorkerPool, board: Board) -> None:
+    def __init__(
+        self, results: Results, film: OpenFilm, pool: WorkerPool, board: Board, incomplete: Left
+    ) -> None:
         self.results, self._film, self._pool, self._board = results, film, pool, board
+        self._incomplete = incomplete
         self._plans: dict[int, tuple[DrawnTarget, list[StretchNeed]]] = {}
         self._displayed: dict[int, set[str]] = {}
         self._runs: dict[str, _Run] = {}
@@ -82,6 +90,7 @@ class Jobs:
             job.status, job.error = status, error
             self._reconcile()
             self._board.progress(job)
+            self._incomplete({each for each in job.objects if not self.complete(each)})
 
     def update(self, document: Document) -> None:
         """Take a changed document: rows that are void go, and rows that are known come."""

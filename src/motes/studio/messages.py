@@ -255,7 +255,7 @@ class FoundScene(msgspec.Struct, frozen=True, tag="scene"):
 class Reply(msgspec.Struct, frozen=True, tag="reply"):
     """The answer to a command: an error in one line, or None; and a new object's or job's number.
 
-    A message that is no command is answered with id -1.
+    A message that is no command is answered with its id, or -1 if it has none.
     """
 
     id: int

@@ -8,7 +8,7 @@ import itertools
 import os
 from collections.abc import AsyncIterator, Callable
 
-from motes.studio.film_worker import FilmWorker, WorkerError
+from motes.studio.film_worker import FilmWorker, LaterError
 from motes.studio.workplace import Task
 
 LONG = 400
@@ -50,7 +50,7 @@ class WorkerPool:
 
         Raises
         ------
-        WorkerError
+        LaterError
             If the pool has been closed.
         """
         mine, is_long = (frames, next(self._numbers)), frames >= LONG
@@ -63,7 +63,7 @@ class WorkerPool:
             self._waiting.remove(mine)
             self._changed.set()
         if self._closed:
-            raise WorkerError("The session was closed meanwhile; open it again.")
+            raise LaterError("The session was closed meanwhile; open it again.")
         worker = self._idle.pop() if self._idle else self._started()
         self._long += is_long
         try:

@@ -17,28 +17,43 @@ from typing import Any
 
 import msgspec
 
-from motes.studio.commands import Command
-from motes.studio.messages import (
-    DoubtfulFrame,
-    FilmCard,
-    Message,
-    Open,
-    Presets,
-    SessionCard,
-    WholeSession,
-)
+from motes.core.errors import ConfigError
+from motes.studio import messages
+from motes.studio.commands import Command, Number
+from motes.studio.messages import Message
 
 LARGEST_MESSAGE = 1 << 18
 """Bytes that a message from the page may have."""
+
+NOBODY = -1
+"""The id of the answer to a message without one."""
+
+
+class _Numbered(msgspec.Struct):
+    id: Number = NOBODY
+
 
 _decoder = msgspec.json.Decoder(Command)
 _encoder = msgspec.json.Encoder()
 
 
-def decode(text: str | bytes) -> Command:
-    """Return the command in a message; raise a `msgspec.MsgspecError` if it is none."""
-    command: Command = _decoder.decode(text)
+def decode(text: str) -> Command:
+    """Return the command in a message; raise a ConfigError if it is none, or too large."""
+    if len(text) > LARGEST_MESSAGE:
+        raise ConfigError(f"A message has {LARGEST_MESSAGE} bytes at most.")
+    try:
+        command: Command = _decoder.decode(text)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise ConfigError(f"This message is no command: {error}.") from None
     return command
+
+
+def id_of(text: str) -> int:
+    """Return the id of a message that may be no command; -1 if it has none."""
+    try:
+        return msgspec.json.decode(text, type=_Numbered).id
+    except (msgspec.MsgspecError, RecursionError):
+        return NOBODY
 
 
 def encode(message: Message) -> str:
@@ -48,7 +63,7 @@ def encode(message: Message) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of commands and messages, by the names of their types."""
-    answers = (WholeSession, SessionCard, FilmCard, Presets, DoubtfulFrame)
-    kinds = (Command, Message, Open, *answers)
+    whole = (messages.Open, messages.WholeSession, messages.SessionCard, messages.FilmCard)
+    kinds = (Command, Message, *whole, messages.Presets, messages.DoubtfulFrame)
     _, definitions = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     return {"$defs": definitions}

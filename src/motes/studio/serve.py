@@ -24,6 +24,8 @@ from motes.studio.studio import Studio
 
 HEAD = 10.0
 """Seconds within which the head of a request must be complete."""
+EVERYWHERE = ("0.0.0.0", "::")
+"""Hosts that stand for all addresses of this computer, and are none that others can open."""
 CONNECTIONS = 128
 """Connections that are open at once; more are closed unread. A page needs up to seven."""
 
@@ -104,8 +106,7 @@ def serve(
         port = opened.getsockname()[1]
         token = None if host in LOCAL else new_token()
         studio = Studio(folder, data, limits)
-        name = f"[{host}]" if ":" in host else host
-        address = f"http://{name}:{port}/"
+        address = address_of(host, port)
         lock.write(address.encode())  # without the token, which is for nobody else
         address += f"?token={token}" if token else ""
         server = uvicorn.Server(settings(app(studio, Guard(host, token))))
@@ -115,6 +116,12 @@ def serve(
             if browser:
                 webbrowser.open(address)
             server.run(sockets=[opened])
+
+
+def address_of(host: str, port: int) -> str:
+    """Return the address of a server that listens at a host, as a browser opens it."""
+    name = socket.gethostname() if host in EVERYWHERE else host
+    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
 
 
 def settings(application: ASGIApp) -> uvicorn.Config:

@@ -25,7 +25,7 @@ from motes.formats.registry import FORMATS
 from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.files import Question
-from motes.studio.film_worker import prepare
+from motes.studio.film_worker import LaterError, prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets
@@ -34,6 +34,8 @@ PAGE = Path(__file__).with_name("page")
 """The files of the page."""
 AGAIN = 1012
 """The code with which a WebSocket closes that is to be opened again."""
+SOON = 409
+"""The status where the film is read anew: the page asks again by itself."""
 GIVEN_UP = 499
 """The status of an answer that nobody waits for any more."""
 
@@ -109,7 +111,7 @@ def _plain(answer: Endpoint) -> Endpoint:
         except (msgspec.MsgspecError, RecursionError) as error:
             return _refused(f"This request is none: {error}.", 400)
         except MotesError as error:
-            return _refused(str(error), 400)
+            return _refused(str(error), SOON if isinstance(error, LaterError) else 400)
         except ClientDisconnect:
             return Response(status_code=GIVEN_UP)
         except OSError as error:  # as when no file can be opened any more
@@ -159,7 +161,7 @@ class _Api:
         return _json(presets())
 
     async def sessions(self, _: Request) -> Response:
-        return _json(self._studio.sessions())
+        return _json(self._studio.store.sessions())
 
     async def begin(self, request: Request) -> Response:
         body = await _body(request, protocol.LARGEST_MESSAGE)
@@ -210,8 +212,9 @@ class _Api:
         return _json(await files.take(session, name or "rows", data, form or None, most), 201)
 
     async def formats(self, _: Request) -> Response:
-        known = FORMATS.usable().items()
-        return _json({name: form.title for name, form in known if form.write is not None})
+        every = FORMATS.usable().items()
+        return _json({use: {name: form.title for name, form in every if getattr(form, use)}
+                      for use in ("read", "write")})  # fmt: skip
 
     async def talk(self, socket: WebSocket) -> None:
         """Talk with a page, until it leaves."""
@@ -227,14 +230,10 @@ class _Api:
         try:
             while True:
                 text = await socket.receive_text()
-                if len(text) > protocol.LARGEST_MESSAGE:
-                    most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
-                    client.reply(messages.Reply(-1, most))
-                    continue
                 try:
                     command = protocol.decode(text)
-                except (msgspec.MsgspecError, RecursionError) as error:
-                    client.reply(messages.Reply(-1, f"This message is no command: {error}."))
+                except ConfigError as error:
+                    client.reply(messages.Reply(protocol.id_of(text), str(error)))
                     continue
                 if isinstance(command, commands.Acknowledge):
                     client.acknowledge(command.number)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 from msgspec import UNSET
 
 from motes.core.errors import ConfigError, MotesError
+from motes.core.geometry import Ellipse
 from motes.studio import commands, messages, pictures
 from motes.studio.board import Board, StudioJob
 from motes.studio.clients import Client
@@ -92,7 +94,7 @@ class LiveSession:
         self._pool.warm()
         self.board = Board(self.facts.frames)
         results = Results(self.name, self._store)
-        self.jobs = Jobs(results, self.facts, self._pool, self.board)
+        self.jobs = Jobs(results, self.facts, self._pool, self.board, self._forget_tracked)
         self.watching = Watching(self.name, self._store, self.facts.frames, self._pool, self.board)
         self.jobs.update(self.document)
         self._go_on()
@@ -206,7 +208,9 @@ class LiveSession:
                 self.board.change_state()
                 return Reply(command.id, job=job.number)
             case commands.Stop():
-                self._stop(self._job(command.job))
+                job = self._job(command.job)
+                (self.watching if job.kind == "watch" else self.jobs).stop(job)
+                self.board.change_state()
             case commands.Undo():
                 self._go(self._place - 1, "There is nothing to take back.")
             case commands.Redo():
@@ -262,7 +266,8 @@ class LiveSession:
         shown = self.board.rows(number, frame, frame)
         if not len(shown) or np.isnan(shown[0, ELLIPSE]).any():
             return None
-        return tuple(shown[0, ELLIPSE].tolist())
+        ellipse = Ellipse(*shown[0, ELLIPSE].tolist())
+        return tuple(ellipse.box if self.document.target(number).boxed else ellipse)
 
     def _track(self, objects: list[int]) -> StudioJob:
         numbers = objects or [each.object for each in self.document.targets]
@@ -277,10 +282,9 @@ class LiveSession:
         self.board.change_state()
         return job
 
-    def _stop(self, job: StudioJob) -> None:
-        left = {each for each in job.objects if not self.jobs.complete(each)}
-        self._set_tracked(self._tracked - left)
-        (self.watching if job.kind == "watch" else self.jobs).stop(job)
+    def _forget_tracked(self, objects: set[int]) -> None:
+        with suppress(MotesError):  # as on a full disk: they are tracked again after a restart
+            self._set_tracked(self._tracked - objects)
         self.board.change_state()
 
     def _set_tracked(self, tracked: set[int]) -> None:

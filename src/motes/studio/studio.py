@@ -8,7 +8,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError
 from motes.studio.films import Films
-from motes.studio.messages import Preset, Presets, SessionCard
+from motes.studio.messages import Preset, Presets
 from motes.studio.safety import Limits
 from motes.studio.sessions import LiveSession
 from motes.studio.store import Store
@@ -39,10 +39,6 @@ class Studio:
         self._open: dict[str, LiveSession] = {}
         self._used: dict[str, float] = {}
         self._locks: dict[str, asyncio.Lock] = {}
-
-    def sessions(self) -> list[SessionCard]:
-        """Return all sessions, open or not."""
-        return self.store.sessions()
 
     async def begin(self, film: str, *, uploaded: bool) -> LiveSession:
         """Make a session of a film, and open it; one that cannot be opened is removed.

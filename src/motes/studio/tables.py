@@ -54,18 +54,13 @@ def tracks(table: Table) -> list[Track]:
     """Return rows as tracks."""
     return [
         Track(
-            frame=int(row[FRAME]),
-            time=row[TIME],
-            ellipse=Ellipse(*row[ELLIPSE]),
-            covariance=np.diag(row[VARIANCES]),
-            confidence=row[CONFIDENCE],
-            status=STATUSES[int(row[STATUS])],
-            distance=row[DISTANCE],
-            effective_sample_size=row[SIZE],
-            outlier=bool(row[OUTLIER]),
+            frame=int(row[FRAME]), time=row[TIME], ellipse=Ellipse(*row[ELLIPSE]),
+            covariance=np.diag(row[VARIANCES]), confidence=row[CONFIDENCE],
+            status=STATUSES[int(row[STATUS])], distance=row[DISTANCE],
+            effective_sample_size=row[SIZE], outlier=bool(row[OUTLIER]),
         )
         for row in table.tolist()
-    ]
+    ]  # fmt: skip
 
 
 def rows(table: Table) -> list[Row]:

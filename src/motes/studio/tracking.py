@@ -134,25 +134,15 @@ def watch_film(place: Workplace, config: WatchConfig, places: Regions, seed: int
 
 
 def _run(
-    run: RunPass,
-    film: FrameReader,
-    frames: Iterable[Frame],
-    observe: Callable[[StepInfo], None],
+    run: RunPass, film: FrameReader, frames: Iterable[Frame], observe: Callable[[StepInfo], None]
 ) -> None:
     other = None
     if run.other is not None:
         index, region = run.other
         (frame,) = film.forward(index, index)
         other = frame, Ellipse(*region)
-    run_pass(
-        run.config,
-        run.seed,
-        frames,
-        Ellipse(*run.region),
-        backward=run.stop < run.start,
-        other=other,
-        observe=observe,
-    )
+    start, backward = Ellipse(*run.region), run.stop < run.start
+    run_pass(run.config, run.seed, frames, start, backward=backward, other=other, observe=observe)
 
 
 def _between(film: FrameReader, start: int, stop: int) -> Iterator[Frame]:
@@ -161,18 +151,9 @@ def _between(film: FrameReader, start: int, stop: int) -> Iterator[Frame]:
 
 def overlay_of(info: StepInfo) -> Overlay:
     """Return what a tracker sees, for the page."""
-    covariance = info.track.covariance
-    particles, weights = _heaviest(info)
-    x, y, a, b, theta = map(float, Ellipse(*info.track.ellipse))
-    return Overlay(
-        number=0,
-        object=0,
-        frame=info.track.frame,
-        ellipse=(x, y, a, b, theta),
-        covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
-        particles=particles,
-        weights=weights,
-    )
+    covariance, ellipse = info.track.covariance, Ellipse(*map(float, info.track.ellipse))
+    xx, xy, yy = (float(covariance[at]) for at in ((0, 0), (0, 1), (1, 1)))
+    return Overlay(0, 0, info.track.frame, ellipse, (xx, xy, yy), *_heaviest(info))
 
 
 def _heaviest(info: StepInfo) -> tuple[Places, list[float]]:

@@ -44,20 +44,8 @@ Task = Callable[[Workplace], bytes]
 def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, niceness: int) -> bytes:
     """Open a film, quickly, or as a whole where it is damaged; return an `Opened`.
 
-    It is the first task of a worker, and limits it.
-
-    Parameters
-    ----------
-    place
-        Where it is needed.
-    path
-        The film.
-    limits
-        Of its size, and of the worker's memory.
-    whole
-        Whether it is known to be damaged.
-    niceness
-        How far others go before the worker.
+    It is the first task of a worker, and limits it: its memory, and how far others go before it
+    (`niceness`). The film is read as a `whole` if it is known to be damaged.
 
     Raises
     ------

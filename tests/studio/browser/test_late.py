@@ -165,6 +165,17 @@ def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
     shown.until(f"s.pictured === {frames - 1}")
 
 
+def test_damage_that_a_look_meets_is_a_note(shown: Shown, films: Path) -> None:
+    spoil(films / "film.mp4", 30, 2).rename(films / "spoilt.mp4")
+    shown.page.reload()
+    shown.open("spoilt.mp4")
+    shown.page.locator("#frame").fill("31")
+    shown.page.locator("#frame").press("Enter")
+    shown.page.locator("#notes").get_by_text("spoilt.mp4 is damaged; it is read").first.wait_for()
+    shown.page.get_by_text("Read with problems").wait_for()
+    assert not shown.page.locator("#alerts .message").count()
+
+
 def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:
     session = shown.open()
     shown.page.evaluate(f"fetch('/api/sessions/{session}', {{ method: 'DELETE' }})")

@@ -274,3 +274,28 @@ def test_the_annotated_film_is_that_of_the_command_line(
     words = ["track", str(films / "film.mp4"), "--preset", "nummiaro", "--at", f"0={box}"]
     assert main([*words, "--overlay", str(theirs)]) == 0
     assert (tmp_path / "ours.mp4").read_bytes() == theirs.read_bytes()
+
+
+def test_handles_are_those_that_can_be_dragged(shown: Shown) -> None:
+    """A tracker's newest ellipse is drawn while it runs; the handles are those of the box."""
+    shown.open()
+    shown.draw()
+    shown.go(5)
+    row = [5, 0.2, 165, 119, 30, 40, 0.3, 0.9, "tracking", 0.1, 9, None, [1], False, 1, None]
+    ellipse = {"object": 1, "frame": 5, "ellipse": [165, 119, 30, 40, 0.3]}
+    overlay = {**ellipse, "covariance": [1, 0, 1], "particles": [], "weights": []}
+    turned, corners = shown.page.evaluate(
+        "([row, overlay]) => "
+        "Promise.all([import('/static/main.js'), import('/static/messages.js')])"
+        ".then(async ([{ app: { store } }, { MESSAGES }]) => {"
+        "const [drawn, context] = [{ arc: 0, rect: 0 }, CanvasRenderingContext2D.prototype];"
+        "for (const name of ['arc', 'rect']) { const draw = context[name];"
+        "context[name] = function (...given) { drawn[name] += 1; draw.apply(this, given); }; }"
+        "MESSAGES.rows(store, { object: 1, rows: [row] }); MESSAGES.overlay(store, overlay);"
+        "Object.assign(drawn, { arc: 0, rect: 0 }); store.touch('session');"
+        "await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));"
+        "return [drawn.arc, drawn.rect]; })",
+        [row, overlay],
+    )
+    assert (turned, corners % 4) == (0, 0)
+    assert corners

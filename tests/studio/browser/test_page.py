@@ -24,6 +24,11 @@ CUT = """() => [...document.querySelectorAll('button, select, input, h2, .captio
         return width && (left < -1 || right > innerWidth + 1); })
     .map((one) => one.outerHTML)"""
 """What of the page sticks out of the window."""
+WIDER = """() => [...document.querySelectorAll('#left, #right, #tools, #transport, ' +
+    '.check, .action .grow, #transport button')]
+    .filter((one) => one.checkVisibility() && one.scrollWidth > one.clientWidth)
+    .map((one) => one.outerHTML.slice(0, 80))"""
+"""What of the bars and panels is cut off, or lies over what stands beside it."""
 
 
 def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
@@ -137,6 +142,8 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     with page.expect_download() as download:
         page.get_by_role("button", name="Export", exact=True).click()
     download.value.save_as(tmp_path / "rows.csv")
+    read = page.get_by_label("Format of the file").locator("option").all_inner_texts()
+    assert not any(option.startswith(("masks", "deeplabcut")) for option in read)
     page.get_by_label("File to import").set_input_files(tmp_path / "rows.csv")
     shown.until("s.session.objects.length === 2")
     page.get_by_text("rows.csv was imported.").wait_for()
@@ -275,6 +282,26 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         )
         assert all(above[1] <= below[0] + 1 for above, below in pairwise(heights))
         assert heights[-1][1] <= height + 1
+
+
+def test_a_film_of_one_frame_has_one(shown: Shown, films: Path) -> None:
+    film(films / "still.mp4", frames=1)
+    shown.page.reload()
+    shown.open("still.mp4")
+    shown.page.locator("#title").get_by_text("320 × 240, 1 frame", exact=True).wait_for()
+
+
+def test_a_narrow_window_has_all_of_its_bars(shown: Shown) -> None:
+    """While a run goes on, and with a long name."""
+    shown.open()
+    shown.draw()
+    job = "{ job: 1, kind: 'track', status: 'running', done: 8, total: 99, rate: 12, left: 99 }"
+    change = f"app.actions.change(1, {{ name: '{'a long name ' * 8}' }})"
+    shown.page.evaluate(f"{START} {change})")
+    shown.page.evaluate(f"{START} app.store.set({{ jobs: new Map([[1, {job}]]) }}))")
+    for width, height in [(900, 700), *SIZES]:
+        shown.page.set_viewport_size({"width": width, "height": height})
+        assert shown.page.evaluate(WIDER) == [], width
 
 
 def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:

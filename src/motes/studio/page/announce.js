@@ -15,12 +15,18 @@ export function announce(text, kind = "note") {
   return () => message.remove();
 }
 
+/** Show why something failed; what comes soon by itself is no error. */
+export function explain({ message, soon }, words = "") {
+  if (soon) announce(message);
+  else announce(words + message, "error");
+}
+
 /** Return what a promise brings, or null after showing why it failed. */
 export async function tried(promise, words = "") {
   try {
     return await promise;
   } catch (error) {
-    announce(words + error.message, "error");
+    explain(error, words);
     return null;
   }
 }

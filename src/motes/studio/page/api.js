@@ -1,5 +1,7 @@
 // What comes over HTTP: films, presets, sessions, files. What is refused throws the server's own words.
 
+const SOON = 409; // the film is read anew, and the session comes again with it
+
 /** Return the JSON of an address; null where it has none. */
 export async function ask(address, { method = "GET", body, signal } = {}) {
   const answer = await answerOf(address, { method, signal, body: body && JSON.stringify(body) });
@@ -16,7 +18,7 @@ export async function askPicture(address, signal) {
 export async function answerOf(address, options) {
   const answer = await fetch(address, options);
   if (answer.ok) return answer;
-  throw new Error(reason(await answer.text(), answer.status));
+  throw Object.assign(new Error(reason(await answer.text(), answer.status)), { soon: answer.status === SOON });
 }
 
 /** Send a file and report the share that has gone; `fetch` knows no progress of what it sends. */

@@ -1,5 +1,6 @@
 // The WebSocket of a session: commands go out, messages come in; it connects again when it breaks.
 
+import { announce } from "./announce.js";
 import { encode } from "./protocol.js";
 import { MESSAGES } from "./messages.js";
 
@@ -51,8 +52,9 @@ export class Connection {
     if (message.type === "reply") {
       const waiting = this.#waiting.get(message.id);
       this.#waiting.delete(message.id);
-      if (message.error) waiting?.reject(new Error(message.error));
-      else waiting?.resolve(message);
+      if (!message.error) waiting?.resolve(message);
+      else if (waiting) waiting.reject(new Error(message.error));
+      else announce(message.error, "error"); // nobody waits for it
       return;
     }
     MESSAGES[message.type](this.store, message);

@@ -1,6 +1,7 @@
 // The many-object mode: track all that moves, count it, and show it over time.
 
 import { button, element, field, fill, fillAnew } from "./dom.js";
+import { numbersIn, numberTyped } from "./numbers.js";
 import { endGround } from "./places.js";
 import { trackerChoice } from "./trackers.js";
 
@@ -105,7 +106,7 @@ function stay(zone, usual, change) {
   const seconds = element("input", {
     type: "number", min: "0", step: "any", value: zone.dwell ?? "", placeholder: "seconds of a stay",
     "aria-label": `Seconds of a stay in ${usual}`,
-    onchange: ({ target }) => change({ dwell: Number(target.value) > 0 ? Number(target.value) : null }),
+    onchange: ({ target }) => change({ dwell: (target.value && numberTyped(target, zone.dwell ?? "")) || null }),
   });
   return element("div", { class: "row" }, seconds);
 }
@@ -113,8 +114,11 @@ function stay(zone, usual, change) {
 /** The places in metres of the points that were clicked: what was typed stays when points are added. */
 function mountGroundForm(app) {
   const rows = element("div", { class: "stack" });
-  const metres = () => [...rows.children].map((row) => [...row.querySelectorAll("input")].map(({ value }) => Number(value)));
-  const set = button("Set the ground", () => endGround(app, metres()), { class: "main", text: "Set the ground" });
+  const send = () => {
+    const metres = numbersIn([...rows.querySelectorAll("input")]);
+    if (metres) endGround(app, metres);
+  };
+  const set = button("Set the ground", send, { class: "main", text: "Set the ground" });
   const form = element("fieldset", { class: "ground" },
     element("legend", { class: "muted" }, "Metres of each point: X, Y"), rows, set);
   app.store.on(["corners", "tool"], ({ corners, tool }) => {

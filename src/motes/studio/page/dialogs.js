@@ -6,6 +6,7 @@ import { button, element, field } from "./dom.js";
 import { helpOf } from "./keyboard.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
+import { numbersIn } from "./numbers.js";
 
 let numbered = 0;
 
@@ -16,9 +17,14 @@ export function show(title, body, footer = []) {
     element("header", {}, element("h2", { id }, title), button("Close", () => dialog.close(), { picture: "close" })),
     element("div", { class: "body" }, body),
     footer.length ? element("footer", {}, footer) : null);
-  dialog.addEventListener("close", () => dialog.remove());
+  const said = document.getElementById("said"); // what is behind a dialog cannot be pressed, and is not read
+  dialog.addEventListener("close", () => {
+    dialog.remove();
+    (document.querySelector("dialog[open]") ?? document.body).append(said);
+  });
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
+  dialog.append(said);
   dialog.showModal();
   return dialog;
 }
@@ -42,8 +48,10 @@ export function makeDialogs(app) {
         element("p", { class: "muted" }, "The object is not in these frames; both ends are included."),
         element("div", { class: "row even" }, field("First frame", first), field("Last frame", last)),
       ], [button("Mark as absent", () => {
+        const ends = numbersIn([first, last]);
+        if (!ends) return;
         dialog.close();
-        actions.absentBetween(Number(first.value), Number(last.value));
+        actions.absentBetween(...ends);
       }, { class: "main" })]);
     },
 

@@ -18,13 +18,13 @@ export async function showExports(app) {
   const which = element("select", {}, element("option", { value: "" }, "All objects"),
     tracked.map(({ object, name }) => element("option", { value: object }, name)));
   which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
-  const format = element("select", {}, formatOptions({ ...formats, corrections: "for motes refine, beside the rows" }));
-  const rows = element("select", {}, formatOptions(formats));
+  const format = element("select", {}, formatOptions({ ...formats.write, corrections: "for motes refine, beside the rows" }));
+  const rows = element("select", {}, formatOptions(formats.write));
   const object = () => (which.value ? `object=${which.value}` : "");
   const form = () => `format=${encodeURIComponent(format.value)}`;
   const take = (label, address, properties) =>
     button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
-  const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats));
+  const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats.read));
   const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => {
     bring(app, target.files[0], read.value);
     target.value = ""; // the same file may be chosen again, with a format
@@ -67,7 +67,7 @@ async function bring({ store }, file, format) {
   if (!file) return;
   const words = new URLSearchParams({ name: file.name, format });
   const address = `/api/sessions/${store.state.session.id}/import?${words}`;
-  const found = await tried(send(address, file), `${file.name} was not imported: `);
+  const found = await tried(send(address, file), "Not imported: ");
   if (!found) return;
   const rest = found.left_out;
   const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");

@@ -2,6 +2,7 @@
 
 import { ask, send } from "./api.js";
 import { announce, tried } from "./announce.js";
+import { howMany } from "./derived.js";
 import { button, element, fillAnew, icon } from "./dom.js";
 
 export function mountHome(root, app) {
@@ -92,7 +93,7 @@ function sessionEntries(app, { sessions }) {
 }
 
 function contents(objects, counted) {
-  const drawn = objects ? `${objects} object${objects === 1 ? "" : "s"}` : null;
+  const drawn = objects ? howMany(objects, "object") : null;
   return [drawn, counted ? "counted" : null].filter(Boolean).join(", ") || "nothing yet";
 }
 

@@ -2,7 +2,7 @@
 
 import { button, element, field, fillAnew, icon } from "./dom.js";
 import { COLORS, dashes } from "./colors.js";
-import { isAbsent, keyframeOf, rowOf, selectedItem, shown, withOrWithout } from "./derived.js";
+import { howMany, isAbsent, keyframeOf, rowOf, selectedItem, shown, withOrWithout } from "./derived.js";
 import { trackerFields } from "./trackers.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -91,7 +91,9 @@ function settings(app, item) {
   const { actions } = app;
   const change = (changes) => actions.change(item.object, changes);
   const name = element("input", {
-    value: item.name, maxlength: "100", onchange: ({ target }) => change({ name: target.value }),
+    value: item.name, maxlength: "100", async onchange({ target }) {
+      if (!(await change({ name: target.value }))) target.value = item.name;
+    },
   });
   const colors = element("div", { class: "colors", role: "radiogroup", "aria-label": "Color" },
     COLORS.map(({ name: title, value }) => {
@@ -138,6 +140,5 @@ function corrections(app, item) {
 }
 
 function effort(session, item) {
-  const count = `${item.corrections} correction${item.corrections === 1 ? "" : "s"}`;
-  return `${count} of ${item.name}; ${shown(session.effort, 1)} for each 100 frames in all`;
+  return `${howMany(item.corrections, "correction")} of ${item.name}; ${shown(session.effort, 1)} for each 100 frames in all`;
 }

@@ -38,9 +38,9 @@ export async function endZone({ store, actions }) {
   await actions.setPlaces(({ zones }) => ({ zones: [...zones, zone] }));
 }
 
-/** Set the ground from four points and their places in metres, [[X, Y], ...]. */
+/** Set the ground from four points and their places in metres, X and Y of each in turn. */
 export async function endGround({ store, actions }, metres) {
-  const ground = store.state.corners.map(([x, y], at) => [tenth(x), tenth(y), ...metres[at]]);
+  const ground = store.state.corners.map(([x, y], at) => [tenth(x), tenth(y), ...metres.slice(2 * at, 2 * at + 2)]);
   if (await actions.setPlaces(() => ({ ground }))) store.set({ corners: [], tool: "select" });
 }
 

@@ -1,6 +1,6 @@
 // Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
 
-import { announce } from "./announce.js";
+import { explain } from "./announce.js";
 
 const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
 const AHEAD = 3; // pictures on their way while a run is followed: one is made, one sent, one decoded
@@ -93,7 +93,7 @@ export class Player {
       this.store.touch("picture");
       if (!this.store.state.playing && !this.store.state.following) this.#ahead(frame);
     } catch (error) {
-      announce(`Frame ${frame} cannot be shown: ${error.message}`, "error");
+      explain(error, `Frame ${frame} cannot be shown: `);
     } finally {
       awaited.delete(frame);
     }

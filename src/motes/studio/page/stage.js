@@ -92,8 +92,9 @@ function paintItem(context, state, item, frame, scale) {
     const note = drawn ? " ◆" : sure ? "" : ` (${row.status})`;
     layers.drawLabel(context, region, item.name + note, style);
   }
-  if (item.object === selected && state.tool === "select") {
-    layers.drawHandles(context, handles(region, 22 / scale), style);
+  const own = regionOf(state, item, frame); // what is dragged; a run's newest ellipse is not
+  if (own && item.object === selected && state.tool === "select") {
+    layers.drawHandles(context, handles(own, 22 / scale), style);
   }
 }
 

@@ -2,6 +2,7 @@
 
 import { element, field, fillAnew } from "./dom.js";
 import { announce } from "./announce.js";
+import { numberTyped } from "./numbers.js";
 
 const OWN = "(own configuration)";
 const MORE = "(more)";
@@ -55,8 +56,8 @@ export function trackerFields(presets, { preset, config, seed }, change) {
   }, options);
   choice.value = config === null ? preset : OWN;
   const number = element("input", {
-    type: "number", min: "0", step: "1", value: seed,
-    onchange: ({ target }) => change({ seed: Math.max(0, Math.round(Number(target.value))) }),
+    type: "number", min: "0", max: Number.MAX_SAFE_INTEGER, step: "1", value: seed,
+    onchange: ({ target }) => change({ seed: numberTyped(target, seed) }),
   });
   return element("div", { class: "row tracker" }, field("Tracker", choice, { class: "field grow" }), field("Seed", number, { class: "field seed" }), file);
 }

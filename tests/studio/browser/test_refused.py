@@ -1,0 +1,103 @@
+"""Wrong input and refusals: each is said where it is seen, and nothing is lost by it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from browsers import START, Shown
+
+pytestmark = pytest.mark.slow
+
+ABSENT = "Absent from … to …"
+
+
+def drawn(shown: Shown) -> None:
+    """Open the film, and draw an object."""
+    shown.open()
+    shown.draw()
+
+
+def mark_absent(shown: Shown, first: str, last: str) -> None:
+    """Ask for an absence in the dialog, which may be open."""
+    page = shown.page
+    if not page.get_by_role("dialog").is_visible():
+        page.get_by_role("button", name=ABSENT).click()
+    page.get_by_role("spinbutton", name="First frame").fill(first)
+    page.get_by_role("spinbutton", name="Last frame").fill(last)
+    page.get_by_role("button", name="Mark as absent").click()
+
+
+@pytest.mark.parametrize("first", ["", "-3", "2.5", "1e30"])
+def test_a_wrong_frame_is_said_and_asked_for_again(shown: Shown, first: str) -> None:
+    drawn(shown)
+    mark_absent(shown, first, "5")
+    said = shown.page.get_by_role("alert").get_by_text("First frame: give a whole number from 0 to")
+    said.wait_for()
+    mark_absent(shown, "3", "5")
+    shown.until("s.session.objects[0].absent.length === 1")
+    assert shown.state("s.session.objects[0].absent") == [[3, 5]]
+    assert shown.state("s.session.objects[0].keyframes.length") == 1
+
+
+@pytest.mark.parametrize("seed", ["", "-1", "1e20"])
+def test_a_wrong_seed_is_said_and_the_old_one_stays(shown: Shown, seed: str) -> None:
+    drawn(shown)
+    field = shown.page.locator("#left").get_by_label("Seed")
+    field.fill(seed)
+    field.press("Tab")
+    shown.page.get_by_role("alert").get_by_text("Seed: give a whole number from 0 to").wait_for()
+    assert field.input_value() == "0"
+
+
+def test_a_name_cannot_be_taken_away(shown: Shown) -> None:
+    drawn(shown)
+    name = shown.page.get_by_role("textbox", name="Name", exact=True)
+    name.fill(" ")
+    name.press("Enter")
+    shown.page.get_by_role("alert").get_by_text("An object needs a name").wait_for()
+    assert name.input_value() == "Object 1"
+
+
+def test_a_ground_needs_all_its_metres(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    page.get_by_role("button", name="Click four points of the ground").click()
+    for point in ((20, 20), (300, 20), (300, 220), (20, 220)):
+        page.mouse.click(*shown.at(*point))
+    page.get_by_label("X of point 2").fill("")
+    page.get_by_role("button", name="Set the ground").click()
+    page.get_by_role("alert").get_by_text("X of point 2: give a number").wait_for()
+    assert shown.state("s.session.places.ground") is None
+
+
+def test_a_command_that_cannot_be_read_does_not_stop_those_after_it(shown: Shown) -> None:
+    drawn(shown)
+    lines = "Array(51).fill({ points: [0, 0, 9, 9], name: '', label: ['in', 'out'] })"
+    shown.page.evaluate(f"{START} void app.actions.setPlaces(() => ({{ lines: {lines} }})))")
+    shown.page.get_by_role("alert").get_by_text("This message is no command").wait_for()
+    shown.page.evaluate(f"{START} void app.actions.change(1, {{ name: 'cup' }}))")
+    shown.until("s.session.objects[0].name === 'cup'")
+
+
+def test_a_reply_to_nobody_is_shown(shown: Shown) -> None:
+    shown.open()
+    shown.page.evaluate(f"{START} void app.connection.send('acknowledge', {{ number: -1 }}))")
+    shown.page.get_by_role("alert").get_by_text("This message is no command").wait_for()
+
+
+def test_refusals_are_shown_in_the_dialog_that_is_open(shown: Shown, tmp_path: Path) -> None:
+    page = shown.page
+    drawn(shown)
+    page.keyboard.press("x")
+    (tmp_path / "none.csv").write_text("none\n")
+    page.get_by_label("File to import").set_input_files(tmp_path / "none.csv")
+    alert = page.get_by_role("dialog").get_by_role("alert")
+    alert.get_by_text("Not imported: The format of none.csv is not clear").wait_for()
+    alert.get_by_role("button", name="Close this message").click()
+    assert not alert.get_by_text("none.csv").count()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="hidden")
+    page.evaluate(f"{START} void app.actions.join(99))")
+    page.get_by_role("alert").get_by_text("There is no object 99").wait_for()
