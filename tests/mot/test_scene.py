@@ -110,6 +110,18 @@ def test_doubtful_detections_begin_nothing() -> None:
     assert stage.scene.created == 1
 
 
+def test_what_is_detected_is_rather_there_than_not() -> None:
+    """Its colors were learned when half of it was seen; they say nothing of its box."""
+    stage = Stage()
+    for index in range(4):
+        stage.show([Box(-12 + 2 * index, 30, 24, 48)], [Box(0, 30, 12 + 2 * index, 48)])
+    stage.show([None, Box(0, 30, 24, 48)])
+    for _ in range(6):
+        (seen,) = stage.show([None, Box(0, 30, 24, 48)])
+        assert seen.track.status is Status.TRACKING
+        assert 0.5 <= seen.track.confidence < 0.6
+
+
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     """The first passes behind the second, which stands; a blob covers both while they touch."""
     stage, still, said = Stage(), Box(90, 20, 40, 50), {}

@@ -340,7 +340,8 @@ def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:
         ("mqtt://host", "lacks a host or a topic"),
         ("mqtt:///topic", "lacks a host or a topic"),
         ("mqtt://host/a/%23", "is a pattern"),
-        ("mqtt://host:99999/a", "is not an address"),
+        ("mqtt://host/a/#", "is a pattern"),
+        ("mqtt://host:99999/a", "is no address"),
     ],
 )
 def test_addresses_of_mqtt_that_make_no_sense(address: str, what: str) -> None:

@@ -188,10 +188,15 @@ def test_no_screen_no_window(monkeypatch: pytest.MonkeyPatch) -> None:
     shown.close()
 
 
+def test_an_empty_host_opens_nothing_to_others() -> None:
+    with pytest.raises(ConfigError, match="The host is empty"):
+        Server("", 0, lambda request: None)
+
+
 def test_a_port_that_is_taken_is_one_clear_line() -> None:
     server = Server("127.0.0.1", 0, lambda request: reply(request, "text/plain", b"hello")).start()
     port = urlsplit(server.address).port or 0
-    with pytest.raises(ConfigError, match="choose another port"):
+    with pytest.raises(ConfigError, match="choose another host or port"):
         Server("127.0.0.1", port, lambda request: None)
     with urllib.request.urlopen(server.address) as answer:
         assert answer.read() == b"hello"

@@ -143,7 +143,7 @@ def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[
 
 
 def test_a_port_that_label_studio_cannot_have(videos: Path) -> None:
-    with pytest.raises(ConfigError, match="choose another port"):
+    with pytest.raises(ConfigError, match="choose another host or port"):
         label_studio.server("127.0.0.1", 99999, videos, "default")
 
 
@@ -160,6 +160,26 @@ def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> N
         label_studio.video_path({"film": "http://[x/cells"}, "film", inner)
     address = {"film": "/data/local-files/?d=my/cells"}
     assert label_studio.video_path(address, "film", inner) == (inner / "cells").resolve()
+
+
+@pytest.mark.parametrize("frame", [0, 9, 500])
+def test_rectangles_in_frames_that_the_film_has_not_are_refused(frame: int, videos: Path) -> None:
+    """As with a wrong frame rate in the project."""
+    asked = json.dumps(request(frames(1)[0][1], frame)).encode()
+    with pytest.raises(ConfigError, match=f"is in frame {frame}, and cells has the frames 1 to 8;"):
+        label_studio.predict(asked, videos)
+
+
+def test_a_turned_rectangle_is_where_it_was_drawn(videos: Path) -> None:
+    """Turned by a right angle around its upper left corner, it lies to the left of it."""
+    x, y, width, height = frames(1)[0][1]
+    asked = request(Box(x + width, y, height, width), 1)
+    asked["params"]["context"]["result"][0]["value"]["sequence"][0]["rotation"] = 90
+    answer = label_studio.predict(json.dumps(asked).encode(), videos)
+    found = answer["results"][0]["result"][0]["value"]["sequence"][0]
+    percent = [found[name] for name in ("x", "y", "width", "height")]
+    seen = Box(*(value / 100 * SIZE[n % 2] for n, value in enumerate(percent)))
+    assert iou(seen, Box(x, y, width, height)) > 0.9
 
 
 @pytest.mark.parametrize("config", ["", "<View><Video name='a' value='$b'/></View>"])

@@ -11,10 +11,10 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
+from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
 
@@ -128,7 +128,7 @@ def default_output(source: str) -> str:
     """Return the output of rows without -o: standard output, or a file if it is a terminal."""
     if not sys.stdout.isatty():
         return "-"
-    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
+    path = parts_of(source).path if "://" in source else os.path.abspath(source)
     stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
     log(f"Writing {stem}.csv; choose another name with -o.")
     return f"{stem}.csv"

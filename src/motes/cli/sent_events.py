@@ -6,14 +6,13 @@ import secrets
 from collections import Counter
 from datetime import UTC, datetime
 from typing import Self
-from urllib.parse import urlsplit
 
 import msgspec
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
 from motes.cli.watch_options import WatchOutputs
-from motes.core.addresses import without_password
+from motes.core.addresses import parts_of, without_password
 from motes.core.errors import ConfigError
 from motes.mot.analytics.events import Event
 from motes.mot.analytics.regions import Regions
@@ -118,10 +117,12 @@ def message(event: Event, source: str) -> str:
 
 def _receiver(address: str, regions: Regions, announce: bool) -> Receiver:
     """Return what sends messages to an address."""
-    parts = urlsplit(address)
+    parts = parts_of(address)
     if parts.scheme in PORTS:
         found = home_assistant.discovery(topic_of(address), regions) if announce else {}
         return Mqtt(address, found)
     if not parts.hostname:
         raise ConfigError(f"{address} has no host; give https://HOST/PATH.")
+    if not address.isascii() or not address.isprintable() or " " in address:
+        raise ConfigError(f"{address} has characters that addresses write as %XX; write these.")
     return Webhook(address)

@@ -5,7 +5,6 @@ Annotations are evaluated here: the parser would look for their names in the mod
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
-from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter
 
@@ -184,4 +183,5 @@ def is_sent(address: str) -> bool:
     """Return whether events to this address are sent, not written into a file."""
     from motes.output.mqtt import PORTS
 
-    return urlsplit(address).scheme in ("http", "https", *PORTS) and "://" in address
+    scheme, separated, _ = address.partition("://")
+    return bool(separated) and scheme.lower() in ("http", "https", *PORTS)

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
+
+from motes.core.errors import ConfigError
 
 LOCAL = ("localhost", "127.0.0.1", "::1")
 """Names of this computer that no other one reaches."""
 
 
+def parts_of(url: str) -> SplitResult:
+    """Return the parts of an address; raise a ConfigError if it is none."""
+    try:
+        parts = urlsplit(url)
+        parts.port  # noqa: B018  (reads it, and fails if it is no number of a port)
+    except ValueError as error:
+        shown = url.rpartition("@")[2]  # without a password
+        raise ConfigError(f"{shown} is no address: {error}; correct it.") from None
+    return parts
+
+
 def without_password(url: str) -> str:
     """Return an address without its user and password, for messages."""
-    parts = urlsplit(url)
+    parts = parts_of(url)
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
 
 

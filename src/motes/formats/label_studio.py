@@ -211,12 +211,16 @@ def _frames(value: Value, facts: FilmFacts) -> Iterator[tuple[int, float | None,
             yield frame - 1, None, _ellipse(start + (frame - key.frame) * step, facts), False
 
 
+def place_of(key: VideoKeyframe, facts: FilmFacts) -> Ellipse:
+    """Return the ellipse in a rectangle; raise a ValueError if it has no area."""
+    return _ellipse(_numbers(key), facts)
+
+
 def _numbers(key: VideoKeyframe) -> Floats:
     return np.array([key.x, key.y, key.width, key.height, key.rotation])
 
 
 def _ellipse(numbers: Floats, facts: FilmFacts) -> Ellipse:
-    """Return the ellipse in a rectangle; raise a ValueError if it has no area."""
     x, y, width, height, degrees = numbers.tolist()
     a, b = width / 200 * facts.width, height / 200 * facts.height
     if not min(a, b) > 0:

@@ -98,12 +98,14 @@ class Server(ThreadingHTTPServer):
                 """Log nothing."""
 
         self._free = threading.BoundedSemaphore(CONNECTIONS)
+        if not host:
+            raise ConfigError("The host is empty; give this computer's name, or 127.0.0.1.")
         try:
             super().__init__((host, port), Handler)
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise ConfigError(
-                f"Nothing can be served at {host}:{port}: {reason}; choose another port."
+                f"Nothing can be served at {host}:{port}: {reason}; choose another host or port."
             ) from error
 
     def start(self) -> Self:

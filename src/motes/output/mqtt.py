@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from motes.core.addresses import without_password
+from motes.core.addresses import parts_of, without_password
 from motes.core.errors import ConfigError
 from motes.core.optional import optional
 from motes.output.delivery import DeliveryError
@@ -140,15 +140,10 @@ class Mqtt:
 
 def topic_of(address: str) -> str:
     """Return the topic of an address; raise a ConfigError if the address cannot be used."""
-    try:
-        parts = urlsplit(address)
-        host, _ = parts.hostname, parts.port
-    except ValueError as error:
-        raise ConfigError(f"{address} is not an address: {error}.") from error
+    parts, name = parts_of(address), without_password(address)
     topic = unquote(parts.path).strip("/")
-    name = without_password(address)
-    if not host or not topic:
+    if not parts.hostname or not topic:
         raise ConfigError(f"{name} lacks a host or a topic; give mqtt://HOST/TOPIC.")
-    if "+" in topic or "#" in topic or not topic.isprintable():
+    if "+" in topic or "#" in topic + address or not topic.isprintable():
         raise ConfigError(f"The topic of {name} is a pattern; give one without + and #.")
     return topic

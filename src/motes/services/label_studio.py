@@ -19,7 +19,7 @@ import msgspec
 
 from motes import __version__
 from motes.core.errors import ConfigError, MotesError
-from motes.core.geometry import Box
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
 from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
@@ -165,7 +165,7 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
                 tracker, key = trackers[i], keys[i].get(frame.index)
                 if key is not None:
                     tracker = trackers[i] = tracker or Tracker(preset, i)
-                    track = tracker.init(frame, _box(key, film.width, film.height))
+                    track = tracker.init(frame, _region(key, facts))
                 elif tracker is not None:
                     track = tracker.update(frame)
                 else:
@@ -176,6 +176,11 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
                     label = next(iter(region.value.labels), None)
                     row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
                     objects.append((frame.index, msgspec.structs.replace(row, label=label)))
+    for index in sorted({index for each in keys for index in each} - {*times}):
+        raise ConfigError(
+            f"A rectangle is in frame {index + 1}, and {video.name} has the frames 1 to "
+            f"{len(times)}; check the frame rate of the labeling configuration's Video."
+        )
     found = label_studio.regions(recording_of(facts, objects, times), KEYFRAME_ERROR)
     names = {f"motes-{i}": region for i, region in enumerate(drawn, start=1)}
     for each in found:
@@ -185,9 +190,12 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
     return found
 
 
-def _box(key: label_studio.VideoKeyframe, width: int, height: int) -> Box:
-    x, y = key.x / 100 * width, key.y / 100 * height
-    return Box(x, y, key.width / 100 * width, key.height / 100 * height)
+def _region(key: label_studio.VideoKeyframe, facts: FilmFacts) -> Box | Ellipse:
+    """Return where a rectangle was drawn; in one that is turned, the ellipse."""
+    if key.rotation:
+        return label_studio.place_of(key, facts)
+    x, y = key.x / 100 * facts.width, key.y / 100 * facts.height
+    return Box(x, y, key.width / 100 * facts.width, key.height / 100 * facts.height)
 
 
 def server(host: str, port: int, files: Path, preset: str) -> Server:

@@ -139,6 +139,8 @@ def settings(application: ASGIApp) -> uvicorn.Config:
 
 def listening(host: str, port: int) -> socket.socket:
     """Return a socket that listens at an address; raise a ConfigError if it cannot be used."""
+    if not host:  # which would stand for all addresses
+        raise ConfigError("The host is empty; give this computer's name, or 127.0.0.1.")
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         # With the protocol, asyncio sends small answers at once (TCP_NODELAY).

@@ -13,7 +13,7 @@ from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances, near
 from motes.mot.boxes import as_rows
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import TrackedObject
+from motes.mot.tracked_object import TrackedObject, confirmed
 
 
 def reidentify(
@@ -50,7 +50,7 @@ def reidentify(
     taken = set()
     for i, j in assign_pairs(rows, columns, costs, (len(lost), len(free))):
         distance = distance_of[i, j]
-        confidence = config.tracker.calibration.probability(distance)
+        confidence = confirmed(config.tracker.calibration.probability(distance))
         found = lost[i].detect(free[j].box, frame.time).vote(free[j].label)
         track = replace(found.track, distance=distance, confidence=confidence)
         after[occluded[i]] = replace(found, track=track)
