@@ -199,6 +199,12 @@ def test_changes_that_do_not_fit(changes: dict[str, Any], message: str) -> None:
     assert "\n" not in str(error.value)
 
 
+def test_a_configuration_may_begin_at_the_name_of_a_preset() -> None:
+    assert configure("maggio", {"particles": 5}) == configure(preset("maggio"), {"particles": 5})
+    with pytest.raises(ConfigError, match="did you mean 'maggio'"):
+        configure("magio", {"particles": 5})
+
+
 def test_a_key_of_another_preset_is_told() -> None:
     with pytest.raises(ConfigError, match="no key 'motion'; preset nummiaro has it"):
         configure(preset("default"), {"motion": {"noise": {"position": 1}}})

@@ -63,6 +63,13 @@ def test_all_forms_are_read(value: Any, expected: list[Detection]) -> None:
     assert as_detections(value, {0: "person", 1: "car"}) == expected
 
 
+def test_a_box_may_be_any_four_numbers() -> None:
+    given: Any = [Detection((1, 2, 30, 40), 0.75, "car")]  # type: ignore[arg-type]
+    (found,) = as_detections(given)
+    assert found == ONE
+    assert isinstance(found.box, Box)
+
+
 @pytest.mark.parametrize(
     "value",
     [

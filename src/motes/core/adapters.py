@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ def as_detections(value: Any, names: Names = ()) -> list[Detection]:
     value
         One of these:
 
-        - a sequence of `Detection`s;
+        - a sequence of `Detection`s, whose box may be any four numbers;
         - an array (N, 4), (N, 5) or (N, 6), or a sequence of tuples: x, y, width, height, then
           perhaps the score, then perhaps the class, a number or a name;
         - an object with `xyxy` (N, 4), the left, top, right and lower sides, and perhaps with
@@ -36,8 +37,6 @@ def as_detections(value: Any, names: Names = ()) -> list[Detection]:
     ConfigError
         If it is none of these.
     """
-    if isinstance(value, Sequence) and all(isinstance(each, Detection) for each in value):
-        return list(value)
     try:
         if hasattr(value, "xyxy"):
             return _from_sides(value, names)
@@ -89,7 +88,7 @@ def _column(value: Any, name: str, count: int, usual: Any) -> list[Any]:
 
 def _from_row(row: Any, names: Names) -> Detection:
     if isinstance(row, Detection):
-        return row
+        return row if isinstance(row.box, Box) else replace(row, box=Box(*map(float, row.box)))
     values = list(row)
     x, y, width, height = map(float, values[:4])  # fewer or more than six are refused
     score, number = values[4:] + [1.0, None][len(values) - 4 :]

@@ -255,14 +255,17 @@ def check_cues(values: Mapping[str, Any]) -> None:
             )
 
 
-def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
+def configure(base: TrackerConfig | str, *changes: dict[str, Any]) -> TrackerConfig:
     """Return a configuration with changes laid over it, from plain nested values (TOML, flags).
+
+    The base is a configuration, or the name of a preset.
 
     Raises
     ------
     ConfigError
-        For an unknown key or a value that does not fit.
+        For an unknown name or key, or a value that does not fit.
     """
+    base = preset(base) if isinstance(base, str) else base
     values = to_dict(base)
     for change in changes:
         values = merge(values, change)
