@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,6 @@ from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates
 from motes.correction.doubts import ranked
 from motes.correction.join import DRIFT, Stretch, both, shared_variance
-from motes.correction.keyframes import Keyframes
 from motes.correction.passes import Course
 from motes.correction.smoothing import local_variance
 
@@ -39,7 +38,7 @@ class Doubt(NamedTuple):
     """Why the frame is in doubt."""
 
 
-def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> list[Doubt]:
+def doubts(tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20) -> list[Doubt]:
     """Return doubtful frames of a track, each to be corrected after those before it.
 
     The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
