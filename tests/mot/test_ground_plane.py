@@ -46,6 +46,12 @@ def test_a_homography_is_taken_times_anything(factor: float) -> None:
     assert ground.metres((10, 20)) == (10.5, 39)
 
 
+def test_a_homography_may_lead_far_away() -> None:
+    """As to the next of two large pictures, or to coordinates of a map."""
+    ground = Ground(homography=((0.1, 0, 5e5), (0, 0.1, -5e6), (0, 0, 1)))
+    assert ground.metres((10, 20)) == pytest.approx((500001, -4999998))
+
+
 def test_noise_on_many_points_averages_out() -> None:
     moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
     noisy = tuple(

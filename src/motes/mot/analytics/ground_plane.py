@@ -80,7 +80,7 @@ def matrix_of(homography: Homography) -> NDArray[np.float64]:
         If it cannot be inverted.
     """
     matrix = np.array(homography)
-    if abs(np.linalg.det(matrix)) <= DEGENERATE * np.linalg.norm(matrix) ** 3:
+    if np.linalg.matrix_rank(matrix) < 3:
         raise ConfigError("The homography maps the picture onto a line; give another one.")
     return matrix
 

@@ -58,8 +58,8 @@ export const withOrWithout = (set, member, on) => new Set(on ? [...set, member] 
 export const shown = (value, digits = 2) =>
   value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toFixed(digits);
 
-/** Return a number of things, as "1 frame" or "2 frames". */
-export const howMany = (count, thing) => `${count} ${thing}${count === 1 ? "" : "s"}`;
+/** Return a count with its noun, as "1 frame" or "2 frames". */
+export const plural = (count, thing) => `${count} ${thing}${count === 1 ? "" : "s"}`;
 
 /** Return seconds as 1:02 or 1:02:03. */
 export function clock(seconds) {

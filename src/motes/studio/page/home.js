@@ -2,7 +2,7 @@
 
 import { ask, send } from "./api.js";
 import { announce, tried } from "./announce.js";
-import { howMany } from "./derived.js";
+import { plural } from "./derived.js";
 import { button, element, fillAnew, icon } from "./dom.js";
 
 export function mountHome(root, app) {
@@ -93,7 +93,7 @@ function sessionEntries(app, { sessions }) {
 }
 
 function contents(objects, counted) {
-  const drawn = objects ? howMany(objects, "object") : null;
+  const drawn = objects ? plural(objects, "object") : null;
   return [drawn, counted ? "counted" : null].filter(Boolean).join(", ") || "nothing yet";
 }
 

@@ -4,7 +4,7 @@ import { Actions } from "./actions.js";
 import { announce } from "./announce.js";
 import { button, element, fillAnew, loadIcons } from "./dom.js";
 import { Connection } from "./connection.js";
-import { howMany } from "./derived.js";
+import { plural } from "./derived.js";
 import { makeDialogs } from "./dialogs.js";
 import { mountCountPanel } from "./count_panel.js";
 import { mountDoubtPanel } from "./doubt_panel.js";
@@ -87,7 +87,7 @@ function titleOf({ name, width, height, frames, problems }, connected) {
   const warning = (text, title) => element("span", { class: "warning", role: "status", title }, text);
   return [
     element("h1", {}, name),
-    element("span", { class: "muted" }, `${width} × ${height}, ${howMany(frames, "frame")}`),
+    element("span", { class: "muted" }, `${width} × ${height}, ${plural(frames, "frame")}`),
     problems ? warning(`Read with problems: ${problems}`, "The frames are those of motes track.") : null,
     connected ? null : warning("The server does not answer; trying again …"),
   ];

@@ -2,7 +2,7 @@
 
 import { button, element, field, fillAnew, icon } from "./dom.js";
 import { COLORS, dashes } from "./colors.js";
-import { howMany, isAbsent, keyframeOf, rowOf, selectedItem, shown, withOrWithout } from "./derived.js";
+import { plural, isAbsent, keyframeOf, rowOf, selectedItem, shown, withOrWithout } from "./derived.js";
 import { trackerFields } from "./trackers.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -140,5 +140,5 @@ function corrections(app, item) {
 }
 
 function effort(session, item) {
-  return `${howMany(item.corrections, "correction")} of ${item.name}; ${shown(session.effort, 1)} for each 100 frames in all`;
+  return `${plural(item.corrections, "correction")} of ${item.name}; ${shown(session.effort, 1)} for each 100 frames in all`;
 }

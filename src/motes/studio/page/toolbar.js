@@ -1,7 +1,7 @@
 // The tools over the stage, and the player under it.
 
 import { button, element, relabel } from "./dom.js";
-import { clock, howMany, runningJobs } from "./derived.js";
+import { clock, plural, runningJobs } from "./derived.js";
 
 const TOOLS = [
   ["select", "Choose and move (V)", "select"],
@@ -58,7 +58,7 @@ function jobView({ store, actions }) {
 
 function wordsOf({ status, rate, left }, share) {
   const state = status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`;
-  const speed = rate === null ? "" : `${howMany(Math.round(rate), "frame")}/s`;
+  const speed = rate === null ? "" : `${plural(Math.round(rate), "frame")}/s`;
   const rest = left === null ? "" : `${clock(Math.ceil(left))} left`;
   return [state, speed, rest].filter(Boolean).join(" · ");
 }
