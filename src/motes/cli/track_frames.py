@@ -10,6 +10,7 @@ from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
+from motes.cli.input_checks import point_out_corners
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
@@ -89,8 +90,11 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in pictures:
             clock = time.perf_counter()
-            tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
+            begun = bool(trackers.each)
+            tracks = trackers.update(frame) if begun else trackers.init(frame, regions)
             seconds = time.perf_counter() - clock
+            for region in () if begun else regions:
+                point_out_corners(region, frame.width, frame.height)
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, None, seconds, tracks=each, single=False)
 

@@ -10,7 +10,7 @@ from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
-from motes.cli.input_checks import checked_output
+from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
     Cluster,
@@ -135,6 +135,9 @@ def watch(
     with frames.open(source) as film:
         where.check(film.width, film.height)
         say_rate(film)
+        if objects.like is not None:
+            region = numbers_of("--like", objects.like, "x,y,width,height")
+            point_out_corners(region, film.width, film.height)
         opened = asked.pictures(film, lambda: painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
         opened += [*sending, *_drawn_events(outputs, where)]
