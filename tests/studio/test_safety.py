@@ -357,6 +357,7 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
             '{"type":"undo","id":1,"more":"' + "x" * protocol.LARGEST_MESSAGE + '"}',
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[1,2]}',
             '{"type":"add_object","id":1,"name":"a","color":"url(x)","frame":0,"region":[1,2,3,4]}',
+            '{"type":"add_object","id":1,"name":"a","color":"#000000\\n","frame":0,"region":[9,9,9,9]}',
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[NaN,2,3,4]}',
             '"' + "x" * protocol.LARGEST_MESSAGE + '"', '{"a":' + DEEP,
         ):  # fmt: skip

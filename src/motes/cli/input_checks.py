@@ -197,7 +197,7 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
         raise ConfigError("--label is for rows and documents; name one with -o, or omit it.")
     if format_of(output, form) == "mot":
         raise ConfigError(
-            "--label: rows of the MOTChallenge have no class; omit it, or choose .csv, .json or .xml."
+            "--label: rows of the MOTChallenge have no class; omit it, or choose .csv or .json."
         )
     if not (label.strip() and label.isprintable()):
         raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
