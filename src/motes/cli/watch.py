@@ -128,7 +128,7 @@ def watch(
         seed=values.seed, preset=preset, places=replace(where, ground=None),
         units=None if where.ground is None else RealUnits(where.ground),
     )  # fmt: skip
-    scene = Scene(_detector(objects, config), config, values.seed)
+    scene = Scene(_detector(objects, config, frames.end), config, values.seed)
     if isinstance(scene.detector, PreparedDetector) and is_recorded(source):
         with frames.open(source) as film:
             scene.detector.prepare(film)
@@ -162,14 +162,17 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     return output, written, bool(sent)
 
 
-def _detector(objects: ObjectOptions, config: WatchConfig) -> Detector:
-    """Return the detector."""
+def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> Detector:
+    """Return the detector for the frames before `end`."""
     from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.detection.pretrained import RecordedConfig, RecordedDetections
     from motes.mot.pipeline_config import lookalike_detector
 
     if objects.like is not None and objects.detector is not None:
         assert isinstance(config.detector, LookalikeConfig)
         detector: Detector = lookalike_detector(config.detector, objects.detector)
+    elif isinstance(config.detector, RecordedConfig):
+        detector = RecordedDetections(config.detector.file, end)
     else:
         detector = config.detector.detector()
     check_classes(detector, config.detector, config.detections.classes)
