@@ -139,7 +139,9 @@ def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
 
 def test_a_mistake_of_many_rows_is_said_once(tmp_path: Path) -> None:
     path = tmp_path / "jobs.csv"
-    lines = [f"{film},9,{index // 4 - 1}" for index, film in enumerate(batch_jobs.films(tmp_path, 6))]
+    lines = [
+        f"{film},9,{index // 4 - 1}" for index, film in enumerate(batch_jobs.films(tmp_path, 6))
+    ]
     path.write_text("\n".join(["source,sed,seed", *lines, ""]))
     count, bad, problems = JobTable(str(path), {"do": "watch"}).problems(missing, lambda _: None)
     assert (count, bad, len(problems)) == (6, 6, 2)

@@ -190,6 +190,17 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+def test_frames_beyond_those_that_are_known_are_refused(go: Go) -> None:
+    Path("film").mkdir()
+    for frame in range(3):
+        Image.new("RGB", (64, 48)).save(f"film/{frame}.png")
+    assert go("track film --at 0=9,9,20,20 --preset mean_shift -o run.csv")[0] == 0
+    for options in ("", "--video film"):
+        code, said = go(f"convert run.csv a.json --frames 4 {options}")
+        assert (code, "--frames is 4, and film has 3; omit it." in said) == (2, True)
+        assert go(f"convert run.csv a.json --frames 3 --overwrite {options}")[0] == 0
+
+
 def test_frames_without_objects_are_said_to_be_so(go: Go) -> None:
     assert go("convert one.csv boxes.txt --to mot-truth")[0] == 0
     said = go("convert boxes.txt a.csv --from mot-truth --size 320x240 --frames 60")[1]

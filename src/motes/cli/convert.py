@@ -192,8 +192,8 @@ def _facts(
         told = known.last if known.places is not None else None
         run = range(known.start, 0 if told is None else told + 1, known.stride)
     return FilmFacts(
-        source=name, width=width, height=height, frames=frames or known_frames, fps=fps, label=label, files=files,
-        run=run,
+        source=name, width=width, height=height, frames=frames or known_frames, fps=fps,
+        label=label, files=files, run=run,
     )  # fmt: skip
 
 

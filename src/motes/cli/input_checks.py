@@ -218,8 +218,11 @@ def check_keyframe_error(error: float | None, output: str | None, form: str | No
         )
 
 
-def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
-    """Make a folder, and check that these files can be written there.
+@contextlib.contextmanager
+def prepared_folder(out: Path | None, files: Iterable[str], overwrite: bool) -> Iterator[None]:
+    """Make a folder, if one is asked for, and check that these files can be written there.
+
+    At the end it is removed again if it was made here and nothing is in it.
 
     Raises
     ------
@@ -228,12 +231,22 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
     """
     from motes.rows.writer import check_writable
 
+    if out is None:
+        yield
+        return
+    made = [path for path in (out, *out.parents) if not path.exists()]
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FormatError(
             f"The folder {out} cannot be made: {error.strerror}; choose another name."
         ) from None
-    for name in files:
-        check_writable(out / name, overwrite)
-        point_out_leftovers(out / name)
+    try:
+        for name in files:
+            check_writable(out / name, overwrite)
+            point_out_leftovers(out / name)
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # what is not empty stays
+            for path in made:
+                path.rmdir()

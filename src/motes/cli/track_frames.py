@@ -10,7 +10,7 @@ from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
-from motes.cli.input_checks import point_out_corners
+from motes.cli.input_checks import point_out_corners, prepared_folder
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
@@ -46,7 +46,10 @@ def track_one(
     form = None if output is None else format_of(output, asked.outputs.format)
     if asked.resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
-    with asked.frames.open(asked.source) as film:
+    with (
+        asked.frames.open(asked.source) as film,
+        prepared_folder(figures, [], asked.overwrite),
+    ):
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)

@@ -68,9 +68,9 @@ class JobTable:
     def problems(
         self, missing: Callable[[str], bool], check: Callable[[Job], None]
     ) -> tuple[int, int, list[str]]:
-        """Return the number of jobs, of those with problems, and the first problems with their rows.
+        """Return the number of jobs, of those with problems, and the first problems.
 
-        A problem that several rows have is there once.
+        Each has its rows; one that several rows have is there once.
 
         Parameters
         ----------
