@@ -265,7 +265,7 @@ class ParticleFilter(
 
     @property
     def _first_count(self) -> int:
-        """How many particles there are where no spread of them tells it: `particles`, as allowed."""
+        """How many particles there are where no spread tells it: `particles`, as allowed."""
         return self.particles if self.budget is None else self.budget.allowed(self.particles)
 
     def _count(self, state: FilterState) -> int:
