@@ -64,9 +64,9 @@ def watch(
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
-    An object keeps its identity from entry to exit, also while it is occluded. Without any output
-    the rows go to standard output; if that is a terminal, they go to a file named
-    after the source. At the end the events of each minute are printed.
+    An object keeps its identity from entry to exit, unless it is not recognized after an occlusion.
+    Without any output the rows go to standard output; if that is a terminal, they go to a file
+    named after the source. At the end the events of each minute are printed.
 
     Parameters
     ----------
