@@ -94,6 +94,20 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
         If columns are unknown, or values cannot be used; it names all of them.
     """
     check_columns(row)
+    job, mistakes = read_job(row, name)
+    if mistakes:
+        raise ConfigError(" ".join(mistakes))
+    return job
+
+
+def read_job(row: Mapping[str, Any], name: str) -> tuple[Job, list[str]]:
+    """Return the job of a row of known columns, and all that is wrong with it but for its files.
+
+    Raises
+    ------
+    ConfigError
+        If values have other types than their columns.
+    """
     given = {key: value for key, value in row.items() if value not in (None, "")}
     if "init" in given:
         given["init"] = _regions(given["init"])
@@ -109,9 +123,7 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     if wrong:
         raise ConfigError("; ".join(wrong) + ".")
     job = Job(**given)
-    if mistakes := _mistakes(job):
-        raise ConfigError(" ".join(mistakes))
-    return job.with_files(_absolute)
+    return job.with_files(_absolute), _mistakes(job)
 
 
 def check_columns(columns: Iterable[str]) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from motes.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted
+from motes.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted, read_job
 from motes.core.config import from_toml
 from motes.core.errors import MotesError, SourceError
 from motes.core.optional import optional
@@ -57,13 +57,14 @@ class JobTable:
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs of a table that was checked."""
         for _, row in self.rows():
-            yield self._job(row)
+            yield job_of(*self._columns(row))
 
-    def _job(self, row: Mapping[str, Any]) -> Job:
+    def _columns(self, row: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
+        """Return the columns of a row with the defaults, and the name of a job without one."""
         given = {key: value for key, value in row.items() if value not in (None, "")}
         source = Path(str(given.get("source", "")))
         named = source.parent.name if glob.has_magic(source.name) else source.stem
-        return job_of({**self.defaults, **given}, named)
+        return {**self.defaults, **given}, named
 
     def problems(
         self, missing: Callable[[str], bool], check: Callable[[Job], None]
@@ -88,8 +89,9 @@ class JobTable:
             with noted(wrong):
                 check_columns(row)
             with noted(wrong):
-                job = self._job({name: value for name, value in row.items() if name in COLUMNS})
-                wrong += _wrong_files(job, missing)
+                known = {name: value for name, value in row.items() if name in COLUMNS}
+                job, mistakes = read_job(*self._columns(known))
+                wrong += [*mistakes, *(_wrong_files(job, missing) if job.source else ())]
                 if (other := names.setdefault(job.name, number)) != number:
                     wrong.append(
                         f"row {other} has the name {job.name!r} too; give each job its own."
