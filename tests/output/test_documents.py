@@ -128,6 +128,9 @@ def test_a_label_that_no_tool_takes(
 def test_rows_keep_a_label(go: Go, command: str) -> None:
     assert go(f"{command} --label sea-bird -o a.csv")[0] == 0
     assert {*read_track("a.csv")["label"]} == {"sea-bird"}
+    if command == f"track FILM {BOX}":
+        assert go("smooth a.csv -o b.csv")[0] == 0
+        assert {*read_track("b.csv")["label"]} == {"sea-bird"}
     if "--at" in command:
         assert go("refine FILM a.csv --at 4=62,41,20,30")[0] == 0
         assert {*read_track("a.csv")["label"]} == {"sea-bird"}
