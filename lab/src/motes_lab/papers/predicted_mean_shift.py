@@ -49,7 +49,8 @@ class Motion:
         """Go on by a frame; return the center (2,) there."""
         self.mean = MOVE @ self.mean
         self.covariance = MOVE @ self.covariance @ MOVE.T + NOISE * self._unit**2
-        return self.mean[0]
+        center: Floats = self.mean[0]
+        return center
 
     def update(self, center: Floats) -> None:
         """Take the center (2,) that was found."""
