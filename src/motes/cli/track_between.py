@@ -57,8 +57,8 @@ def track_between(
         marks = [(film.frames.start, region), *marks]
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
-    for each in history.keys.values():
-        point_out_corners(each, film.width, film.height)
+    for mark in history.keys.values():
+        point_out_corners(mark, film.width, film.height)
     check_size(asked.units, film)
     path, units = asked.history_file, asked.units
     if path is not None:
