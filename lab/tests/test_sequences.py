@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes import Tracker, open_source
+from motes.cli import main as motes_main
 from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Ellipse
 from motes.formats.regions import ABSENT, TruthRegion, read_regions
@@ -460,6 +461,20 @@ def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
     path.write_text(path.read_text().replace("tracking", "lost", 1))
     sequence = load_dataset(tmp_path / "clip", annotation=path)[0][0]
     assert np.isnan(sequence.boxes[0]).all()
+
+
+def test_rows_of_another_film_are_no_annotation(tmp_path: Path) -> None:
+    """What is remembered beside them tells of which."""
+    frames(tmp_path / "clip", 6)
+    other = tmp_path / "other"
+    other.mkdir()
+    for index in range(6):
+        Image.new("RGB", (99, 50)).save(other / f"{index}.png")
+    path = tmp_path / "rows.csv"
+    options = ["--preset", "mean_shift", "-o", str(path)]
+    assert motes_main(["track", str(other), "--init", "5,5,20,20", *options]) == 0
+    assert "but the rows are of other, with 99x50" in refusal(tmp_path / "clip", path)
+    assert len(load_dataset(other, annotation=path)[0]) == 1
 
 
 @pytest.mark.parametrize(

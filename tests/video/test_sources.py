@@ -470,6 +470,19 @@ def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
     assert "ftp:// is not known" in error_of("ftp://example.org/a.mp4")
 
 
+@pytest.mark.parametrize("text", ["ffconcat version 1.0\nfile whole.mp4\n",
+                                  "\ufeff#EXTM3U\n#EXTINF:1,\nwhole.mp4\n"])  # fmt: skip
+def test_a_playlist_that_passes_for_a_film_is_refused(tmp_path: Path, text: str) -> None:
+    clip(tmp_path / "whole.mp4", 5)
+    for name in ("list.mp4", "list.MKV", "list"):
+        (tmp_path / name).write_text(text)
+        assert "is a playlist, which names other files" in error_of(tmp_path / name)
+    if text.startswith("ffconcat"):
+        (tmp_path / "list.ffconcat").write_text(text)
+        with open_source(tmp_path / "list.ffconcat") as film:
+            assert len([*film]) == 5
+
+
 def test_the_cover_of_a_record_is_no_video(tmp_path: Path) -> None:
     path = tmp_path / "record.flac"
     with av.open(str(path), "w") as container:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
+from motes.cli.input_checks import point_out_corners, prepared_folder
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
@@ -45,7 +46,10 @@ def track_one(
     form = None if output is None else format_of(output, asked.outputs.format)
     if asked.resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
-    with asked.frames.open(asked.source) as film:
+    with (
+        asked.frames.open(asked.source) as film,
+        prepared_folder(figures, [], asked.overwrite),
+    ):
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
@@ -89,8 +93,11 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in pictures:
             clock = time.perf_counter()
-            tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
+            begun = bool(trackers.each)
+            tracks = trackers.update(frame) if begun else trackers.init(frame, regions)
             seconds = time.perf_counter() - clock
+            for region in () if begun else regions:
+                point_out_corners(region, frame.width, frame.height)
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, None, seconds, tracks=each, single=False)
 

@@ -167,7 +167,7 @@ class WatchOutputs(OutputOptions):
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
         for name in events:
-            if "://" in name and name not in sent:
+            if ("://" in name or is_sent(name.replace(":", "://", 1))) and name not in sent:
                 raise ConfigError(
                     f"--events {name}: such addresses are not known; give a file, -, or an address "
                     f"with https://, http://, mqtts:// or mqtt://."

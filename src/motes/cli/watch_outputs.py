@@ -58,14 +58,19 @@ def check_several(name: str, form: str | None) -> None:
 
 
 class RowsOutput(Sink):
-    """Rows of motes in a file or on standard output."""
+    """Rows of motes in a file or on standard output; objects without a class get `label`."""
 
-    def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
-        self._writer, self._resume, self._complete = writer, resume, False
+    def __init__(self, writer: TrackWriter, label: str | None, *, resume: bool) -> None:
+        self._writer, self._label = writer, label
+        self._resume, self._complete = resume, False
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        self._writer.add(moment.picture)
+        picture = moment.picture
+        if self._label is not None:
+            objects = [replace(each, label=each.label or self._label) for each in picture.objects]
+            picture = replace(picture, objects=tuple(objects))
+        self._writer.add(picture)
 
     @property
     def result(self) -> str | None:

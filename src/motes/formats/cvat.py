@@ -177,7 +177,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             for frame, each in objects
         ]
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
-    count = facts.frames or end or 0
+    count = end or len(facts.seen(max((frame for frame, _ in objects), default=-1)))
     if count > MOST_FRAMES:
         raise FormatError(f"its size is {count} frames, which no film has")
     times = dict.fromkeys(range(count))

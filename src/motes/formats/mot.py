@@ -97,9 +97,10 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
     objects = [*_objects(lines, facts.label)]
+    last = max((frame for frame, _ in objects), default=-1)
     # One target of results may be lost where it has no line.
     told = kind != "results" or len({each.identity for _, each in objects}) > 1
-    return recording_of(facts, objects, told=facts.every if told else range(0))
+    return recording_of(facts, objects, told=facts.seen(last) if told else range(0))
 
 
 def _objects(lines: Iterable[list[float]], usual: str) -> Iterator[tuple[int, ObjectRow]]:

@@ -67,10 +67,15 @@ class FilmFacts:
     """The frames that a scene's run has seen; none of a target's run, or of one that was killed;
     None without a run."""
 
-    @property
-    def every(self) -> range:
-        """All frames of the film, as far as their number is known."""
-        return range(self.frames or 0)
+    def seen(self, last: int) -> range:
+        """Return the frames that somebody has looked at, of a file that tells all it has seen.
+
+        They are those of its run, or all up to the last frame that the file names; that the film
+        is longer does not say that nothing is in the rest.
+        """
+        if self.run is not None:
+            return self.run
+        return range(last + 1 if self.frames else 0)
 
     def file(self, frame: int) -> str | None:
         """Return the path of a frame's image; None for a video."""

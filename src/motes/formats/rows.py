@@ -132,9 +132,7 @@ def recording_of_rows(
                 searched.append((frame, _identity(known)))
             else:
                 objects.append((frame, each))
-    alone = _alone([each for _, each in objects])
-    told = facts.run if facts.run is not None else range(0) if alone else facts.every
-    return recording_of(facts, objects, times, searched=searched, told=told)
+    return recording_of(facts, objects, times, searched=searched, told=facts.run or range(0))
 
 
 def _object(

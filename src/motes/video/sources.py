@@ -25,6 +25,8 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.pipe import Pipe
+from motes.video.playlists import ENDINGS as LISTS
+from motes.video.playlists import is_playlist
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
 
@@ -392,6 +394,11 @@ def find_reader(
         except BaseException:
             pipe.close()
             raise
+    if is_playlist(Path(source)) and not source.lower().endswith(LISTS):
+        raise SourceError(
+            f"{source} is a playlist, which names other files; give the film, or a name that ends "
+            f"in .m3u8 or .ffconcat."
+        )
     # Without "file:", FFmpeg would read a name with a colon as an address.
     return source, Decoder(f"file:{source}", source, "check the file.")
 

@@ -39,9 +39,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
+from motes.correction.history import history_beside
 from motes.formats.regions import TruthRegion
 from motes.formats.text import read_text
 from motes.video.image_files import IMAGE_ENDINGS
+from motes.video.sources import open_source
 from motes_lab.datasets.truth import read_mask, read_truth
 
 FILM_ENDINGS = (".mp4", ".mkv", ".mov", ".m4v", ".avi", ".webm", ".mpg", ".wmv")
@@ -260,6 +262,9 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     regions = [read_mask(path) for path in _series(truth)] if truth.is_dir() else read_truth(truth)
     if count not in (None, len(regions)):
         raise FormatError(f"{truth.name} is for {len(regions)} frames, but there are {count}")
+    if truth.is_file() and (known := history_beside(truth)) is not None:
+        with open_source(source) as film:
+            known.check(film)
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)
     ellipses = np.array([region.ellipse for region in regions], np.float64).reshape(-1, 5)
     if (label := place / "absence.label").is_file() and truth.name == "groundtruth.txt":

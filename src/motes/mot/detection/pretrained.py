@@ -116,13 +116,20 @@ class RecordedDetections:
     Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
     score, perhaps more; frames and pixels count from 1.
 
+    Parameters
+    ----------
+    path
+        The file.
+    end
+        The frame before which the run stops; later detections are left out. None for all.
+
     Raises
     ------
     SourceError
         If the file cannot be read, or a line is no detection.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, end: int | None = None) -> None:
         self._path, self._last, self._unfit = path, 0, 0
         self._frames: dict[int, list[Detection]] = {}
         for number, line in enumerate(read_text(path).splitlines(), start=1):
@@ -142,6 +149,8 @@ class RecordedDetections:
             self._frames.setdefault(int(frame) - 1, []).append(found)
         if not self._frames:
             raise SourceError(f"{path} has no detections; give a file that has some.")
+        if end is not None:
+            self._frames = {index: each for index, each in self._frames.items() if index < end}
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections that the file has for a frame."""
