@@ -78,11 +78,12 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
         assert track.track.box == pytest.approx(walker(i))
     for _ in range(60):
         stage.show([walker(19)])
-    statuses = [[t.track.status for t in stage.show([None])] for _ in range(90)]
-    assert statuses[0] == [Status.OCCLUDED]  # the appearance rule sees that nothing is there
-    last = statuses.index([Status.LOST])
+    tracks = [stage.show([None]) for _ in range(90)]
+    last = [[each.gone for each in found] for found in tracks].index([True])
+    # The appearance rule sees that nothing is there, and nothing hides it.
+    assert {each.track.status for found in tracks for each in found} == {Status.LOST}
     assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
-    assert all(each == [] for each in statuses[last + 1 :])
+    assert all(found == [] for found in tracks[last + 1 :])
     assert (stage.scene.created, stage.scene.terminated) == (1, 1)
 
 
@@ -170,7 +171,7 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
         visible = not 20 <= i < 35
         said.append(stage.show([walker(i) if visible else None]))
     assert {t.identity for each in said for t in each} == {1}
-    assert said[25][0].track.status is Status.OCCLUDED
+    assert (said[25][0].track.status, said[25][0].sought) == (Status.LOST, True)
     assert said[25][0].occluded_by is None
     assert said[40][0].track.status is Status.TRACKING
 

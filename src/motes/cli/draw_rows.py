@@ -138,7 +138,8 @@ def _measured(given: Given, units: RealUnits) -> dict[int, GroundPlace | None]:
 
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
-    counter = EventCounter(regions)
+    counter = EventCounter(regions, (film.width, film.height))
+    ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
         for frame in _checked(frames, given, film):
@@ -147,7 +148,11 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
-                tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
+                found = SceneTrack(
+                    each.identity, track, each.occluded_by, label=each.label,
+                    sought=frame.index < ends[each.identity],
+                )  # fmt: skip
+                tracks.append(found)
             yield frame, tracks
 
     return lambda frames: counted_moments(objects(frames), counter)

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from functools import partial
 
 from motes.core.frame import Frame
-from motes.mot.analytics.events import SPEED_OVER, Event
+from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
+from motes.mot.analytics.trajectory import SPEED_OVER
 from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import Draw
