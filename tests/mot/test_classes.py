@@ -93,7 +93,7 @@ def test_objects_are_followed_between_the_frames_of_a_slow_detector() -> None:
 
 
 def test_without_a_look_nothing_is_overdue() -> None:
-    """With a detector that looks and finds nothing, the object is lost after 0.12 s, as nothing hides it."""
+    """With a detector that looks and finds nothing, the object is lost after 0.12 s."""
     for every, status in ((1, Status.LOST), (8, Status.TRACKING)):
         there = [True]
         settings = replace(config(), detections=DetectionSelection(every=every))

@@ -176,6 +176,25 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     assert said[40][0].track.status is Status.TRACKING
 
 
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
+    """The same thing goes on in another picture."""
+    found, tracks = list[Detection](), list[list[tuple[int, bool]]]()
+    scene = Scene(lambda _: found)
+    for i in range(30):
+        patches = np.random.default_rng(cut and i >= 15).integers(0, 250, (5, 8, 3))
+        pixels = patches.astype(np.uint8).repeat(24, axis=0).repeat(24, axis=1)
+        found[:] = [Detection(walker(i))]
+        pixels[30:60, 20 + 3 * i : 36 + 3 * i] = COLORS[0]
+        told = scene.update(Frame(i, i / 25, pixels))
+        tracks.append([(each.identity, each.gone) for each in told])
+    assert scene.doubts == ({"cut": 15} if cut else {})
+    assert tracks[14:18] == (
+        [[(1, False)], [(1, True)], [], [(2, False)]] if cut else [[(1, False)]] * 4
+    )
+    assert (scene.created, scene.terminated) == (1 + cut, cut)
+
+
 def test_tracks_of_one_object_do_not_depend_on_others() -> None:
     alone, together = Stage(seed=3), Stage(seed=3)
     for i in range(30):

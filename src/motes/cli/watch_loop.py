@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.formats.recording import ANONYMOUS
 from motes.mot.analytics.events import MINUTE, EventCounter
 from motes.mot.analytics.real_units import GroundMotions, RealUnits
-from motes.mot.scene import Scene
+from motes.mot.scene import DOUBTS, Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.video.sources import Source
 
@@ -86,12 +86,13 @@ class SceneTally(Tally):
         super().__init__()
         self._scene, self._counter, self._turns = scene, counter, turns
         self._printed = set[str]()
-        self._came = self._gone = 0
+        self._came = self._gone = self._last = 0
         self._counts = Counter[tuple[int, str, str, str, str]]()
 
     def add(self, moment: Moment) -> str:
         """Count a frame; return how many objects are there, came and went."""
         super().add(moment)
+        self._last = moment.frame.index
         for kind, text in self._scene.warnings.items():
             if kind not in self._printed:
                 self._printed.add(kind)
@@ -108,7 +109,12 @@ class SceneTally(Tally):
         """Return the events of each minute, and what is to be known of them."""
         unused = getattr(self._scene.detector, "unused_detections", [])
         turns = turn_table(self._counter.turns) if self._turns else []
-        return [*table(self._counts), *turns, *self._counter.remarks(), *unused]
+        doubts = [
+            f"counts are in doubt from frame {first} on: {DOUBTS[kind]}"
+            for kind, first in sorted(self._scene.doubts.items(), key=lambda pair: pair[1])
+            if first <= self._last
+        ]
+        return [*table(self._counts), *turns, *doubts, *self._counter.remarks(), *unused]
 
     @property
     def missing(self) -> str | None:
