@@ -301,10 +301,10 @@ class Scene:
 
     def _doubt(self, frame: Frame, found: _Found) -> None:
         """Note from which frame on counts are doubtful; a cut looks like another light, too."""
-        new = {kind for kind in DOUBTS if kind in found.warnings and kind not in self.warnings}
+        kinds = [kind for kind in DOUBTS if kind in found.warnings and kind not in self.warnings]
         if found.motion is not None and self.config.camera != "moving":
-            new.add("camera")
-        for kind in ({found.change} & {*DOUBTS}) or new:
+            kinds.append("camera")
+        for kind in kinds if found.change is None else [found.change]:
             self.doubts.setdefault(kind, frame.index)
 
     def _warn(self, frame: Frame, surplus: int) -> None:

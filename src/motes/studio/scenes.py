@@ -61,8 +61,7 @@ def watch_config(watch: Watch) -> WatchConfig:
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
     """Yield a part for each frame of a film, and one with the events that are still open then."""
     scene = Scene(config.detector.detector(), config, seed)
-    counter = EventCounter(places, (film.width, film.height))
-    totals = Counter[str]()
+    counter, totals = EventCounter(places, (film.width, film.height)), Counter[str]()
     last = len(film.times) - 1
     if isinstance(scene.detector, PreparedDetector):
         scene.detector.prepare(film.forward(0, last))
