@@ -18,7 +18,13 @@ from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
 from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.real_units import PIXELS, GroundPlace, RealUnits, motion_in_hindsight
+from motes.mot.analytics.real_units import (
+    PIXELS,
+    GroundMotions,
+    GroundPlace,
+    RealUnits,
+    motion_in_hindsight,
+)
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
@@ -139,6 +145,9 @@ def _measured(given: Given, units: RealUnits) -> dict[int, GroundPlace | None]:
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
     counter = EventCounter(regions, (film.width, film.height))
+    ground, motions = regions.ground, None
+    if ground is not None:
+        motions = GroundMotions(RealUnits(ground), (film.width, film.height))
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
@@ -155,7 +164,7 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
                 tracks.append(found)
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter)
+    return lambda frames: counted_moments(objects(frames), counter, motions)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

@@ -255,7 +255,7 @@ def speed_of(seen: Sequence[Seen]) -> tuple[float, float]:
     spread = np.tensordot(pull**2, covariances, 1)
     spread += max(scatter - allowed, 0.0) * (pull @ pull) * np.eye(2)
     speed = float(np.hypot(*velocity))
-    if speed * speed <= np.trace(spread):  # the direction is not known
+    if not speed * speed > np.trace(spread):  # no direction is known, or no spread
         return speed, math.sqrt(float(np.trace(spread)) / 2)
     along = velocity / speed
     return speed, math.sqrt(float(along @ spread @ along))
