@@ -326,7 +326,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
 
     def terminate(self) -> Self:
         """Mark it as lost."""
-        return replace(self, track=replace(self.track, status=Status.LOST, confidence=0.0))
+        lost = replace(self.track, status=Status.LOST, confidence=0.0)
+        return replace(self, track=lost, occluded_by=None)
 
     def with_identity_of(self, other: TrackedObject) -> Self:
         """Give it the identity and the models of another object; it stays where it is."""

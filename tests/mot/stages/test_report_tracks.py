@@ -6,7 +6,6 @@ import pytest
 from msgspec.structs import replace
 
 from motes.core.geometry import Box
-from motes.core.track import Status
 from motes.mot.stages.report import report
 from scene_objects import RED, config, occluded, picture, visible
 
@@ -39,9 +38,9 @@ def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
 
 def test_an_occluded_object_that_ends_covers_nothing() -> None:
     """Neither is visible, so both end in the same frame."""
-    both = [occluded(identity, BEFORE, PLACE) for identity in (1, 2)]
+    both = [occluded(identity, BEFORE, PLACE, by=3 - identity) for identity in (1, 2)]
     tracks, staying = report(both, picture(176), config())
-    assert [each.track.status for each in tracks] == [Status.LOST, Status.LOST]
+    assert [(each.gone, each.occluded_by) for each in tracks] == [(True, None)] * 2
     assert staying == []
 
 
