@@ -27,6 +27,7 @@ from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
+from motes.video.cuts import PictureChanges
 
 EVENTS = 6
 """Most losses and recoveries that are listed."""
@@ -124,6 +125,7 @@ class TargetTally(Tally):
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
         self._events: list[str] = []
+        self._changes, self._cuts = PictureChanges(), list[str]()
 
     @property
     def missing(self) -> str | None:
@@ -136,6 +138,8 @@ class TargetTally(Tally):
         """Count a frame; return the state of the target."""
         super().add(moment)
         self._tracked += moment.status is Status.TRACKING
+        if self._changes.update(moment.frame) == "cut":
+            self._cuts.append(str(moment.frame.index))
         if self._before is not None:
             if self._before.info is not None:  # the first frame includes the start
                 self._updates += 1
@@ -158,6 +162,8 @@ class TargetTally(Tally):
             (least, most), mean = self._range, self._particles / self._updates
             varied = f"{least} to {most} particles, {mean:.0f} on average"
             parts.append(varied if least < most else f"{most} particles")
+        if self._cuts:
+            parts.append(f"in doubt from the film's cut at frame {' and '.join(self._cuts)} on")
         parts += self._events[:EVENTS]
         if len(self._events) > EVENTS:
             parts.append(f"{len(self._events) - EVENTS} more changes")

@@ -119,9 +119,9 @@ def watch(
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
+    from motes.rows.schema import GROUND
     from motes.video.sources import is_recorded
 
-    counter = EventCounter(where)
     sending = [SentEvents(outputs, source, where)] if sends else []
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
@@ -134,6 +134,7 @@ def watch(
             scene.detector.prepare(film)
     with frames.open(source) as film:
         where.check(film.width, film.height)
+        counter = EventCounter(where, (film.width, film.height))
         say_rate(film)
         if objects.like is not None:
             region = numbers_of("--like", objects.like, "x,y,width,height")
@@ -141,7 +142,8 @@ def watch(
         opened = asked.pictures(film, lambda: painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
         opened += [*sending, *_drawn_events(outputs, where)]
-        return watch_scene(film, scene, counter, [*opened, *asked.remembered_rows(film)])
+        opened += asked.remembered_rows(film, () if asked.units is None else GROUND)
+        return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
 
 def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], bool]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
+from bisect import bisect_left
+from contextlib import suppress
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -18,6 +20,7 @@ from motes.formats.registry import FORMATS, check_folder, check_images, format_f
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
+from motes.mot.analytics.event import Event
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 from motes.video.film import Film
@@ -268,8 +271,28 @@ def _usual_format(name: str) -> list[str]:
 
 
 class Events(Lines):
-    """A line of JSON for each event."""
+    """A line of JSON for each event, in the order of frames.
+
+    An event waits until no earlier one may come any more.
+    """
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        super().__init__(name, overwrite)
+        self._waiting: list[Event] = []
 
     def write(self, moment: Moment) -> None:
         """Add a frame's events."""
-        self.put([event.json() for event in moment.events])
+        waiting = sorted([*self._waiting, *moment.events], key=lambda event: event.frame)
+        done = len(waiting)
+        if moment.undecided is not None:
+            done = bisect_left(waiting, moment.undecided, key=lambda event: event.frame)
+        self._waiting = waiting[done:]
+        self.put([event.json() for event in waiting[:done]])
+
+    def __exit__(self, *exception: object) -> None:
+        """Write the events that wait, and close the file."""
+        try:
+            with suppress(BrokenPipeError):  # whoever reads standard output has left
+                self.put([event.json() for event in self._waiting])
+        finally:
+            super().__exit__(*exception)  # type: ignore[arg-type]
