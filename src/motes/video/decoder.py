@@ -251,6 +251,11 @@ class Decoder:
         self._goal = stamp
 
     @property
+    def seekable(self) -> bool:
+        """Whether the source is a file, of which later pictures can be had at any time."""
+        return not self._remote and self._pipe is None
+
+    @property
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
         return not self.live or (not self._camera and self._pace.recorded)
@@ -330,7 +335,9 @@ class Decoder:
             except av.FFmpegError as error:
                 self._read_error = error
                 return
-            if packet.stream.index == self._stream.index and packet.size and packet.time_base:
+            ours = packet.stream.index == self._stream.index
+            report.breaks += ours and packet.is_corrupt
+            if ours and packet.size and packet.time_base:
                 stamp = None if packet.dts is None else float(packet.dts * packet.time_base)
                 elapsed = self._pace.note(stamp)
                 if self._untimed:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 MAX_ASPECT = 1.25
 """Pixels wider or higher than this are reported: round objects then no longer look round."""
@@ -16,11 +18,18 @@ class Report:
     """Decoded pictures, including those that `start` and `stride` pass over."""
     skipped: int = 0
     """Packets that could not be decoded."""
+    breaks: int = 0
+    """Packets that their container marks as damaged, or as not next to the one before."""
     damaged: int = 0
     """Pictures decoded with missing parts, which the decoder filled in."""
     retimed: int = 0
-    """Pictures whose time stamp was missing or did not increase. They get the time of the picture
-    before plus the nominal interval."""
+    """Pictures whose time stamp was missing, did not increase, or was contradicted by those around.
+    They get the time of the picture before plus the nominal interval, or less where the next stamps
+    leave less room."""
+    steps: Counter[int] = field(default_factory=Counter)
+    """How often each time between two pictures with right stamps occurred, in units of `UNIT`."""
+    UNIT: ClassVar[float] = 1e-4
+    """In seconds."""
     ended: float | None = None
     expected: float | None = None
     """For a source that was cut off: its real end and the end given in its header, in seconds."""
@@ -41,6 +50,21 @@ class Report:
         return self.ended is not None
 
     @property
+    def lost(self) -> int:
+        """Pictures that are missing in the gaps of a damaged source with one step in most places.
+
+        A gap in an undamaged one is no loss: its camera sent no picture.
+        """
+        if not (self.damaged or self.skipped or self.breaks) or not self.steps:
+            return 0
+        usual, count = self.steps.most_common(1)[0]
+        if not usual or 2 * count < self.steps.total():
+            return 0
+        return sum(
+            each * (round(step / usual) - 1) for step, each in self.steps.items() if step > usual
+        )
+
+    @property
     def assumption(self) -> str | None:
         """One line about the frame rate, or None if the source has one."""
         if not self.assumed:
@@ -57,6 +81,8 @@ class Report:
             parts.append(f"{self.skipped} unreadable packet(s) skipped")
         if self.damaged:
             parts.append(f"{self.damaged} picture(s) damaged")
+        if self.lost:
+            parts.append(f"{self.lost} picture(s) lost")
         if self.truncated:
             parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
         if self.retimed:
