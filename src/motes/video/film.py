@@ -175,6 +175,7 @@ class Film:
                     raise self._damaged()
                 self.check_damage(report)
                 pixels = load()
+                self.report.depth = report.depth
                 return lambda: pixels
         raise SourceError(f"{self.name} holds no readable picture.")
 

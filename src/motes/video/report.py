@@ -6,6 +6,13 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.frame import DEPTHS, OUTLIERS, depth_note
+
+DEPTH_SAMPLES = 9
+"""Pictures, evenly spread, by which the depth of a film of 16 bits is found."""
 MAX_ASPECT = 1.25
 """Pixels wider or higher than this are reported: round objects then no longer look round."""
 
@@ -41,8 +48,20 @@ class Report:
     """Number of times that a live source ended or failed and had to be opened again."""
     assumed: bool = False
     """Whether the source is images without a frame rate, so that one was assumed."""
+    depth: int | None = None
+    """How many of their 16 bits the pictures of the source use; None for pictures of 8."""
+    coarse: bool = False
+    """Whether of colors of 16 bits only the high 8 are read."""
+    brighter: int = 0
+    """Pictures with more than a few pixels that are too bright for this depth; these are white."""
     aspect: float = 1.0
     """Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled."""
+
+    def count_depth(self, values: NDArray[np.uint16], depth: int) -> None:
+        """Note the depth of a source of 16 bits, and whether a picture is brighter."""
+        self.depth = depth
+        outliers = np.count_nonzero(values >= 1 << depth) if depth < DEPTHS[-1] else 0
+        self.brighter += bool(outliers > OUTLIERS * values.size)
 
     @property
     def truncated(self) -> bool:
@@ -66,12 +85,18 @@ class Report:
 
     @property
     def assumption(self) -> str | None:
-        """One line about the frame rate, or None if the source has one."""
-        if not self.assumed:
-            return None
-        return (
-            "the images have no frame rate, 25 a second are assumed; give --fps if it is another."
-        )
+        """One line about what is assumed of the source, its rate or its depth; None if nothing."""
+        parts = []
+        if self.depth is not None and self.depth < DEPTHS[-1]:
+            parts.append(depth_note(self.depth))
+        if self.coarse:
+            parts.append("of its colors of 16 bits the high 8 are read; scale darker ones first.")
+        if self.assumed:
+            parts.append(
+                "the images have no frame rate, 25 a second are assumed; give --fps if it is "
+                "another."
+            )
+        return " ".join(parts) or None
 
     @property
     def problems(self) -> str | None:
@@ -91,6 +116,8 @@ class Report:
             parts.append(
                 f"{self.left_out} picture(s) left out, those after the first in an animated file"
             )
+        if self.brighter:
+            parts.append(f"{self.brighter} picture(s) too bright for {self.depth} bits")
         if self.late:
             parts.append(f"{self.late} frame(s) left out, as newer ones had come")
         if self.drops:
