@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+import yaml
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
+from motes.core.spreadsheet import unguarded
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.formats.thinning import keyframes
+from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import ObjectRow
 from motes.rows.schema import COLUMNS
 from recordings import FACTS, crowd, turning
@@ -113,6 +120,46 @@ def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
     rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)
     registry.write(tmp_path / "b.csv", "csv", round_trip(rows, name, tmp_path))
     assert (tmp_path / "b.csv").read_text() == (tmp_path / "rows.csv").read_text()
+
+
+CLASSED = sorted(name for name in NAMES if CLASSES in registry.FORMATS.resolve(name).holds)
+
+
+@given(st.text(st.characters(exclude_categories=()), min_size=1, max_size=8))
+@example("a\u2028b").via("a line break for some, and none for others")
+@example("a\x85b").via("a line break of YAML")
+@example("a\x0bb\x1f").via("no characters of XML")
+@example("a\nb").via("a row of two lines")
+@example("\ufffe").via("no character at all")
+@example("\ud800").via("half a character")
+@example(" \ufeff'\"<&]]>#: ").via("what must be quoted somewhere")
+@example("=1+1").via("a formula")
+@example("  ").via("no name")
+@example("NA").via("a name that is a word for nothing elsewhere")
+@settings(max_examples=60)
+def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
+    """In every format, by motes and by the readers that other programs use."""
+    row = ObjectRow(1, Ellipse(60, 50, 9, 7), 0.9, Status.TRACKING, label=label)
+    try:
+        recorded = recording_of(FACTS, [(3, row)])
+    except ConfigError:
+        with pytest.raises(ConfigError, match="rename it"):
+            ObjectRow.of(SceneTrack(1, row.track(3, 0.12), label=label))
+        return
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        for name in CLASSED:
+            [found] = [each for row in round_trip(recorded, name, folder) for each in row.objects]
+            fixed = name.startswith("mot")  # which has thirteen classes
+            assert fixed or (found.label or "object") == label, name
+        text = (folder / "a.csv").read_bytes().decode()
+        [fields] = csv.DictReader(io.StringIO(text, newline=""))
+        assert unguarded(fields["label"]) == label
+        [line] = (folder / "a.jsonl").read_text(encoding="utf-8").splitlines()
+        assert json.loads(line)["label"] == label
+        tree = ElementTree.parse(folder / "a.xml")
+        assert [each.get("label") for each in tree.iter("track")] == [label]
+        assert yaml.safe_load((folder / "labels/data.yaml").read_text())["names"] == {0: label}
 
 
 def test_what_a_format_cannot_hold() -> None:

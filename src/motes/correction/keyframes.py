@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
-from motes.core.files import check_ended, read_text
+from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
@@ -117,7 +117,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     text = read_text(path, InputError)
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     size: int | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         fields = [field.strip().strip('"') for field in line.split(",")]
         if number == 1 and fields[0] in ("frame", "film"):
             size = _size_of_titles(path, fields)

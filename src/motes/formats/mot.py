@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from motes.core.errors import FormatError
-from motes.core.files import check_ended
+from motes.core.files import check_ended, lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of
@@ -149,7 +149,7 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
     count = 0
-    for place, line in enumerate(text.splitlines(), 1):
+    for place, line in enumerate(lines_of(text), 1):
         if not line.strip():
             continue
         fields = _SEPARATOR.split(line.strip())

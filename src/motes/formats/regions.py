@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
+from motes.core.files import lines_of
 from motes.core.geometry import FARTHEST, Box, Ellipse
 
 MAX_FRAME = 10_000_000
@@ -69,7 +70,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
         If a line has another format, with its number.
     """
     regions = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(lines_of(text), 1):
         if line.strip():
             try:
                 regions.append(_parse_row(line.strip(), strict))

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError
-from motes.core.files import check_ended, read_text
+from motes.core.files import check_ended, lines_of, read_text
+from motes.core.labels import check_label
 from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
@@ -104,7 +105,7 @@ def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
 def _json_lines(text: str) -> Iterator[Sequence[Any]]:
     """Yield the keys of the first row, then the values of each row."""
     names: list[str] | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text) if text else (), start=1):
         try:
             row = msgspec.json.decode(line, type=dict[str, int | float | str | None])
         except (msgspec.MsgspecError, RecursionError) as error:
@@ -164,4 +165,4 @@ def _whole(field: str | float | None) -> int:
 def _text(field: str | float | None) -> str:
     if isinstance(field, float | int):
         raise ValueError(f"{field} is no text")
-    return field or ""
+    return check_label(field) if field else ""

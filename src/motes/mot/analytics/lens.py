@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.files import lines_of
 from motes.core.geometry import FARTHEST
 from motes.mot.analytics.ground_plane import Number, Point
 
@@ -102,7 +103,7 @@ class Lens(Config, frozen=True):
 
 def _yaml_entry(text: str, name: str) -> str:
     """Return the value of a key of YAML, of a matrix that of its `data`; "" if it is missing."""
-    lines = text.splitlines()
+    lines = lines_of(text)
     for number, line in enumerate(lines):
         key, colon, value = line.partition(":")
         if not colon or key.rstrip() != name:
