@@ -21,7 +21,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
 from motes.core.files import check_ended, lines_of, read_text
-from motes.core.geometry import Ellipse, as_ellipse, region_within
+from motes.core.geometry import Ellipse, as_ellipse, check_angle, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
 """The target's region in each marked frame, in order of the frames; None where it is absent."""
@@ -132,6 +132,8 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
                 raise ConfigError("it has no region; give x,y,width,height or absent.")
             here = marks_of(fields[0], ",".join(fields[1:]))
             if here[0][1] is not None:
+                if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):
+                    check_angle(here[0][1][4])
                 size = size or len(fields) - 1
                 _check_size(len(fields) - 1, size)
             marks.setdefault(film, []).extend(here)
