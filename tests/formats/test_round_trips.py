@@ -236,7 +236,7 @@ def test_sizes_are_asked_for(tmp_path: Path) -> None:
     ("file", "text", "name"),
     [
         ("groundtruth_rect.1.txt", "1,2,3,4\n", "otb"),
-        ("groundtruth.txt", "1 2 3 4\n", "vot"),
+        ("a.vot.txt", "1 2 3 4\n", "vot"),
         ("a.txt", "1,2,3,4,5,6,7,8\n", "vot"),
         ("a.txt", "m1,2,3,4,0,12\n", "vot"),
         ("a.txt", "1,1,2,3,4,5,1,1,1\n", "mot-truth"),
@@ -274,7 +274,7 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("1,2,3,4\n", "--from otb if its first pixel is 1"),
+        ("1,2,3,4\n", "--from otb if that is 1"),
         ("31,5;61,5;40,0;40,0\n", "separated in two ways"),
         ("31,5 61,5 40,0 40,0\n", "separated in two ways"),
         ("1;1;31,5;61,5;40,0;40,0;1\n", "separated in two ways"),
@@ -303,7 +303,6 @@ def test_what_is_no_file_of_ours_is_refused_in_one_line(
         ({"full_occlusion.txt": "0,1,0", "out_of_view.txt": "0,0,1\n"}, 1, [0]),
         ({"absence.label": "0\n0\n1\n", "meta_info.ini": ""}, 1, [0, 1]),
         ({"sequence": ""}, 0, [0, 1]),
-        ({}, 0, [0, 1]),
     ],
 )
 def test_a_truth_is_of_the_dataset_whose_files_lie_beside_it(

@@ -101,13 +101,27 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     names = _NAMES if kind != "truth" else class_names(path.parent) or _NAMES
     objects = [*_objects(lines, kind, names, facts.label)]
     scores = sum(not 0 <= line[6] <= 1 for line in lines)
-    left_out = [f"{counted(scores, 'score')} that are no probabilities, and read as 1"] * bool(
+    left_out = ["the numbers after the score"] * (bool(lines) and _has_more(path, kind))
+    left_out += [f"{counted(scores, 'score')} that are no probabilities, and read as 1"] * bool(
         scores
     )
     # One target of results may be lost where it has no line.
     told = kind != "results" or len({each.identity for _, each in objects}) > 1
     every = facts.every if told else range(0)
     return recording_of(facts, objects, told=every, left_out=left_out)
+
+
+def _has_more(path: Path, kind: Kind) -> bool:
+    """Return whether the lines have further numbers that are not read, such as places in metres."""
+    line = next(line for line in lines_of(read_text(path)) if line.strip())
+    more = fields_of(line)[_NEEDED:]
+    return not _has_classes(more, kind) and any(number(each) != UNKNOWN for each in more)
+
+
+def _has_classes(more: list[str], kind: Kind) -> bool:
+    """Return whether class and visibility follow the score: in truth, and in results of motes."""
+    ours = kind == "results" and len(more) == 3 and more[-2:] == ["1", "-1"]
+    return ours or (kind == "truth" and len(more) in (1, 2))
 
 
 def class_names(folder: Path) -> dict[int, str]:
@@ -224,8 +238,7 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
     if not 1 <= frame <= frames:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
-    ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
-    if not ours and (kind != "truth" or len(fields) not in (8, 9)):
+    if not _has_classes(more, kind):
         return [*values, UNKNOWN, 1]
     label, share = further[0], further[1] if len(further) > 1 else 1
     if not label.is_integer() or (label < 1 and label != UNKNOWN):

@@ -106,7 +106,7 @@ def _parse_row(row: str, strict: bool) -> TruthRegion:
 
 def _parse_number(field: str) -> float:
     try:
-        value = float(field)
+        value = float(field.replace("_", "?"))  # as in `number`
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None
     if FARTHEST < abs(value) < math.inf:

@@ -287,13 +287,13 @@ def _of_numbers(line: str, path: Path) -> str | None:
     count, name = len(values), path.name.lower()
     own = next((found for found in NAMED if name.endswith(OWN[found].endings)), None)
     if count == 4:
-        known = {"groundtruth_rect": "otb", "groundtruth": kind_of(path) or "vot"}
-        others = next((found for stem, found in known.items() if name.startswith(stem)), None)
-        found = own if own == "otb" or name.endswith(".vot.txt") else others
+        if own == "otb" or name.startswith("groundtruth_rect"):
+            return "otb"
+        found = "vot" if name.endswith(".vot.txt") else kind_of(path)
         if found is None:
             raise ValueError(
-                "it has four numbers a line; give --from otb if its first pixel is 1, as in most "
-                "datasets, and --from vot if it is 0"
+                "it has four numbers a line, and nothing tells its first pixel; give --from otb if "
+                "that is 1, as in most datasets, and --from vot if it is 0"
             )
         return found
     if count == 8 or (count > 10 and count % 2 == 0) or math.isnan(values[0]):

@@ -4,7 +4,8 @@ There is a line for each frame from the first one on. OTB's is a box x,y,width,h
 from 1, and a frame without the target has a box without size, as in the later sequences. Wu, Lim
 and Yang, Object tracking benchmark, PAMI 2015. VOT's is such a box, or the four corners of a
 rotated one; pixels count from 0, and a frame without the target has NaN. Kristan et al., A novel
-performance evaluation methodology for single-target trackers, PAMI 2016.
+performance evaluation methodology for single-target trackers, PAMI 2016. motes writes corners
+alone, as boxes do not tell the first pixel.
 
 LaSOT's and GOT-10k's are boxes whose pixels count from 1; files beside them mark the frames without
 the target. Fan et al., LaSOT, CVPR 2019; Huang, Zhao and Huang, GOT-10k, PAMI 2021.
@@ -57,8 +58,6 @@ def _line(kind: Kind, each: ObjectRow) -> str:
     if kind == "otb":
         x, y, width, height = each.box
         return f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
-    if not each.ellipse.theta:
-        return ",".join(f"{value:.4f}" for value in each.ellipse.box)
     x, y, a, b, theta = each.ellipse
     cos, sin = math.cos(theta), math.sin(theta)
     corners = [
@@ -100,8 +99,8 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the target of a truth; masks become ellipses."""
     text = read_text(path)
     check_ended(text)
-    # LaSOT has boxes of any size where its target is absent.
-    regions, first = read_regions(text, strict=kind != "lasot"), FIRST_PIXEL[kind]
+    # Others have boxes of any size where the target is absent.
+    regions, first = read_regions(text, strict=kind in ("otb", "vot")), FIRST_PIXEL[kind]
     if kind != "vot" and not all(region.is_box for region in regions):
         raise FormatError("a line has more than the four numbers of a box; of VOT, give --from vot")
     absent = absences(kind, path.parent, len(regions))

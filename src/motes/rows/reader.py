@@ -160,7 +160,7 @@ def _number(field: str | float | None) -> float:
     if field is None or field == "":
         return math.nan
     try:
-        return float(field)
+        return float(field.replace("_", "?") if isinstance(field, str) else field)
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None  # type: ignore[index]
 
