@@ -79,7 +79,7 @@ def test_sixteen_bits_keep_the_high_byte() -> None:
 def test_values_of_fewer_bits_in_sixteen_keep_their_shades(tmp_path: Path) -> None:
     """8 or 12 bits in uint16 are no black pictures; the first one of a film decides for all."""
     np.testing.assert_array_equal(Frame(0, 0.0, RGB.astype(np.uint16)).pixels, RGB)
-    deep = RGB.astype(np.uint16) << 2
+    deep: Any = RGB.astype(np.uint16) << 2
     tracker, scene = Tracker("mean_shift"), Scene(lambda frame: [])
     tracker.init(deep, (1, 1, 4, 3))
     scene.update(deep)
