@@ -472,7 +472,7 @@ def test_a_file_of_another_format_is_no_keyframes(
 ) -> None:
     del convert
     path = written(name, SAMPLES[name].text.encode())
-    if name in ("otb", "vot"):
+    if name == "otb":
         path = path.rename(FORMATS.resolve(name).endings[1])
     Path("film").mkdir()
     for i in range(2):
