@@ -162,7 +162,7 @@ def test_one_of_several_objects(go: Go) -> None:
     assert (code, "choose one with --identity N" in said) == (5, True)
     assert not Path("groundtruth.txt").exists()
     assert go("convert two.json groundtruth.txt --identity 1")[0] == 0
-    assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,40.0000,24.0000\n")
+    assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,50.0000,40.0000,50")
     code, said = go("convert two.json x.vot.txt --identity 7")
     assert (code, "two.json has no object 7; it has 1, 2." in said) == (2, True)
 

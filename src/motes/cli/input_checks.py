@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
+from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
@@ -199,8 +200,10 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
         raise ConfigError(
             "--label: rows of the MOTChallenge have no class; omit it, or choose .csv or .json."
         )
-    if not (label.strip() and label.isprintable()):
-        raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
+    try:
+        labels.check_label(label)
+    except ConfigError as error:
+        raise ConfigError(f"--label: {error}.") from None
 
 
 def check_keyframe_error(error: float | None, output: str | None, form: str | None = None) -> None:

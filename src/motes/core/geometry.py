@@ -139,6 +139,17 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
 
 
+def check_angle(theta: float) -> None:
+    """Raise a ConfigError if an angle with which an object begins is beyond a turn.
+
+    Later angles may be, as of an object that goes on turning.
+    """
+    if abs(theta) > 2 * math.pi:
+        raise ConfigError(
+            f"theta begins with {theta:g}; it is in radians, and a turn is {2 * math.pi:.2f}"
+        )
+
+
 def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
     """Return a region as an ellipse, checked against the size of its frame.
 

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, InputError
-from motes.core.files import read_text, write_whole, writing
+from motes.core.files import lines_of, read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
@@ -89,7 +89,7 @@ class KnownRows:
             raise InputError(
                 f"{path} has a frame twice, out of order, or below 0; correct its first column."
             )
-        lines = text.splitlines(keepends=True)
+        lines = [f"{each}\n" for each in lines_of(text)]
         self._head = lines[: self._form == "csv"]
         kept = [text for text in lines[len(self._head) :] if text.strip()]
         if len(kept) != len(frames):

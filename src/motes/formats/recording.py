@@ -11,6 +11,7 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
+from motes.core.labels import check_label
 from motes.formats.regions import MAX_FRAME
 from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
@@ -137,6 +138,8 @@ def recording_of(
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
+        if each.label is not None:
+            check_label(each.label)
         nameless = each.label is None and facts.label != LABEL
         named = structs.replace(each, label=facts.label) if nameless else each
         frames.setdefault(frame, []).append(named)

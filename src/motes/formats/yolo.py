@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Literal
 
 from motes.core.errors import FormatError
+from motes.core.files import lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
@@ -103,7 +104,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         text = read_text(file)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)
-        for place, line in enumerate(text.splitlines(), start=1):
+        for place, line in enumerate(lines_of(text), start=1):
             if line.strip():
                 lines.append((f"{file.name}, line {place}", frame, line.split()))
     # A sixth number is an identity if one is above all confidences, and no line has a seventh.
@@ -182,7 +183,7 @@ def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
     for place in (folder / CLASSES, folder.parent / CLASSES):
         if place.is_file():
-            return dict(enumerate(read_text(place).splitlines()))
+            return dict(enumerate(lines_of(read_text(place))))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
             return _yaml_names(read_text(place))
@@ -192,7 +193,7 @@ def _names(folder: Path) -> dict[int, str]:
 def _yaml_names(text: str) -> dict[int, str]:
     """Return the `names` of a file in YAML: a list in brackets, or a line for each."""
     _, _, rest = text.partition("names:")
-    first, *lines = rest.splitlines() or [""]
+    first, *lines = lines_of(rest)
     if first.strip().startswith("["):
         if "]" not in rest:
             raise FormatError(f"{NAMES}: the list of names has no end")

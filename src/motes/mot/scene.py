@@ -320,7 +320,8 @@ class Scene:
             return picture
         if self._last is None:
             return Frame(0, 0.0, picture)
-        return Frame(self._last.index + 1, self._last.time + FRAME_INTERVAL, picture)
+        last = self._last
+        return Frame(last.index + 1, last.time + FRAME_INTERVAL, picture, depth=last.depth)
 
     def _check(self, frame: Frame) -> None:
         """Raise a SourceError if a frame cannot follow the last one."""

@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 
 from motes.core.geometry import Box, Ellipse
+from motes.core.labels import check_label
 from motes.core.track import Status, Track, finite
 from motes.mot.analytics.real_units import GroundPlace
 from motes.mot.tracked_object import SceneTrack
@@ -60,7 +61,7 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
             float(track.confidence),
             track.status,
             each.occluded_by,
-            each.label,
+            None if each.label is None else check_label(each.label),
             more={**further},
             distance=finite(track.distance),
             effective_sample_size=finite(track.effective_sample_size),

@@ -10,6 +10,7 @@ from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.files import lines_of
 from motes.core.geometry import FARTHEST
 from motes.mot.analytics.ground_plane import Number, Point
 
@@ -107,7 +108,7 @@ def _yaml_entry(text: str, name: str) -> tuple[str, str]:
 
     Both are "" where there is none.
     """
-    lines = text.splitlines()
+    lines = lines_of(text)
     for number, line in enumerate(lines):
         key, colon, value = line.partition(":")
         if not colon or key.rstrip() != name:

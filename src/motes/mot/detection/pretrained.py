@@ -10,7 +10,7 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig, best
 from motes.core.errors import SourceError
-from motes.core.files import read_text
+from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.optional import optional
@@ -132,7 +132,7 @@ class RecordedDetections:
     def __init__(self, path: str | Path, end: int | None = None) -> None:
         self._path, self._last, self._unfit = path, 0, 0
         self._frames: dict[int, list[Detection]] = {}
-        for number, line in enumerate(read_text(path).splitlines(), start=1):
+        for number, line in enumerate(lines_of(read_text(path)), start=1):
             if not line.strip():
                 continue
             try:
