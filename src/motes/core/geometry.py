@@ -117,7 +117,8 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
     Raises
     ------
     ConfigError
-        If the region does not have four or five finite numbers or has no area.
+        If the region does not have four or five finite numbers or has no area, or is absurdly large
+        or small.
     """
     try:
         values = [float(value) for value in region]
@@ -130,13 +131,51 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
             f"A region has 4 numbers (box x,y,width,height) or 5 (ellipse x,y,a,b,theta); "
             f"got {len(values)}."
         )
-    if not all(math.isfinite(value) for value in values):
+    if not all(abs(value) <= FARTHEST for value in values):
         raise ConfigError(
-            f"The region {_numbers(values)} holds a number that is not finite; correct it."
+            f"The region {_numbers(values)} holds a number that is not finite, or too large; "
+            f"correct it."
         )
-    if values[2] <= 0 or values[3] <= 0:
+    if min(values[2:4]) < 1 / FARTHEST:
         raise ConfigError(f"The region {_numbers(values)} has no area; give it a positive size.")
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
+
+
+def as_ellipses(ellipses: ArrayLike) -> Floats:
+    """Return ellipses as rows x, y, a, b, theta, (N, 5), whatever their numbers are.
+
+    Raises
+    ------
+    ConfigError
+        If it is no such array.
+    """
+    try:
+        given = np.asarray(ellipses)
+        rows = given.astype(np.float64, order="C") if given.dtype.kind in "biufO" else np.empty(0)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise ConfigError(
+            f"Ellipses are an array (N, 5), rows of x, y, a, b, theta; got "
+            f"{' '.join(repr(ellipses).split())[:80]}."
+        )
+    return rows
+
+
+def as_samples(ellipses: ArrayLike) -> Floats:
+    """Return ellipses (N, 5) at which a target may be, each as `as_ellipse` takes it, one at least.
+
+    Raises
+    ------
+    ConfigError
+        If it is no such array, or one is no region.
+    """
+    rows = as_ellipses(ellipses)
+    if not len(rows):
+        raise ConfigError("There are no ellipses to look at; give at least one.")
+    for row in rows.tolist():
+        as_ellipse(row)
+    return rows
 
 
 def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:

@@ -21,7 +21,7 @@ from motes.core.adapters import as_detections
 from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Box
+from motes.core.geometry import FARTHEST, Box, as_samples
 from motes.core.seed import checked_seed
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import before_camera
@@ -201,8 +201,14 @@ class Scene:
         return None
 
     def expect(self, expected: Sequence[Expected]) -> None:
-        """Expect objects in the next frame; they begin as soon as they are seen there."""
-        self._expected = expected
+        """Expect objects in the next frame; they begin as soon as they are seen there.
+
+        Raises
+        ------
+        ConfigError
+            If the samples or the velocity of one cannot be used.
+        """
+        self._expected = [_usable(each) for each in expected]
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
@@ -306,6 +312,14 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def _usable(expected: Expected) -> Expected:
+    """Return an expected object; raise a ConfigError if its numbers cannot be used."""
+    velocity = np.asarray(expected.velocity, np.float64)
+    if velocity.shape != (2,) or not (np.abs(velocity) <= FARTHEST).all():
+        raise ConfigError(f"A velocity is two numbers, in pixels a second; got {velocity}.")
+    return expected._replace(samples=as_samples(expected.samples), velocity=velocity)
 
 
 def _homography(motion: Any) -> Floats | None:

@@ -21,7 +21,7 @@ from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import region_within
+from motes.core.geometry import as_samples, region_within
 from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
@@ -198,11 +198,11 @@ class Tracker:
         Raises
         ------
         ConfigError
-            If the tracker is no particle filter.
+            If the tracker is no particle filter, or one of the ellipses is none.
         """
         if not isinstance(self.config, ParticleFilter):
             raise ConfigError("Only a particle filter takes samples; choose preset nummiaro.")
-        self._expected = samples
+        self._expected = as_samples(samples)
 
     def update(self, frame: Picture) -> Track:
         """Return the track of the target in the next frame.
