@@ -115,6 +115,12 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     return image if _in_order(image) else np.ascontiguousarray(image)
 
 
+def from_bgr(image: NDArray[Any]) -> NDArray[Any]:
+    """Return a BGR image as RGB: a view, which kernels read where the image lies."""
+    colors = np.shape(image)[2:] in ((3,), (4,))  # all else is gray, or refused
+    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last
+
+
 def _in_order(image: Bytes) -> bool:
     """Return whether kernels can read an image where it lies (`Picture` of `kernels`)."""
     height, width, _ = image.shape

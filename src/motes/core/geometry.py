@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motes.core.errors import ConfigError
-from motes.core.types import Floats
+from motes.core.types import Floats, Numbers
 
 FARTHEST = 1e15
 """Largest coordinate or size that files may hold. Whole numbers up to it are exact."""
@@ -111,7 +111,7 @@ def area(corners: Floats) -> float:
     return float(abs(twice) / 2)
 
 
-def as_ellipse(region: Sequence[float]) -> Ellipse:
+def as_ellipse(region: Numbers) -> Ellipse:
     """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
 
     Raises
@@ -178,7 +178,7 @@ def as_samples(ellipses: ArrayLike) -> Floats:
     return rows
 
 
-def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
+def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     """Return a region as an ellipse, checked against the size of its frame.
 
     A region may stick out of the frame, but its center must lie inside, it must not be larger

@@ -5,9 +5,9 @@ from __future__ import annotations
 import copy
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import msgspec
 import numpy as np
@@ -25,7 +25,7 @@ from motes.core.geometry import as_samples, region_within
 from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
-from motes.core.types import Floats
+from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget
@@ -87,7 +87,7 @@ class Tracker:
         self._expected: Floats | None = None
         self._angle = 0.0
 
-    def init(self, frame: Picture, region: Sequence[float]) -> Track:
+    def init(self, frame: Picture, region: Numbers) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
         Numbers are in pixels, theta is in radians.
@@ -103,7 +103,7 @@ class Tracker:
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
 
-    def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
+    def reinit(self, frame: Picture, region: Numbers) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
 
         Raises
@@ -117,7 +117,7 @@ class Tracker:
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
 
-    def learn_also(self, frame: Picture, region: Sequence[float]) -> None:
+    def learn_also(self, frame: Picture, region: Numbers) -> None:
         """Learn how the target looks in another frame of the video, right after `init`.
 
         Each look has half of the learned models. The target stays where it is.
@@ -233,7 +233,7 @@ class Tracker:
             return self._take(picture, found)
         return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
 
-    def correct(self, region: Sequence[float]) -> Track:
+    def correct(self, region: Numbers) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
 
         `region` is a box (x, y, w, h) or an ellipse (x, y, a, b, theta), in pixels and radians.
@@ -259,9 +259,12 @@ class Tracker:
         FormatError
             If the file cannot be written.
         """
+        save_plain(path, self._plain())
+
+    def _plain(self) -> dict[str, Any]:
+        """Return what `save` writes."""
         state, last = self._started()
-        saved = {
-            "motes": FORMAT,
+        plain = {
             "config": to_dict(self.config),
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
@@ -270,11 +273,8 @@ class Tracker:
             "state": state,
         }
         if self._direction < 0:
-            saved["backward"] = True
-        try:
-            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
-        except OSError as error:
-            raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
+            plain["backward"] = True
+        return plain
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -286,29 +286,14 @@ class Tracker:
             If the file cannot be read, is no saved tracker, or holds a state that does not belong
             to its configuration.
         """
-        try:
-            saved = msgspec.msgpack.decode(Path(path).read_bytes())
-            if saved["motes"] != FORMAT:
-                raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-            try:
-                config = decode(saved["config"], Algorithm)
-            except MisfitError as error:
-                if error.unknown is None and error.place[-1:] != ("type",):
-                    raise
-                raise FormatError(
-                    f"{path} cannot be loaded ({error}); the package that adds it is missing, or "
-                    f"the file is damaged."
-                ) from None
-            tracker = cls(config, saved["seed"])
-            tracker._direction = -1 if saved.get("backward") else 1
-            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
-        except OSError as error:
-            raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
-        except FormatError:
-            raise
-        except UNREADABLE as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
+        return load_plain(path, cls._of_plain)
+
+    @classmethod
+    def _of_plain(cls, plain: Any) -> Self:
+        """Return the tracker of what `_plain` has returned."""
+        tracker = cls(decode(plain["config"], Algorithm), plain["seed"])
+        tracker._direction = -1 if plain.get("backward") else 1
+        tracker._continue(msgspec.convert(plain, _Saved, dec_hook=unpack))
         return tracker
 
     def _continue(self, saved: _Saved) -> None:
@@ -385,6 +370,38 @@ def _first(frame: Picture) -> Frame:
 
 FORMAT = 11
 """Version of the format of saved trackers."""
+L = TypeVar("L")
+
+
+def save_plain(path: str | Path, plain: dict[str, Any]) -> None:
+    """Write plain values and arrays as a saved tracker."""
+    try:
+        write_whole(path, msgspec.msgpack.encode({"motes": FORMAT, **plain}, enc_hook=pack))
+    except OSError as error:
+        raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
+
+
+def load_plain(path: str | Path, make: Callable[[Any], L]) -> L:
+    """Return what `make` makes of the plain values of a saved tracker."""
+    try:
+        plain = msgspec.msgpack.decode(Path(path).read_bytes())
+        if plain["motes"] != FORMAT:
+            raise FormatError(f"{path} was saved by another version of motes; save it anew.")
+        return make(plain)
+    except OSError as error:
+        raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
+    except FormatError:
+        raise
+    except UNREADABLE as error:
+        if isinstance(error, MisfitError) and (
+            error.unknown is not None or error.place[-1:] == ("type",)
+        ):
+            raise FormatError(
+                f"{path} cannot be loaded ({error}); the package that adds it is missing, or the "
+                f"file is damaged."
+            ) from None
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
 
 
 class _Saved(msgspec.Struct):

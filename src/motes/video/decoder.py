@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import platform
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager
@@ -25,7 +26,7 @@ from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, as_rgb
 from motes.video.pace import Pace
 from motes.video.pipe import Pipe
-from motes.video.prefetch import QUEUE_SIZE, prefetch
+from motes.video.prefetch import QUEUE_SIZE, check_reader, prefetch
 from motes.video.report import Report
 from motes.video.upright import display_matrix, upright
 
@@ -115,6 +116,7 @@ class Decoder:
         self._stream.thread_type = "NONE"
         self._reformatter = VideoReformatter()
         self._failures_in_row = 0
+        self._owner = os.getpid()  # a child of it would move on in the same file
         self._reached = 0.0
         self.keys: list[float] = []
         self._goal = 0.0
@@ -245,6 +247,7 @@ class Decoder:
                     yield found, load
                 else:
                     report.damaged = before  # it may need pictures from before the seek
+            check_reader(self._owner)
 
     def skip_to(self, stamp: float) -> None:
         """Let `pictures_from` go on with a later time stamp."""
@@ -317,6 +320,7 @@ class Decoder:
         """Yield the packets of all streams; go on after damaged ones."""
         demux = self._container.demux()
         while True:
+            check_reader(self._owner)
             try:
                 packet = next(demux)
             except (StopIteration, IndexError):

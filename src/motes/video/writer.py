@@ -78,7 +78,7 @@ class VideoWriter:
         self._file: PartialFile | None = None
         self._container: OutputContainer | None = None
         self._shape: tuple[int, ...] = ()
-        self._frames = 0
+        self._frames, self._owner = 0, os.getpid()
         self._last = -1
         self._reformatter = VideoReformatter()
 
@@ -102,6 +102,11 @@ class VideoWriter:
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             raise FormatError(
                 f"A picture is uint8 (height, width, 3); got {pixels.dtype} {pixels.shape}."
+            )
+        if os.getpid() != self._owner:  # which has the encoder's threads
+            raise FormatError(
+                f"{self.path.name} is written by another process, of which this one is a child; "
+                f"write a file of its own in each."
             )
         if self._container is None:
             self._shape = pixels.shape
@@ -182,6 +187,8 @@ class VideoWriter:
             raise self._failure(error) from error
 
     def _finish(self, *, named: bool) -> None:
+        if os.getpid() != self._owner:  # to close the encoder would wait for its threads
+            return
         container, self._container = self._container, None
         if container is None or self._file is None:
             return
