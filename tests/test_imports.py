@@ -39,8 +39,8 @@ ORDER = [
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 LINES = {
-    "core": 2990, "kernels": 220, "video": 2535, "cues": 1960, "sot": 6260, "mot": 7430,
-    "testing": 305, "synthetic": 1120, "rows": 780, "output": 2215, "correction": 2100,
+    "core": 3025, "kernels": 220, "video": 2580, "cues": 1960, "sot": 6390, "mot": 7455,
+    "testing": 305, "synthetic": 1120, "rows": 800, "output": 2220, "correction": 2120,
     "formats": 2880, "cluster": 2185, "services": 330, "studio": 4620, "cli": 6610, "filtering": 75,
     "lab": 8825,
 }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from typing import Any
 
@@ -62,6 +63,21 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         return f"Frame(index={self.index}, time={self.time:.3f} s, {self.width}x{self.height})"
+
+
+def as_frame(picture: Any) -> Frame:
+    """Return an image as the first frame of a video; a `Frame` stays as it is.
+
+    Raises
+    ------
+    SourceError
+        If it is no image (see `as_rgb`), or the frame's time is not finite.
+    """
+    if not isinstance(picture, Frame):
+        return Frame(0, 0.0, picture)
+    if not math.isfinite(picture.time):
+        raise SourceError(f"Frame {picture.index} is at {picture.time} s; give it a finite time.")
+    return picture
 
 
 def as_rgb(pixels: NDArray[Any]) -> Bytes:

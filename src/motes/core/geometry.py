@@ -8,8 +8,8 @@ x + width - 1/2. Angles run from the +x axis towards the +y axis, clockwise as s
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Self
+from collections.abc import Mapping, Sequence, Set
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -111,6 +111,13 @@ def area(corners: Floats) -> float:
     return float(abs(twice) / 2)
 
 
+def in_order(numbers: Any) -> Any:
+    """Return numbers that have an order; raise a TypeError for a set, a mapping, text or bytes."""
+    if isinstance(numbers, str | bytes | bytearray | Set | Mapping):
+        raise TypeError(f"{type(numbers).__name__} has no numbers in order")
+    return numbers
+
+
 def as_ellipse(region: Numbers) -> Ellipse:
     """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
 
@@ -121,7 +128,7 @@ def as_ellipse(region: Numbers) -> Ellipse:
         or small.
     """
     try:
-        values = [float(value) for value in region]
+        values = [float(value) for value in in_order(region)]
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError(
             f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."

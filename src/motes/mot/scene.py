@@ -22,7 +22,9 @@ from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import FARTHEST, Box, as_samples
+from motes.core.log import LOG
 from motes.core.seed import checked_seed
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import before_camera
 from motes.mot.expected import Expected
@@ -150,8 +152,8 @@ class Scene:
     """The keys of the expected objects that began in the last frame, by their identities; see
     `expect`."""
     warnings: Mapping[str, str]
-    """The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
-    there were too many detections."""
+    """The detector's warnings so far, each once (see `BackgroundDetector`); as `limit`, that there
+    were too many detections, and as `broken`, that some are no boxes."""
 
     def __init__(
         self,
@@ -174,6 +176,7 @@ class Scene:
         self.admitted, self.warnings = {}, {}
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
+        self._statuses: dict[int, Status] = {}
         self._labels, self._surest = set[str](), -math.inf
 
     @property
@@ -210,7 +213,7 @@ class Scene:
         """
         self._expected = [_usable(each) for each in expected]
 
-    def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
+    def update(self, frame: Frame | NDArray[Any]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -280,18 +283,29 @@ class Scene:
         self._stepped += 1
         self._expected = ()
         self.admitted = info.admitted
-        self._warn(frame, info.surplus)
-        self.warnings = {**found.warnings, **self._own_warnings}
+        self._warn(frame, info.surplus, sum(map(_broken, found.detections or ())))
+        warnings = {**found.warnings, **self._own_warnings}
+        for kind in warnings.keys() - self.warnings.keys():
+            LOG.warning("%s", warnings[kind])
+        self.warnings = warnings
+        for found_object in info.tracks:
+            identity, status = found_object.identity, found_object.track.status
+            if status is not self._statuses.get(identity):
+                LOG.info("Frame %d: object %d is %s.", frame.index, identity, status)
+        self._statuses = {each.identity: each.track.status for each in info.tracks}
         return info.tracks
 
-    def _warn(self, frame: Frame, surplus: int) -> None:
-        """Note a warning if there are too many detections, once."""
+    def _warn(self, frame: Frame, surplus: int, broken: int) -> None:
+        """Note a warning if there are too many detections, or broken ones, once each."""
+        if broken:
+            text = f"detections with NaN, infinity or no size are left out, {broken} here"
+            self._own_warnings.setdefault("broken", f"Frame {frame.index}: {text}.")
         if surplus:
             limit = self.config.detections.limit
             text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
             self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
 
-    def _as_frame(self, picture: Frame | NDArray[np.uint8]) -> Frame:
+    def _as_frame(self, picture: Frame | NDArray[Any]) -> Frame:
         """Return a picture as the next frame."""
         if isinstance(picture, Frame):
             return picture
@@ -312,6 +326,12 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def _broken(found: Detection) -> bool:
+    """Return whether a detection is none: not finite, or without a size."""
+    numbers = (*found.box, found.score)
+    return not (all(map(math.isfinite, numbers)) and min(found.box[2:]) > 0)
 
 
 def _usable(expected: Expected) -> Expected:

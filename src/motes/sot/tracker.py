@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -20,11 +19,12 @@ from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import as_samples, region_within
+from motes.core.log import LOG
 from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
-from motes.core.track import Track
+from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
@@ -85,6 +85,7 @@ class Tracker:
         self._state: Any = None
         self._frame: Frame | None = None
         self._expected: Floats | None = None
+        self._status: Status | None = None
         self._angle = 0.0
 
     def init(self, frame: Picture, region: Numbers) -> Track:
@@ -97,7 +98,7 @@ class Tracker:
         ConfigError
             If the region is not valid, or does not fit the frame.
         """
-        picture = _first(frame)
+        picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
@@ -128,7 +129,7 @@ class Tracker:
             Before `init` or `search`, or if the region is not valid or does not fit the frame.
         """
         state, _ = self._started()
-        picture = _first(frame)
+        picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._state = self._algorithm.learn_also(state, picture, ellipse)
 
@@ -143,7 +144,7 @@ class Tracker:
         ConfigError
             If the detector returns something else.
         """
-        picture = _first(frame)
+        picture = as_frame(frame)
         found = best(as_detections(detector(picture)), picture)
         if found is None:
             return None
@@ -181,11 +182,11 @@ class Tracker:
                 "another one."
             )
         models = target.models_for(config.cues)
-        picture = _first(frame)
+        picture = as_frame(frame)
         middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
         size = region_within(middle, picture.width, picture.height)
         boxes = boxes_of(tuple(places), picture) if places else None
-        empty = None if background is None else _first(background)
+        empty = None if background is None else as_frame(background)
         self._restart()
         begun = config.search(self._rng, self._seen(picture), models, size, boxes, empty)
         return self._take(picture, begun, size.theta)
@@ -325,7 +326,7 @@ class Tracker:
 
     def _restart(self) -> None:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
-        self._frame = None
+        self._frame = self._status = None
 
     def _started(self) -> tuple[Any, Frame]:
         if self._state is None or self._frame is None:
@@ -335,7 +336,7 @@ class Tracker:
     def picture(self, frame: Picture) -> Frame:
         """Return an image as the frame after the last one; a `Frame` stays as it is."""
         if isinstance(frame, Frame) or self._frame is None:
-            return _first(frame)
+            return as_frame(frame)
         index = self._frame.index + self._direction
         return Frame(index, self._frame.time + self._direction * FRAME_INTERVAL, frame)
 
@@ -351,21 +352,15 @@ class Tracker:
         """Take over a step; its ellipse is turned from the last angle, or the given one."""
         self._state, self.info = result
         self._frame = frame
+        if (status := self.info.track.status) is not self._status:
+            LOG.info("Frame %d: the target is %s.", frame.index, status)
+        self._status = status
         ellipse = self.info.track.ellipse.turned_near(self._angle if angle is None else angle)
         self._angle = ellipse.theta
         if self._direction < 0 or ellipse != self.info.track.ellipse:
             track = replace(self.info.track, time=frame.time, ellipse=ellipse)
             self.info = replace(self.info, track=track)
         return self.info.track
-
-
-def _first(frame: Picture) -> Frame:
-    """Return an image as the first frame of a video; a `Frame` stays as it is."""
-    if not isinstance(frame, Frame):
-        return Frame(0, 0.0, frame)
-    if not math.isfinite(frame.time):
-        raise SourceError(f"Frame {frame.index} is at {frame.time} s; give it a finite time.")
-    return frame
 
 
 FORMAT = 11

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
+from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.mot.analytics.regions import SETTLED, Line, Point, Regions, crossing, distance
 from motes.mot.boxes import foot_of
@@ -170,6 +171,10 @@ class EventCounter:
     """Number of events for each (minute, event, place, direction, class)."""
 
     def __init__(self, places: Regions | None = None) -> None:
+        if places is not None and not isinstance(places, Regions):
+            raise ConfigError(
+                f"An EventCounter takes Regions, such as motes.Regions(line=(line,)); got {places}."
+            )
         places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         self._walks: dict[int, _Trajectory] = {}
