@@ -32,7 +32,7 @@ ONLY :=
 # Tests start many programs, each of which would compile its modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
+.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills sanitize clean
 
 demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
@@ -93,6 +93,20 @@ fuzz: ready
 kills: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
 
+# Kernels that end the process at an access beside an array, a number that is no index, and all else that
+# C++ does not define: their tests, and calls of public functions with what nobody means.
+SANITIZERS := -O1 -g1 -fno-omit-frame-pointer -fno-sanitize-recover=all \
+	-fsanitize=address,undefined,float-cast-overflow
+CALLS := 200
+sanitize: ready
+	rm -rf sanitize
+	MOTES_KERNEL_FLAGS="$(SANITIZERS)" LDFLAGS="-fsanitize=address,undefined" \
+		$(BIN)/python setup.py --quiet build --build-base sanitize/build --build-lib sanitize/lib
+	LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libstdc++.so)" \
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=sanitize/lib:tests sh -e -c '\
+		$(BIN)/python -m pytest tests/kernels tests/cues; \
+		$(BIN)/python -m fuzzing --kind calls --rounds $(CALLS) --seed $(SEED)'
+
 # What the kernels are built with comes first, so that it is not installed once more to build them.
 $(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
@@ -119,4 +133,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build lab/build demo results bench fuzz site src/motes/kernels/*.so
+	rm -rf $(VENV) build lab/build demo results bench fuzz sanitize site src/motes/kernels/*.so

@@ -45,7 +45,8 @@ class Build(build_ext):
     def build_extension(self, extension: Extension) -> None:
         """Compile one extension."""
         windows = self.compiler.compiler_type == "msvc"
-        extension.extra_compile_args = [*(WINDOWS if windows else UNIX)]
+        more = os.environ.get("MOTES_KERNEL_FLAGS", "").split()  # `make sanitize` has them
+        extension.extra_compile_args = [*(WINDOWS if windows else UNIX), *more]
         if extension.name.endswith("_avx2"):
             extension.extra_compile_args.append("/arch:AVX2" if windows else "-mavx2")
         try:

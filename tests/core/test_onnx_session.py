@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -14,6 +15,7 @@ pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
+from forks import in_a_child
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
 from motes.core.onnx_session import LARGEST, Session, Tensor
 from onnx_trackers import mean_colors, save_pair
@@ -53,6 +55,14 @@ def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Pa
     assert other.inputs == (Tensor("x", "float32", (600,)),)
     assert other.outputs == (Tensor("y", "float32", (600,)),)
     assert other.metadata == {"author": "us"}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_child_of_fork_runs_it_with_threads_of_its_own(backbone: Path) -> None:
+    session = Session(str(backbone), threads=2)
+    (expected,) = session.run({"input": PIXELS}).values()
+    found = in_a_child(lambda: float(session.run({"input": PIXELS})["output"].sum()))
+    assert float(found) == pytest.approx(float(expected.sum()), rel=1e-3)
 
 
 def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:

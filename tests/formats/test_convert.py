@@ -272,7 +272,7 @@ def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) ->
     Path("b.jsonl.run.json").write_text("corrections of other rows, which were moved away")
     code, said = go("convert a.csv b.jsonl")
     assert (code, said.count("\n")) == (5, 1)
-    assert "b.jsonl.run.json exists; choose another name, or overwrite it (--overwrite)." in said
+    assert "b.jsonl.run.json exists; choose another name, or allow it" in said
     assert not Path("b.jsonl").exists()
     assert go("convert a.csv b.txt")[0] == 0  # which remembers nothing
     assert go("convert a.csv b.jsonl --overwrite")[0] == 0

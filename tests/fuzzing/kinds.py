@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import (
+    calls,
     configurations,
     detections,
     evaluations,
@@ -41,6 +42,7 @@ KINDS = (
     *formats.KINDS,
     Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
     Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),
+    Kind("calls", calls.seeds, calls.check, mutate=calls.mutate),
     *films.KINDS,
 )
 """In the order of a round."""

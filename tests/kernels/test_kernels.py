@@ -57,10 +57,11 @@ def calls(compiled: Any) -> dict[str, Any]:
     for space in (kernels.color.RGB, kernels.color.HSV, kernels.color.HSV_V):
         bins = ColorBins(space, 8, 8, 8)
         out = found[f"color {space}"] = np.empty((len(ELLIPSES), 512))
-        compiled.color.histograms(PIXELS, ELLIPSES, LATTICE, SLOTS, bins, out)
+        slots = SLOTS[:72] if space == kernels.color.HSV_V else SLOTS
+        compiled.color.histograms(PIXELS, ELLIPSES, LATTICE, slots, bins, out)
         roots = np.sqrt(out[0][:37])
         distances = found[f"distances {space}"] = np.empty(len(ELLIPSES))
-        target = ColorTarget(LATTICE, SLOTS % 38, roots, bins)
+        target = ColorTarget(LATTICE, slots % 38, roots, bins)
         compiled.color.distances(PIXELS, ELLIPSES, target, distances)
     edges = found["sobel"] = np.empty((60, 80), np.uint8)
     compiled.sobel.sobel(PIXELS, 0, 0, 100.0, 8, edges)

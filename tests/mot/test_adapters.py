@@ -64,7 +64,7 @@ def test_all_forms_are_read(value: Any, expected: list[Detection]) -> None:
 
 
 def test_a_box_may_be_any_four_numbers() -> None:
-    given: Any = [Detection((1, 2, 30, 40), 0.75, "car")]  # type: ignore[arg-type]
+    given: Any = [Detection((1, 2, 30, 40), 0.75, "car")]
     (found,) = as_detections(given)
     assert found == ONE
     assert isinstance(found.box, Box)
@@ -208,4 +208,4 @@ def test_an_error_of_a_detector_names_it_and_the_frame(name: str, words: str, mo
 
 def test_a_scene_refuses_what_is_no_detection() -> None:
     with pytest.raises(ConfigError, match="The detector returned 3"):
-        Scene(lambda _: 3).update(FRAME)  # type: ignore[arg-type]
+        Scene(lambda _: 3).update(FRAME)

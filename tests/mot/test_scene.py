@@ -319,7 +319,7 @@ class Slow:
         self.wrapped, self.fail, self.latest = wrapped, fail, -1
         self.warnings: dict[str, str] = {}
 
-    def __call__(self, frame: Frame) -> Sequence[Detection]:
+    def __call__(self, frame: Frame) -> Any:
         """Return what the wrapped one finds."""
         if frame.index == self.fail:
             raise SourceError("the detector is tired")

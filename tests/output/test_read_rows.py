@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes.cli import main
 from motes.cli.frame_loop import Moment
 from motes.cli.options import FrameOptions, OutputOptions
 from motes.cli.request import Request
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.errors import ConfigError, FormatError, InputError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
@@ -186,3 +187,18 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         read_track(tmp_path / "bytes.csv")
     with pytest.raises(ConfigError, match=r"neither in \.csv nor in \.jsonl"):
         read_track(tmp_path / "rows.txt")
+
+
+def test_parquet_is_read_as_the_rows_that_it_was_made_of(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    rows, path = written(tmp_path, "csv"), tmp_path / "rows.parquet"
+    assert main(["convert", str(rows), str(path)]) == 0
+    expected, found = read_track(rows), read_track(path)
+    for name in expected.dtype.names or ():
+        np.testing.assert_array_equal(found[name], expected[name])
+    parquet.write_table(pyarrow.table({"frame": [0], "x": [[1.0]]}), tmp_path / "lists.parquet")
+    (tmp_path / "cut.parquet").write_bytes(path.read_bytes()[:99])
+    for wrong in ("lists", "cut", "missing"):
+        with pytest.raises(InputError, match=rf"{wrong}\.parquet"):
+            read_track(tmp_path / f"{wrong}.parquet")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from motes import ConfigError, SourceError, Tracker, Trackers, synthetic
+from motes import ConfigError, FormatError, SourceError, Tracker, Trackers, synthetic
 from motes.core.geometry import Box
 
 CLIP = [frame for frame, _ in synthetic.demo((160, 120), frames=6)]
@@ -82,7 +84,62 @@ def test_nothing_goes_on_after_close(threads: int) -> None:
 
 
 def test_regions_may_be_an_array() -> None:
-    assert len(Trackers("nummiaro").init(CLIP[0], np.array(REGIONS))) == 3  # type: ignore[arg-type]
+    assert len(Trackers("nummiaro").init(CLIP[0], np.array(REGIONS))) == 3
     for regions in (None, np.empty((0, 4))):
         with pytest.raises(ConfigError, match="nothing to follow"):
             Trackers().init(CLIP[0], regions)  # type: ignore[arg-type]
+
+
+def test_objects_come_and_go() -> None:
+    """What was there before is followed as if nothing had happened."""
+    trackers, alone = Trackers("nummiaro", seed=3), Tracker("nummiaro", seed=4)
+    trackers.init(CLIP[0], REGIONS[:1])
+    trackers.update(CLIP[1])
+    first = trackers.add(REGIONS[1])
+    assert first.ellipse == alone.init(CLIP[1], REGIONS[1]).ellipse
+    trackers.update(CLIP[2])
+    trackers.remove(0)
+    alone.update(CLIP[2])
+    [track] = trackers.update(CLIP[3])
+    assert track.ellipse == alone.update(CLIP[3]).ellipse
+    trackers.remove(0)
+    assert trackers.update(CLIP[4]) == []
+    assert trackers.add(REGIONS[2]).frame == 4
+    for place in (1, -1, None):
+        with pytest.raises(ConfigError, match=f"no object {place}; there are 1"):
+            trackers.remove(place)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
+    trackers = Trackers("nummiaro", seed=3, bgr=True)
+    with pytest.raises(ConfigError, match="no targets yet"):
+        trackers.save(tmp_path / "saved")
+    bgr = [frame.pixels[:, :, ::-1] for frame in CLIP]
+    trackers.init(bgr[0], REGIONS)
+    trackers.update(bgr[1])
+    trackers.remove(1)
+    trackers.save(tmp_path / "saved")
+    with Trackers.load(tmp_path / "saved", threads=threads) as other:
+        for each in (trackers, other):
+            each.add(REGIONS[0])
+        for picture in bgr[2:4]:
+            found, again = trackers.update(picture), other.update(picture)
+            assert [track.ellipse for track in found] == [track.ellipse for track in again]
+            assert [track.time for track in found] == [track.time for track in again]
+    for broken in (b"", (tmp_path / "saved").read_bytes()[:-9]):
+        (tmp_path / "broken").write_bytes(broken)
+        with pytest.raises(FormatError, match="is not a saved tracker"):
+            Trackers.load(tmp_path / "broken")
+    with pytest.raises(FormatError, match="is not a saved tracker"):
+        Tracker.load(tmp_path / "saved")
+
+
+def test_bgr_is_the_same_picture() -> None:
+    rgb, bgr = Trackers("nummiaro"), Trackers("nummiaro", bgr=True)
+    for index, frame in enumerate(CLIP[:3]):
+        pictures = (rgb, frame.pixels), (bgr, frame.pixels[:, :, ::-1])
+        one, other = (
+            each.update(image) if index else each.init(image, REGIONS) for each, image in pictures
+        )
+        assert [track.ellipse for track in one] == [track.ellipse for track in other]

@@ -10,7 +10,7 @@ import numpy as np
 
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError
-from motes.core.geometry import Box
+from motes.core.geometry import Box, in_order
 from motes.core.types import Floats
 
 Names = Sequence[str] | Mapping[int, str]
@@ -40,7 +40,7 @@ def as_detections(value: Any, names: Names = ()) -> list[Detection]:
     try:
         if hasattr(value, "xyxy"):
             return _from_sides(value, names)
-        return [_from_row(row, names) for row in value]
+        return [_from_row(row, names) for row in in_order(value)]
     except (TypeError, ValueError, IndexError, AttributeError, OverflowError):
         raise ConfigError(
             f"The detector returned {' '.join(repr(value).split())[:80]}; it must return "
@@ -88,8 +88,9 @@ def _column(value: Any, name: str, count: int, usual: Any) -> list[Any]:
 
 def _from_row(row: Any, names: Names) -> Detection:
     if isinstance(row, Detection):
-        return row if isinstance(row.box, Box) else replace(row, box=Box(*map(float, row.box)))
-    values = list(row)
+        box: Any = row.box
+        return row if isinstance(box, Box) else replace(row, box=Box(*map(float, in_order(box))))
+    values = list(in_order(row))
     x, y, width, height = map(float, values[:4])  # fewer or more than six are refused
     score, number = values[4:] + [1.0, None][len(values) - 4 :]
     return Detection(Box(x, y, width, height), float(score), label_of(number, names))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.types import Numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,11 +17,15 @@ class Detection:
     """An object found in a frame."""
 
     box: Box
-    """Where it is."""
+    """Where it is. It may be given as any four numbers: `as_detections` makes a `Box` of them."""
     score: float = 1.0
     """A larger score is more certain."""
     label: str | None = None
     """The name of its class, such as "car"; None if the detector knows no classes."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, box: Numbers, score: float = 1.0, label: str | None = None) -> None: ...
 
 
 class Detector(Protocol):
@@ -31,8 +36,8 @@ class Detector(Protocol):
     the latest one, or None; and `unused_detections`, lines for the end of `motes watch`.
     """
 
-    def __call__(self, frame: Frame) -> Sequence[Detection]:
-        """Return the detections in a frame, in any order."""
+    def __call__(self, frame: Frame, /) -> Any:
+        """Return the detections in a frame, in any order, in a form of `as_detections`."""
         ...
 
 

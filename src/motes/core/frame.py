@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import logging
+import math
 from collections.abc import Hashable
 from functools import lru_cache
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import SourceError
+from motes.core.log import LOG
 from motes.core.types import Bytes
 
 FRAME_INTERVAL = 1 / 25
@@ -92,7 +93,22 @@ def depth_note(depth: int) -> str:
 @lru_cache
 def _say_depth(depth: int) -> None:
     """Log a depth, once for all films."""
-    logging.getLogger("motes").warning(depth_note(depth))
+    LOG.warning(depth_note(depth))
+
+
+def as_frame(picture: Any) -> Frame:
+    """Return an image as the first frame of a video; a `Frame` stays as it is.
+
+    Raises
+    ------
+    SourceError
+        If it is no image (see `as_rgb`), or the frame's time is not finite.
+    """
+    if not isinstance(picture, Frame):
+        return Frame(0, 0.0, picture)
+    if not math.isfinite(picture.time):
+        raise SourceError(f"Frame {picture.index} is at {picture.time} s; give it a finite time.")
+    return picture
 
 
 def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
@@ -147,6 +163,12 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
     height, width, channels = image.shape
     image = np.broadcast_to(image, (height, width, 3)) if channels == 1 else image[:, :, :3]
     return image if _in_order(image) else np.ascontiguousarray(image)
+
+
+def from_bgr(image: NDArray[Any]) -> NDArray[Any]:
+    """Return a BGR image as RGB: a view, which kernels read where the image lies."""
+    colors = np.shape(image)[2:] in ((3,), (4,))  # all else is gray, or refused
+    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last
 
 
 def _in_order(image: Bytes) -> bool:

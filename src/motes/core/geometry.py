@@ -8,14 +8,14 @@ x + width - 1/2. Angles run from the +x axis towards the +y axis, clockwise as s
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Self
+from collections.abc import Mapping, Sequence, Set
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from motes.core.errors import ConfigError
-from motes.core.types import Floats
+from motes.core.types import Floats, Numbers
 
 FARTHEST = 1e15
 """Largest coordinate or size that files may hold. Whole numbers up to it are exact."""
@@ -111,16 +111,24 @@ def area(corners: Floats) -> float:
     return float(abs(twice) / 2)
 
 
-def as_ellipse(region: Sequence[float]) -> Ellipse:
+def in_order(numbers: Any) -> Any:
+    """Return numbers that have an order; raise a TypeError for a set, a mapping, text or bytes."""
+    if isinstance(numbers, str | bytes | bytearray | Set | Mapping):
+        raise TypeError(f"{type(numbers).__name__} has no numbers in order")
+    return numbers
+
+
+def as_ellipse(region: Numbers) -> Ellipse:
     """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
 
     Raises
     ------
     ConfigError
-        If the region does not have four or five finite numbers or has no area.
+        If the region does not have four or five finite numbers or has no area, or is absurdly large
+        or small.
     """
     try:
-        values = [float(value) for value in region]
+        values = [float(value) for value in in_order(region)]
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError(
             f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."
@@ -130,11 +138,12 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
             f"A region has 4 numbers (box x,y,width,height) or 5 (ellipse x,y,a,b,theta); "
             f"got {len(values)}."
         )
-    if not all(math.isfinite(value) for value in values):
+    if not all(abs(value) <= FARTHEST for value in values):
         raise ConfigError(
-            f"The region {_numbers(values)} holds a number that is not finite; correct it."
+            f"The region {_numbers(values)} holds a number that is not finite, or too large; "
+            f"correct it."
         )
-    if values[2] <= 0 or values[3] <= 0:
+    if min(values[2:4]) < 1 / FARTHEST:
         raise ConfigError(f"The region {_numbers(values)} has no area; give it a positive size.")
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
 
@@ -150,7 +159,44 @@ def check_angle(theta: float) -> None:
         )
 
 
-def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
+def as_ellipses(ellipses: ArrayLike) -> Floats:
+    """Return ellipses as rows x, y, a, b, theta, (N, 5), whatever their numbers are.
+
+    Raises
+    ------
+    ConfigError
+        If it is no such array.
+    """
+    try:
+        given = np.asarray(ellipses)
+        rows = given.astype(np.float64, order="C") if given.dtype.kind in "biufO" else np.empty(0)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise ConfigError(
+            f"Ellipses are an array (N, 5), rows of x, y, a, b, theta; got "
+            f"{' '.join(repr(ellipses).split())[:80]}."
+        )
+    return rows
+
+
+def as_samples(ellipses: ArrayLike) -> Floats:
+    """Return ellipses (N, 5) at which a target may be, each as `as_ellipse` takes it, one at least.
+
+    Raises
+    ------
+    ConfigError
+        If it is no such array, or one is no region.
+    """
+    rows = as_ellipses(ellipses)
+    if not len(rows):
+        raise ConfigError("There are no ellipses to look at; give at least one.")
+    for row in rows.tolist():
+        as_ellipse(row)
+    return rows
+
+
+def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     """Return a region as an ellipse, checked against the size of its frame.
 
     A region may stick out of the frame, but its center must lie inside, it must not be larger
@@ -177,7 +223,7 @@ def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
     return ellipse
 
 
-def of_corners(region: Sequence[float], width: int, height: int) -> Box | None:
+def of_corners(region: Numbers, width: int, height: int) -> Box | None:
     """Return the box whose corners x1, y1, x2, y2 were perhaps given as x, y, width, height.
 
     That is where the box of these numbers leaves the frame, and that of the corners does not; None

@@ -52,6 +52,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     outlier: bool = False
     """Whether a tracker reported a place in this frame that other frames contradict. It is known in
     hindsight only: see `motes.smooth` and `motes.correct`."""
+    smoothed: bool = False
+    """Whether the track is one of these in hindsight."""
 
     @property
     def box(self) -> Box:

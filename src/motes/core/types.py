@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
 """Ellipses, histograms, distances, weights and all other numbers in double precision."""
+Numbers: TypeAlias = Sequence[float] | NDArray[Any]
+"""A region, as users have it."""
 Singles: TypeAlias = NDArray[np.float32]
 """Values that are read from pixels: samples, features, strengths."""
 Spectra: TypeAlias = NDArray[np.complex64]

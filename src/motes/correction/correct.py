@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.correction.coordinates import variances_told
 from motes.correction.join import HALF, Stretch, fuse, join, tracked
-from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
+from motes.correction.keyframes import Keyframes, Marks, check_keyframes, keyframes_in
 from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
@@ -24,7 +25,7 @@ from motes.video.shared import FrameReader, shared
 
 def correct(
     source: str | Path,
-    marks: Mapping[int, Sequence[float] | None],
+    marks: Marks,
     config: str | TrackerConfig = "default",
     seed: int = 0,
     fps: float | None = None,
@@ -56,7 +57,8 @@ def correct(
     SourceError
         If the film cannot be read.
     """
-    film, keys = Film(source, fps=fps), keyframes(marks.items())
+    keys = keyframes_in(marks)
+    film = Film(source, fps=fps)
     check_keyframes(keys, film.name, film.frames, film.width, film.height)
     tracker = preset(config) if isinstance(config, str) else config
     found: dict[int, Track] = {}
@@ -83,8 +85,12 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     Raises
     ------
     ConfigError
-        If they are no tracks, as rows of `read_track`.
+        If they are no tracks, as rows of `read_track`, or are smoothed or corrected already.
     """
+    if any(isinstance(track, Track) and track.smoothed for track in tracks):
+        raise ConfigError(
+            "These tracks are smoothed or corrected already; give those of a Tracker."
+        )
     only = Course.of(tracks)
     told = variances_told(only.ellipses, only.confidence, HALF)
     only = only._replace(variances=np.where(np.isnan(only.variances), told, only.variances))

@@ -21,10 +21,15 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
 from motes.core.files import check_ended, lines_of, read_text
+from motes.core.frame import WHOLE
 from motes.core.geometry import Ellipse, as_ellipse, check_angle, region_within
+from motes.core.types import Numbers
 
 Keyframes = Mapping[int, Ellipse | None]
 """The target's region in each marked frame, in order of the frames; None where it is absent."""
+
+Marks = Mapping[int, Numbers | None]
+"""The same, with regions as users have them."""
 
 ABSENT = "absent"
 TITLES = (
@@ -37,7 +42,17 @@ _FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
 _NUMBERS = re.compile(r"[-+.:\d]+")
 
 
-def keyframes(marks: Iterable[tuple[int, Sequence[float] | None]]) -> dict[int, Ellipse | None]:
+def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
+    """Return keyframes in order from a mapping; raise a ConfigError if they are none."""
+    if not isinstance(marks, Mapping):
+        raise ConfigError(
+            f"Keyframes are a mapping from numbers of frames to regions, such as {{0: (300, 200, "
+            f"40, 60)}}; got {' '.join(repr(marks).split())[:80]}."
+        )
+    return keyframes(marks.items())
+
+
+def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Ellipse | None]:
     """Return keyframes in order from marks: frames, each with a region or None.
 
     Raises
@@ -47,6 +62,8 @@ def keyframes(marks: Iterable[tuple[int, Sequence[float] | None]]) -> dict[int, 
     """
     found: dict[int, Ellipse | None] = {}
     for frame, region in marks:
+        if not isinstance(frame, WHOLE) or isinstance(frame, bool):
+            raise ConfigError(f"A keyframe has the number of its frame; got {frame!r}.")
         if frame < 0:
             raise ConfigError(f"Frame {frame} of a keyframe is negative; the first frame is 0.")
         mark = None if region is None else as_ellipse(region)

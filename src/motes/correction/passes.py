@@ -58,6 +58,7 @@ class Course(NamedTuple):
                 confidence=float(self.confidence[i]),
                 status=self.status[i],
                 outlier=bool(self.outlier[i]),
+                smoothed=True,
             )
             for i, track in enumerate(like)
         ]

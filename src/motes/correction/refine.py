@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError
 from motes.core.track import Track
 from motes.correction.correct import correct_stretch, reader_of, stretches, tracks_of
 from motes.correction.join import Stretch
-from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
+from motes.correction.keyframes import Keyframes, Marks, check_keyframes, keyframes_in
 from motes.correction.passes import check_tracks
 from motes.sot.presets import TrackerConfig, preset
 from motes.video.film import Film
-
-Marks = Mapping[int, Sequence[float] | None]
 
 
 def refine(
@@ -60,8 +58,8 @@ def refine(
     if not frames or frames != [*range(frames[0], frames[0] + len(frames))]:
         raise ConfigError("Give the track of every frame, in order.")
     film = Film(source, start=frames[0], end=frames[-1] + 1, fps=fps)
-    old = keyframes(marks.items())
-    new = dict(sorted((old | keyframes(corrections.items())).items()))
+    old = keyframes_in(marks)
+    new = dict(sorted((old | keyframes_in(corrections)).items()))
     check_keyframes(new, film.name, range(frames[0], frames[-1] + 1), film.width, film.height)
     tracker = preset(config) if isinstance(config, str) else config
     found = {track.frame: track for track in tracks}

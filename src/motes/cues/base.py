@@ -9,8 +9,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipses
 from motes.core.registry import Registry
 from motes.core.types import Floats
 
@@ -29,7 +30,11 @@ class Cue:
 
     @abstractmethod
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
-        """Return the target model of the region in `ellipse`."""
+        """Return the target model of the region in `ellipse`.
+
+        It raises a `ConfigError` for what is no ellipse, as with NaN or a half-axis that is not
+        positive.
+        """
 
     @abstractmethod
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
@@ -81,14 +86,19 @@ class AdaptableCue(Cue):
 
 
 def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:
-    """Return which ellipses (N, 5) may cover a pixel: finite, of positive size, in the frame."""
+    """Return which ellipses (N, 5) may cover a pixel: of positive size, in the frame.
+
+    None that is absurdly large or small, as with NaN, does.
+    """
+    ellipses, widest = as_ellipses(ellipses), kernels.sampling.WIDEST
     with np.errstate(invalid="ignore", over="ignore"):  # of ellipses with NaN or infinity
         x, y, a, b, theta = ellipses.T
+        usual = (np.abs(ellipses) < widest).all(axis=1) & (np.minimum(a, b) > 1 / widest)
         wide = np.hypot(a * np.cos(theta), b * np.sin(theta))
         high = np.hypot(a * np.sin(theta), b * np.cos(theta))
         across = (x + wide > -0.5) & (x - wide < frame.width - 0.5)
         down = (y + high > -0.5) & (y - high < frame.height - 0.5)
-    seen: NDArray[np.bool_] = np.isfinite(ellipses).all(axis=1) & (a > 0) & (b > 0) & across & down
+    seen: NDArray[np.bool_] = usual & across & down
     return seen
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats
 from motes.cues.histogram_cue import HistogramModel, PixelHistogramCue
 from motes.cues.sampling import Profile
@@ -80,7 +80,7 @@ class Color(PixelHistogramCue, frozen=True):
         -------
         (N, m); each row sums to 1, or is zero where the ellipse lies outside the frame.
         """
-        m, ellipses = self.size, np.asarray(ellipses, float)
+        m, ellipses = self.size, as_ellipses(ellipses)
         histograms = np.empty((len(ellipses), m))
         slots = np.arange(m, dtype=np.uint32)
         kernels.color.histograms(
@@ -90,7 +90,8 @@ class Color(PixelHistogramCue, frozen=True):
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        distances, ellipses = np.empty(len(ellipses)), np.asarray(ellipses, float)
+        ellipses = as_ellipses(ellipses)
+        distances = np.empty(len(ellipses))
         kernels.color.distances(frame.pixels, ellipses, self.target(model), distances)
         return distances
 
@@ -106,7 +107,7 @@ class Color(PixelHistogramCue, frozen=True):
         Comaniciu, Ramesh and Meer, Real-time
         tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
         """
-        region = np.array(ellipse, float)
+        region = np.array(as_ellipse(ellipse))
         seen = self.histograms(frame, region[None])[0][model.histogram > 0]
         ratios = np.zeros(seen.size + 1)
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles
 from motes.cues.base import Cue
@@ -48,13 +48,15 @@ class Posterior(Cue, Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""
+        ellipse = as_ellipse(ellipse)
         inside, outside = np.zeros((2, COLORS), np.float32)
         model = PosteriorModel(ellipse.a, ellipse.b, ellipse, inside, outside)
         return self.updated(model, model.grid.sample_window(frame, ellipse), 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
-        samples, out = model.grid, np.zeros(len(ellipses))
+        samples, ellipses = model.grid, as_ellipses(ellipses)
+        out = np.zeros(len(ellipses))
         for place, mine in samples.tile_windows(frame, model.place, ellipses):
             offsets = samples.offsets(place, ellipses[mine, :2])
             halves = CORE_FRACTION * ellipses[mine, 2:4] / samples.step(place)

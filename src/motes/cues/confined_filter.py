@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Singles, Spectra
 from motes.cues import fourier_ridge as ridge
@@ -171,6 +171,7 @@ class ConfinedFilter(Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
         """Return the filter of the window around `ellipse`."""
+        ellipse = as_ellipse(ellipse)
         samples = _grid(ellipse.a, ellipse.b)
         spectra = self._spectra(samples, frame, ellipse)
         learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
@@ -242,6 +243,7 @@ class ConfinedFilter(Config, frozen=True):
         """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
         from scipy import fft
 
+        place = as_ellipse(place)
         side, step = samples.cells * CELL_SIZE, samples.step(place)
         cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))

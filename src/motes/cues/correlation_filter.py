@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from motes import kernels
 from motes.core.config import Config, Positive, Share
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.base import Cue
@@ -70,6 +70,7 @@ class Correlation(Cue, Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
         """Return the filter of the window around `ellipse`."""
+        ellipse = as_ellipse(ellipse)
         samples = grid(ellipse.a, ellipse.b)
         spectra = self.spectra(samples, samples.sample_window(frame, ellipse))
         numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
@@ -79,7 +80,8 @@ class Correlation(Cue, Config, frozen=True):
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
-        samples, out = model.grid, np.zeros(len(ellipses))
+        samples, ellipses = model.grid, as_ellipses(ellipses)
+        out = np.zeros(len(ellipses))
         for place, mine in samples.tile_windows(frame, model.place, ellipses):
             plane, _ = self.responses(
                 model, self.spectra(samples, samples.sample_window(frame, place))

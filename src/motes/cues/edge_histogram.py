@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from motes import kernels
 from motes.core.frame import Frame
+from motes.core.geometry import as_ellipses
 from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import PixelHistogramCue
@@ -47,7 +48,7 @@ class Edges(PixelHistogramCue, frozen=True):
         Each row sums to 1, or is zero where the ellipse lies outside the frame; its last place is 1
         where there is no strong edge.
         """
-        ellipses = np.asarray(ellipses, float)
+        ellipses = as_ellipses(ellipses)
         histograms = np.empty((len(ellipses), self.bins + 1))
         lattice, _, profile = self.reading
         part = left, top, right, bottom = blocks(frame, ellipses, 1)

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
@@ -42,7 +42,7 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse], float))[0]
+        histogram = self.histograms(frame, np.array([as_ellipse(ellipse)]))[0]
         return self.model_type(histogram, histogram)
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:

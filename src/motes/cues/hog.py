@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from motes import kernels
 from motes.core.frame import Frame
+from motes.core.geometry import as_ellipses
 from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import PixelHistogramCue
@@ -65,7 +66,7 @@ class Hog(PixelHistogramCue, frozen=True):
 
         Each row sums to 1, or is zero if there is no gradient in the ellipse.
         """
-        ellipses = np.asarray(ellipses, float)
+        ellipses = as_ellipses(ellipses)
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
         lattice, _, profile = self.reading
         part = left, top, right, bottom = blocks(frame, ellipses, 1)

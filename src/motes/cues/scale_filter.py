@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.fourier_ridge import (
@@ -32,6 +32,8 @@ SIDE = 32
 """Mean side of a target in samples; a target with fewer pixels has one sample to a pixel."""
 SHARPNESS = 0.7
 """Standard deviation of the Gaussian that the filter learns, in steps from one size to the next."""
+MOST_CELLS = 1024
+"""Largest number of cells to a side, which only a line would exceed."""
 RIDGE = 0.01
 """Energy that is added to every frequency, so that those of low energy have less influence."""
 
@@ -64,9 +66,11 @@ class ScaleFilter(Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
+        ellipse = as_ellipse(ellipse)
         shrink = min(1.0, SIDE / ellipse.side)
         rows, columns = (
-            max(round(2 * half * shrink / CELL_SIZE), 2) for half in (ellipse.b, ellipse.a)
+            min(max(round(2 * half * shrink / CELL_SIZE), 2), MOST_CELLS)
+            for half in (ellipse.b, ellipse.a)
         )
         nothing = np.zeros((30 * rows * columns, self.count // 2 + 1), np.complex64)
         model = ScaleModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
@@ -76,6 +80,7 @@ class ScaleFilter(Config, frozen=True):
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
         from scipy import fft  # takes a third of a second to import
 
+        ellipse = as_ellipse(ellipse)
         out = np.empty((len(model.numerator), self.count), np.float32)
         kernels.search_window.cells_of_sizes(
             frame.pixels, ellipse, self.factors, taper(1, self.count)[0], model.rows, model.columns,

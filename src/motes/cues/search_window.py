@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
@@ -93,6 +93,7 @@ class SampleGrid:
 
     def sample_window(self, frame: Frame, ellipse: Ellipse) -> Singles:
         """Return the samples (3, H, W) of the window around a target."""
+        ellipse = as_ellipse(ellipse)
         return cut(
             frame, ellipse, self.step(ellipse), (self.rows * CELL_SIZE, self.columns * CELL_SIZE)
         )

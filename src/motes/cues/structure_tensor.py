@@ -18,7 +18,7 @@ from msgspec import Meta
 from motes import kernels
 from motes.core.config import Share
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats, Singles
 from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
@@ -88,6 +88,7 @@ class Orientation(AdaptableCue, EllipsePixels, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
+        ellipse = as_ellipse(ellipse)
         scale = self._scale(ellipse)
         threshold = self._threshold(frame, scale, ellipse)
         cue = msgspec.structs.replace(self, sampling=self.sampling.dense)
@@ -113,7 +114,7 @@ class Orientation(AdaptableCue, EllipsePixels, frozen=True):
         Section 3.2: T is set by the distribution of C over the target in the previous frame.
         Section 3.2.2: the scale follows the target's size, here in steps (`HYSTERESIS`).
         """
-        scale = model.scale
+        scale, ellipse = model.scale, as_ellipse(ellipse)
         if self.scale_selection:
             wanted = self._scale(ellipse)
             if abs(wanted - scale) > HYSTERESIS * scale:
@@ -139,7 +140,7 @@ class Orientation(AdaptableCue, EllipsePixels, frozen=True):
 
     def _histograms(self, frame: Frame, scale: float, threshold: float, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse, or its spectrum; zeros where there is no edge."""
-        ellipses = np.asarray(ellipses, float)
+        ellipses = as_ellipses(ellipses)
         plane = self._plane(frame, scale, ellipses)
         shifts = np.zeros(len(ellipses))
         if self.form == "rotated":

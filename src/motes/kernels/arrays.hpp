@@ -1,6 +1,10 @@
 // Arrays as kernels see them: the memory of numpy's, in C order; indices are not checked.
+//
+// So a kernel asks whether sizes fit (`fit`), and makes an index only of a number that is limited
+// (`limited`): whatever Python hands over, memory beside an array is neither read nor written.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -10,6 +14,21 @@
 namespace motes {
 
 using Index = std::ptrdiff_t;
+
+// Sizes of arrays do not fit together; `needed` is what would.
+struct Misfit {
+    const char* needed;
+};
+
+inline void fit(bool fits, const char* needed) {
+    if (!fits) throw Misfit{needed};
+}
+
+// Returns a value within 0 … most; 0 for NaN. It costs two operations of vector code.
+template <typename T>
+T limited(T value, T most) {
+    return std::min(std::max(T(0), value), most);
+}
 
 // A row of values; of a `const` type, they are only read.
 template <typename T>
@@ -105,11 +124,13 @@ struct Picture {
 };
 
 using Floats = Row<const double>;
-using Taps = Row<const float>;         // of a filter, at 0 … r
-using Ellipses = Table<const double>;  // rows x, y, a, b, theta
-using Histograms = Plane<double>;      // a row for each ellipse
-using Samples = Volume<const float>;   // channel, row, column
+using Taps = Row<const float>;        // of a filter, at 0 … r
+using Histograms = Plane<double>;     // a row for each ellipse
+using Samples = Volume<const float>;  // channel, row, column
 using Complex = std::complex<float>;
+
+// Rows x, y, a, b, theta, and perhaps more.
+struct Ellipses : Table<const double> {};
 
 // Two values, of which the first may be across and the second down.
 struct Pair {

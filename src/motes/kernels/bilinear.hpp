@@ -23,6 +23,8 @@ double between(Plane<const T> plane, double y, double x) {
 // `step` is from one value to the next.
 inline void look_up(Plane<const float> plane, Table<const double> points, double step,
                     Row<double> out) {
+    fit(plane.rows > 1 && plane.columns > 1 && points.columns >= 2 && out.size == points.rows,
+        "a plane (2 or more, 2 or more), and points (N, 2)");
     for (Index n = 0; n < points.rows; ++n) {
         const double x = double(plane.columns / 2) + points[n][0] / step;
         const double y = double(plane.rows / 2) + points[n][1] / step;
@@ -39,10 +41,9 @@ inline void look_up(Plane<const float> plane, Table<const double> points, double
 inline double box_mean(Plane<const double> integral, double x, double y, Pair half) {
     const auto rows = double(integral.rows - 1), columns = double(integral.columns - 1);
     x += columns / 2, y += rows / 2;
-    const double left = std::min(std::max(x - half.x, 0.0), columns - 1.0);
-    const double top = std::min(std::max(y - half.y, 0.0), rows - 1.0);
-    const double right = std::min(std::max(x + half.x, left + 1.0), columns);
-    const double bottom = std::min(std::max(y + half.y, top + 1.0), rows);
+    const double left = limited(x - half.x, columns - 1.0), top = limited(y - half.y, rows - 1.0);
+    const double right = std::min(std::max(left + 1.0, x + half.x), columns);
+    const double bottom = std::min(std::max(top + 1.0, y + half.y), rows);
     double total = between(integral, bottom, right) - between(integral, bottom, left);
     total += between(integral, top, left) - between(integral, top, right);
     return total / ((right - left) * (bottom - top));
@@ -50,6 +51,8 @@ inline double box_mean(Plane<const double> integral, double x, double y, Pair ha
 
 // Writes the mean over boxes (N, 4), x and y off the middle and half sides, from sums.
 inline void box_means(Plane<const double> integral, Table<const double> boxes, Row<double> out) {
+    fit(integral.rows > 1 && integral.columns > 1 && boxes.columns >= 4 && out.size == boxes.rows,
+        "sums (2 or more, 2 or more), and boxes (N, 4)");
     for (Index n = 0; n < boxes.rows; ++n) {
         const double* box = boxes[n];
         out[n] = box_mean(integral, box[0], box[1], {box[2], box[3]});
@@ -59,6 +62,8 @@ inline void box_means(Plane<const double> integral, Table<const double> boxes, R
 // Mixes into values `out` a share of the mean over boxes around points (N, 2) off the middle.
 inline void pool(Plane<const double> integral, Pair half, double share, Table<const double> points,
                  Row<double> out) {
+    fit(integral.rows > 1 && integral.columns > 1 && points.columns >= 2 && out.size == points.rows,
+        "sums (2 or more, 2 or more), and points (N, 2)");
     for (Index n = 0; n < points.rows; ++n) {
         const double mean = box_mean(integral, points[n][0], points[n][1], half);
         out[n] = (1 - share) * out[n] + share * mean;

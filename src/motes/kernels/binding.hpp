@@ -110,6 +110,15 @@ struct Reader<Table<T>> {
     }
 };
 
+template <>
+struct Reader<Ellipses> {
+    static Ellipses read(PyObject* object) {
+        const Table<const double> table = Reader<Table<const double>>::read(object);
+        if (table.columns < 5) throw Refused{"ellipses, rows of x, y, a, b, theta"};
+        return {table};
+    }
+};
+
 template <typename T>
 struct Reader<Volume<T>> {
     static Volume<T> read(PyObject* object) {
@@ -279,6 +288,8 @@ struct Call<kernel, unlocked> {
             PyErr_Clear();
             return PyErr_Format(PyExc_TypeError, "argument %zu of %s must be %s", place, name,
                                 refused.needed.c_str());
+        } catch (const Misfit& misfit) {
+            return PyErr_Format(PyExc_ValueError, "%s needs %s", name, misfit.needed);
         } catch (const std::bad_alloc&) {
             return PyErr_NoMemory();
         }

@@ -58,6 +58,17 @@ void replace(std::uint32_t* __restrict colors, Index count, const Bins bins) {
     for (Index i = 0; i < count; ++i) colors[i] = bin(colors[i], bins);
 }
 
+// Refuses slots that are not one for each bin, or beyond a histogram of `size` places.
+inline void fit_slots(const Bins& bins, Row<const std::uint32_t> slots, Index size) {
+    const Index pairs = Index(bins.n0) * bins.n1;
+    const Index count = bins.space == HSV_V ? pairs + bins.n2 : pairs * bins.n2;
+    std::uint32_t most = 0;
+    for (const std::uint32_t slot : slots) most = std::max(most, slot);
+    fit(bins.space >= RGB && bins.space <= HSV_V && count > 0 && slots.size == count &&
+            Index(most) < size,
+        "a slot for each bin of the color space, within the histogram: a model of these bins");
+}
+
 // Replaces colors, as `colors_at` writes them, by their bins: vector code.
 inline void to_bins(std::uint32_t* colors, Index count, const Bins& bins) {
     if (bins.space == RGB) replace<rgb_bin>(colors, count, bins);
@@ -69,6 +80,7 @@ inline void to_bins(std::uint32_t* colors, Index count, const Bins& bins) {
 template <typename Write>
 void each(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
           Row<const std::uint32_t> slots, Bins bins, Index size, Write write) {
+    fit_slots(bins, slots, size);
     const sampling::Window window = sampling::window_of(picture);
     Scratch<std::uint32_t> colors(sampling::capacity(window, ellipses, reading));
     const auto keys = [&](Index, histograms::Points points) -> const std::uint32_t* {
@@ -83,6 +95,7 @@ void each(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
 // the weights of the pixels whose color is in it. Zeros where an ellipse sees no pixel.
 inline void histograms(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
                        Row<const std::uint32_t> slots, Bins bins, Histograms out) {
+    fit(out.rows == ellipses.rows, "a histogram for each ellipse");
     each(picture, ellipses, reading, slots, bins, out.columns,
          [&](Index n, Floats histogram) { histograms::normalize(histogram, out[n]); });
 }
@@ -102,6 +115,7 @@ struct Target {
 // An ellipse that sees no pixel is at distance 1.
 inline void distances(Picture picture, Ellipses ellipses, const Target& target, Row<double> out) {
     const auto& [reading, slots, roots, bins] = target;
+    fit(out.size == ellipses.rows, "a distance for each ellipse");
     each(picture, ellipses, reading, slots, bins, roots.size + 1,
          [&, &roots = roots](Index n, Floats histogram) {
              out[n] = histograms::distance(histograms::coefficient(roots, histogram));
@@ -117,6 +131,8 @@ inline void mean_shift(Picture picture, Floats ellipse, Plane<const float> latti
                        Bins bins, Row<double> center) {
     const sampling::Window window = sampling::window_of(picture);
     const sampling::Reading reading{lattice, grid, sampling::EPANECHNIKOV};
+    fit(ellipse.size >= 5 && center.size >= 2, "an ellipse, and its center");
+    fit_slots(bins, slots, ratios.size);
     const Index room =
         sampling::capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room), colors(room);

@@ -54,6 +54,7 @@ inline Observation observe(Picture picture, Plane<const double> states, const co
     Scratch<double> distances(count), logs(count), weights(count);
     ScratchPlane<double> covariance(5, 5);
     std::array<double, 5> mean;
+    fit(count > 0 && states.columns >= 5, "particles, x, y, a, b, theta and more");
     const Ellipses ellipses{states.data, count, 5, states.columns};  // the first columns
     color::distances(picture, ellipses, target, distances);
     particles::gaussian({distances, 1, count}, {&likelihood.sigma, 1}, likelihood.epsilon,
@@ -89,6 +90,7 @@ inline Outcome step(Picture picture, Plane<const double> before, Floats before_w
                     double steps, Pair first, const color::Target& target, Likelihood likelihood,
                     double threshold, bool ring) {
     const Index count = positions.size, columns = before.columns;
+    fit(before_weights.size == before.rows, "a weight for each particle");
     Scratch<Index> chosen(count);
     ScratchPlane<double> selected(count, columns), states(count, columns);
     particles::ancestors(before_weights, positions, chosen);

@@ -26,15 +26,21 @@ inline Index inside_of(Box box, Index height, Index width) {
 
 // Returns the number of the color of a sample.
 inline Index color32(Samples samples, Index i, Index j) {
-    const auto red = Index(samples[0][i][j]), green = Index(samples[1][i][j]);
-    const auto blue = Index(samples[2][i][j]);
-    return ((red >> 3) << 10) + ((green >> 3) << 5) + (blue >> 3);
+    const auto level = [&](Index c) { return Index(limited(samples[c][i][j], 255.0f)) >> 3; };
+    return (level(0) << 10) + (level(1) << 5) + level(2);
+}
+
+inline void fit_colors(Samples samples, Index inside, Index outside) {
+    constexpr Index colors = 32 * 32 * 32;
+    fit(samples.planes == 3 && inside == colors && outside == colors,
+        "samples (3, H, W), and two rows of 32768 colors");
 }
 
 // Adds `share` of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`.
 inline void add_colors(Samples samples, Box inner, Box outer, double share, Row<float> inside,
                        Row<float> outside) {
     const Index height = samples.rows, width = samples.columns;
+    fit_colors(samples, inside.size, outside.size);
     const Index here = inside_of(inner, height, width);
     const Index there = height * width - inside_of(outer, height, width);
     const float one = float(share / double(std::max(here, Index(1))));
@@ -53,6 +59,8 @@ inline void add_colors(Samples samples, Box inner, Box outer, double share, Row<
 // A color that was never seen counts 1/2.
 inline void color_integral(Samples samples, Row<const float> inside, Row<const float> outside,
                            Plane<double> out) {
+    fit_colors(samples, inside.size, outside.size);
+    fit(out.rows == samples.rows + 1 && out.columns == samples.columns + 1, "sums (H + 1, W + 1)");
     std::fill_n(out[0], out.columns, 0.0);
     for (Index i = 0; i < samples.rows; ++i) {
         double total = 0.0;

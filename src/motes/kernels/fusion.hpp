@@ -27,6 +27,8 @@ inline double log_determinant(Plane<double> matrix) {
 // covariance is added, and `singular` to each variance.
 inline void log_determinants(Floats prior, Plane<const double> logs, Ellipses ellipses,
                              double floor, double equal, double singular, Row<double> out) {
+    fit(prior.size == ellipses.rows && logs.columns == prior.size && out.size == logs.rows,
+        "a log-weight of each cue for each ellipse");
     Scratch<double> own(prior.size), weights(prior.size), mean(SIZE);
     ScratchPlane<double> predicted(SIZE, SIZE), covariance(SIZE, SIZE);
     std::copy(prior.begin(), prior.end(), own.begin());

@@ -94,6 +94,8 @@ inline double distance(double rho) {
 
 // Writes the distances of histograms (N, m) to a model, by its square roots.
 inline void bhattacharyya(Plane<const double> histograms, Floats roots, Row<double> distances) {
+    fit(roots.size <= histograms.columns && distances.size == histograms.rows,
+        "histograms with the bins of the model, and a distance for each");
     for (Index n = 0; n < histograms.rows; ++n)
         distances[n] = distance(coefficient(roots, histograms.row(n)));
 }

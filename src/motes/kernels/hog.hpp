@@ -96,6 +96,9 @@ inline void by_cell(Floats filled, Index count, bool turned, double* histogram) 
 template <typename Look>
 void each(sampling::Window window, Ellipses ellipses, const sampling::Reading& reading, Index side,
           bool turned, Look look, Histograms out) {
+    fit(out.rows == ellipses.rows && side > 0 && out.columns > 0 &&
+            out.columns % (side * side) == 0,
+        "a histogram for each ellipse, with the same directions in each cell");
     const Index room = sampling::capacity(window, ellipses, reading);
     const auto count = std::uint32_t(out.columns / (side * side));
     Scratch<float> strength(room);

@@ -130,7 +130,8 @@ inline bool add_kernels(PyObject* extension) {
                {{"EPANECHNIKOV", sampling::EPANECHNIKOV},
                 {"RADIAL", sampling::RADIAL},
                 {"UNIFORM", sampling::UNIFORM},
-                {"GAUSSIAN", sampling::GAUSSIAN}}) &&
+                {"GAUSSIAN", sampling::GAUSSIAN},
+                {"WIDEST", long(sampling::WIDEST)}}) &&
            add(extension, "search_window",
                {unlocked<search_window::cut>("cut"),
                 unlocked<search_window::cut_around>("cut_around"),

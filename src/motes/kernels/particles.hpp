@@ -26,7 +26,10 @@ struct Noise {
 // which return to the first ones. They stay at one pixel or more.
 inline void walk(Table<const double> states, Plane<const double> normal, const Noise& noise,
                  double steps, Pair first, Plane<double> out) {
-    const Index columns = states.columns;
+    const Index columns = states.columns, orders = noise.changes.size;
+    fit(columns == 5 + 4 * orders && out.columns == columns && out.rows == states.rows &&
+            normal.rows == states.rows && normal.columns == columns + 1,
+        "states (N, 5 + 4 k) of the model's k orders, and numbers (N, 6 + 4 k)");
     const double grown = std::sqrt(steps);
     const double mean = std::sqrt(first.x * first.y);  // a narrow target moves as fast sideways
     const double position = mean * noise.position * grown, aspect = noise.aspect * grown;
@@ -64,6 +67,7 @@ inline void walk(Table<const double> states, Plane<const double> normal, const N
 // Positions are shares of the sum of weights; a particle without weight is never chosen, if any has
 // one.
 inline void ancestors(Floats weights, Floats positions, Row<Index> chosen) {
+    fit(weights.size > 0 && chosen.size == positions.size, "one weight at least");
     Scratch<double> cumulated(weights.size);
     double total = 0.0;
     Index last = 0;
@@ -82,6 +86,9 @@ inline void ancestors(Floats weights, Floats positions, Row<Index> chosen) {
 // Writes log(exp(-d² / (2 sigma²)) + epsilon) of distances (J, N) and sigmas (J,).
 inline void gaussian(Plane<const double> distances, Floats sigmas, double epsilon,
                      Plane<double> logs) {
+    fit(sigmas.size == distances.rows && logs.rows == distances.rows &&
+            logs.columns == distances.columns,
+        "a sigma for each row of distances");
     for (Index j = 0; j < distances.rows; ++j) {
         const double scale = -0.5 / (sigmas[j] * sigmas[j]);
         for (Index n = 0; n < distances.columns; ++n) {
@@ -94,6 +101,7 @@ inline void gaussian(Plane<const double> distances, Floats sigmas, double epsilo
 // Writes probabilities for log-weights, whose NaN and +inf become -inf; returns true if none has
 // any. They are then uniform.
 inline bool normalize(Row<double> logs, Row<double> values) {
+    fit(logs.size > 0 && values.size == logs.size, "one log-weight at least");
     constexpr double inf = std::numeric_limits<double>::infinity();
     double top = -inf;
     for (double& log : logs) {
@@ -119,6 +127,8 @@ inline double effective_sample_size(Floats weights) {
 
 // Writes the root of the mean of the squared distances (J, N) of cues by their shares (J,).
 inline void combine(Plane<const double> distances, Floats shares, Row<double> out) {
+    fit(shares.size == distances.rows && out.size == distances.columns,
+        "a share for each row of distances");
     for (Index n = 0; n < out.size; ++n) {
         double sum = 0.0;
         for (Index j = 0; j < distances.rows; ++j)
@@ -129,6 +139,7 @@ inline void combine(Plane<const double> distances, Floats shares, Row<double> ou
 
 // Returns how many particles have a rho, 1 - d², above a threshold, and the sum of weights.
 inline std::tuple<Index, double> appearing(Floats distances, Floats weights, double threshold) {
+    fit(weights.size == distances.size, "a weight for each distance");
     Index count = 0;
     double support = 0.0;
     for (Index n = 0; n < distances.size; ++n) {
@@ -142,6 +153,9 @@ inline std::tuple<Index, double> appearing(Floats distances, Floats weights, dou
 
 // Writes the weighted mean (5,) and covariance (5, 5) of ellipses, angles modulo pi.
 inline void moments(Ellipses ellipses, Floats weights, Row<double> mean, Plane<double> covariance) {
+    fit(weights.size == ellipses.rows && mean.size == 5 && covariance.rows == 5 &&
+            covariance.columns == 5,
+        "a weight for each ellipse");
     std::fill(mean.begin(), mean.end(), 0.0);
     std::fill_n(covariance.data, 25, 0.0);
     double sin = 0.0, cos = 0.0;

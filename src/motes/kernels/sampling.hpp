@@ -49,6 +49,16 @@ struct Region {
     double x, y, a, b, cos, sin, across, down;
 };
 
+// Half of the largest box of an ellipse that is read, in pixels: in what is larger, 32 bits are too
+// few for a place.
+constexpr double WIDEST = 1e9;
+
+// Returns whether an ellipse can cover pixels: finite, of positive size, and not absurdly large.
+inline bool regular(const Region& region) {
+    return region.a > 0.0 && region.b > 0.0 && std::isfinite(region.x + region.y) &&
+           region.across < WIDEST && region.down < WIDEST;
+}
+
 inline Region region_of(const double* ellipse) {
     const double a = ellipse[2], b = ellipse[3];
     const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
@@ -67,10 +77,11 @@ inline Index capacity(Window window, Ellipses ellipses, const Reading& reading) 
     if (reading.lattice.columns > 0) return reading.lattice.columns;
     double most = 0.0;
     for (Index n = 0; n < ellipses.rows; ++n) {
-        const double side = 2 * std::max(ellipses[n][2], ellipses[n][3]) + 2;
-        const double area =
-            std::min(side, double(window.width)) * std::min(side, double(window.height));
-        most = area > most ? area : most;  // NaN is not
+        const double half = std::max(ellipses[n][2], ellipses[n][3]);
+        if (!(half > 0.0)) continue;  // nothing is read of it
+        const double side = 2 * half + 2;
+        most = std::max(
+            most, std::min(side, double(window.width)) * std::min(side, double(window.height)));
     }
     return Index(most) + 1;
 }
@@ -130,7 +141,8 @@ inline Pair squared_distance(const Region& region, int profile) {
             const Index at_x = column + std::int32_t(x0 + us[i] * ax + vs[i] * bx);
             const Index at_y = row + std::int32_t(y0 + us[i] * ay + vs[i] * by);
             const bool inside = at_x >= 0 && at_y >= 0 && at_x < width && at_y < height;
-            // Again: an absurdly large ellipse may have overflowed above, and elsewhere.
+            // Again: what was computed above has 32 bits, and may be another pixel of a large
+            // picture.
             offsets[i] = inside ? std::uint32_t(at_y * line_step + at_x * pixel_step) : 0;
             weights[i] = inside ? weights[i] : 0.0;
         }
@@ -176,7 +188,7 @@ inline Index pixels_within(Window window, const double* ellipse, const Reading& 
     const auto [left, top, width, height, pixel, line] = window;
     const Region region = region_of(ellipse);
     const auto [x, y, a, b, cos, sin, across, down] = region;
-    if (!std::isfinite(x + y + across + down)) return 0;
+    if (!regular(region)) return 0;
     if (x + across < left - 1 || y + down < top - 1 || x - across > left + width ||
         y - down > top + height)
         return 0;
@@ -241,6 +253,7 @@ inline void colors_at(const Picture& picture, const std::uint32_t* offsets, Inde
 inline std::vector<float> values_within(Plane<const float> plane, Index left, Index top,
                                         Floats ellipse, const Reading& reading) {
     const Window window = window_of(left, top, plane.columns, plane.rows);
+    fit(ellipse.size >= 5, "an ellipse, x, y, a, b, theta");
     const Index room = capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room);
     Scratch<double> weights(room);
@@ -254,13 +267,14 @@ inline std::vector<float> values_within(Plane<const float> plane, Index left, In
 
 // Returns the left, top, right and bottom end of what ellipses cover.
 //
-// Those with NaN or infinity cover nothing; the left end of nothing is right of its right end.
+// Those that are not `regular` cover nothing; the left end of nothing is right of its right end.
 inline std::array<double, 4> bounds(Ellipses ellipses) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     double left = inf, top = inf, right = -inf, bottom = -inf;
     for (Index n = 0; n < ellipses.rows; ++n) {
-        const auto [x, y, a, b, cos, sin, across, down] = region_of(ellipses[n]);
-        if (!std::isfinite(x + y + across + down)) continue;
+        const Region region = region_of(ellipses[n]);
+        if (!regular(region)) continue;
+        const auto [x, y, a, b, cos, sin, across, down] = region;
         left = std::min(left, x - across), top = std::min(top, y - down);
         right = std::max(right, x + across), bottom = std::max(bottom, y + down);
     }

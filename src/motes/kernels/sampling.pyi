@@ -4,6 +4,7 @@ EPANECHNIKOV: int
 RADIAL: int
 UNIFORM: int
 GAUSSIAN: int
+WIDEST: int
 
 def pixels_within(
     window: Window,

@@ -24,8 +24,8 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
         float* __restrict share0 = shares[0], * __restrict share1 = shares[1];
         float* __restrict share2 = shares[2], * __restrict share3 = shares[3];
         for (std::int32_t j = 0; j < std::int32_t(width); ++j) {
-            const float x = std::min(std::max(left + float(j) * across_x, 0.0f), right);
-            const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
+            const float x = limited(left + float(j) * across_x, right);
+            const float y = limited(top + float(j) * across_y, low);
             column[j] = std::int32_t(x), row[j] = std::int32_t(y);
             const float u = x - float(column[j]), v = y - float(row[j]);
             share3[j] = u * v, share1[j] = u - share3[j], share2[j] = v - share3[j];
@@ -73,8 +73,8 @@ inline void add_pixels(Picture picture, Index count, const std::int32_t* columns
 inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
     const double step_x = std::hypot(across.x, across.y), step_y = std::hypot(down.x, down.y);
     if (step_x < 1.0 || step_y < 1.0) return cut_between(picture, corner, across, down, out);
-    const Index beside = std::min(Index(step_x + 0.5), Index(4));
-    const Index below = std::min(Index(step_y + 0.5), Index(4));
+    const auto beside = Index(std::min(4.0, step_x + 0.5));
+    const auto below = Index(std::min(4.0, step_y + 0.5));
     const auto share = float(1.0 / double(beside * below));
     const auto right = double(picture.width - 1), low = double(picture.height - 1);
     const auto bytes = std::int32_t(picture.pixel);
@@ -97,9 +97,8 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
             std::int32_t* __restrict column = columns[u], * __restrict row = rows[u];
             const double *x = off_x, *y_off = off_y;
             for (Index k = 0; k < line; ++k)
-                column[k] = bytes * std::int32_t(std::min(std::max(left + x[k], 0.0), right));
-            for (Index k = 0; k < line; ++k)
-                row[k] = std::int32_t(std::min(std::max(top + y_off[k], 0.0), low));
+                column[k] = bytes * std::int32_t(limited(left + x[k], right));
+            for (Index k = 0; k < line; ++k) row[k] = std::int32_t(limited(top + y_off[k], low));
         }
         add_pixels(picture, beside * below, columns[0], rows[0], sums);
         for (Index c = 0; c < 3; ++c) {
@@ -115,12 +114,12 @@ class Line {
 public:
     // `count` samples from `start`, `step` pixels apart, of `limit` pixels of `bytes` each.
     Line(double start, double step, Index count, Index limit, Index bytes)
-        : taps(step < 1.0 ? 2 : std::min(Index(step + 0.5), Index(4))),
+        : taps(step < 1.0 ? 2 : Index(std::min(4.0, step + 0.5))),
           places(count, taps),
           shares(count, taps) {
         for (Index i = 0; i < count; ++i) {
             if (step < 1.0) {
-                const double x = inside(start + double(i) * step, limit);
+                const double x = limited(start + double(i) * step, double(limit - 1));
                 const auto place = Index(x);
                 places[i][0] = place * bytes;
                 places[i][1] = std::min(place + 1, limit - 1) * bytes;
@@ -130,24 +129,20 @@ public:
             }
             for (Index u = 0; u < taps; ++u) {
                 const double off = double(i) - 0.5 + (double(u) + 0.5) / double(taps);
-                places[i][u] = Index(inside(start + off * step + 0.5, limit)) * bytes;
+                places[i][u] = Index(limited(start + off * step + 0.5, double(limit - 1))) * bytes;
                 shares[i][u] = float(1.0 / double(taps));
             }
         }
-        first = places[0][0];
-        for (Index i = 0; i < count; ++i)
-            for (Index u = 0; u < taps; ++u) places[i][u] -= first;
+        const Index size = count * taps;
+        first = *std::min_element(places.begin(), places.begin() + size);
+        for (Index i = 0; i < size; ++i) places.begin()[i] -= first;
+        last = *std::max_element(places.begin(), places.begin() + size);
     }
 
     const Index taps;
-    Index first;                 // in bytes, the first pixel that counts
+    Index first, last;           // in bytes: the first pixel that counts, and the last from there
     ScratchPlane<Index> places;  // in bytes from there
     ScratchPlane<float> shares;
-
-private:
-    static double inside(double x, Index limit) {
-        return std::min(std::max(x, 0.0), double(limit) - 1.0);
-    }
 };
 
 // Writes the weighted sum of the `taps` lines of a picture that count for row `i` of the samples.
@@ -186,7 +181,7 @@ void weigh(const Line& columns, const float* line, bool reversed, Index i, Volum
 inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> out) {
     const Line columns(corner.x, step.x, out.columns, picture.width, picture.pixel);
     const Line rows(corner.y, step.y, out.rows, picture.height, picture.line);
-    const Index span = columns.places[out.columns - 1][columns.taps - 1] + picture.span(1);
+    const Index span = columns.last + picture.span(1);
     const std::uint8_t* start = picture.data + rows.first + columns.first;
     Scratch<float> scratch(span);
     float* __restrict line = scratch;
@@ -208,6 +203,9 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
 // stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
 // Outside the picture its border goes on.
 inline void cut(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
+    fit(picture.height > 0 && picture.width > 0 && out.planes == 3 && out.rows > 0 &&
+            out.columns > 0,
+        "a picture, and room for three colors");
     if (across.y == 0.0 && down.x == 0.0)
         cut_upright(picture, corner, {across.x, down.y}, out);
     else
@@ -265,8 +263,8 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
             const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
             const float magnitude = std::sqrt(dx * dx + dy * dy);
             far[j] = magnitude * across[j], near[j] = magnitude - far[j];
-            row[j] = std::int32_t(dy * float(1.0 / 3) + 256.5f);
-            column[j] = std::int32_t(dx * float(1.0 / 3) + 256.5f);
+            row[j] = std::int32_t(limited(dy * float(1.0 / 3) + 256.5f, 511.0f));
+            column[j] = std::int32_t(limited(dx * float(1.0 / 3) + 256.5f, 511.0f));
         }
         std::fill_n(line.begin(), votes.columns, 0.0f);
         for (Index j = 0; j < width; ++j) {
@@ -332,6 +330,10 @@ inline void colors(Samples samples, Index cell, Volume<float> out) {
 inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                            Volume<float> out) {
     const Index rows = out.rows, columns = out.columns;
+    fit(samples.planes == 3 && out.planes == 30 && cell > 0 && rows > 0 && columns > 0 &&
+            samples.rows == cell * rows && samples.columns == cell * columns &&
+            sectors.rows == 512 && sectors.columns == 512,
+        "samples (3, H, W), cells (30, H / side, W / side) and sectors (512, 512)");
     // One cell more on each side, into which the outermost samples' votes fall.
     ScratchPlane<float> votes(rows + 2, 18 * (columns + 2)), energy(rows + 2, columns + 2);
     vote(samples, cell, sectors, votes);
@@ -372,6 +374,9 @@ inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, 
                            Index rows, Index columns, Index cell, Plane<const std::uint8_t> sectors,
                            Plane<float> out) {
     const Index height = rows * cell, width = columns * cell;
+    fit(out.rows == 30 * rows * columns && out.columns == factors.size &&
+            tapers.size == factors.size,
+        "a taper and a column of 30 features a cell for each size");
     Scratch<float> window(3 * height * width), features(out.rows);
     for (Index n = 0; n < factors.size; ++n) {
         const Pair step{2 * place.a * factors[n] / double(width),

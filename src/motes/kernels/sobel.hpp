@@ -61,6 +61,7 @@ inline void strong(Floats filled, double* histogram) {
 // Writes each ellipse's histogram of strong edges from a plane of bins, which begins at left, top.
 inline void histograms(Plane<const std::uint8_t> bins, Index left, Index top, Ellipses ellipses,
                        const sampling::Reading& reading, Histograms out) {
+    fit(out.rows == ellipses.rows && out.columns > 1, "a histogram for each ellipse");
     histograms::each(
         sampling::window_of(left, top, bins.columns, bins.rows), ellipses, reading, out.columns,
         bins.data, [](Index, histograms::Points points) { return points.offsets; },
@@ -70,6 +71,7 @@ inline void histograms(Plane<const std::uint8_t> bins, Index left, Index top, El
 // Writes the same histograms without a plane, by Sobel's operator at a lattice's points.
 inline void histograms_at(Picture picture, Ellipses ellipses, Plane<const float> lattice,
                           int profile, double threshold, Histograms out) {
+    fit(out.rows == ellipses.rows && out.columns > 1, "a histogram for each ellipse");
     static const float smooth[] = {2, 1}, derivative[] = {0, 1};
     const Index room = lattice.columns;
     const gradients::DerivativesAt derivatives(picture, {smooth, 2}, {derivative, 2}, room);

@@ -53,7 +53,7 @@ inline void turned_back(Floats histogram, double shift, double* out) {
     const Index count = histogram.size;
     double total = 0.0;
     for (const double value : histogram) total += value;
-    if (!(total > 0.0)) shift = 0.0;
+    shift = total > 0.0 ? std::fmod(shift, double(count)) : 0.0;
     const double scale = total > 0.0 ? 0.25 / total : 0.0;
     const auto whole = Index(std::floor(shift));
     const double part = shift - double(whole);
@@ -76,6 +76,9 @@ inline void turned_back(Floats histogram, double shift, double* out) {
 inline void histograms(Plane<const float> certainty, Plane<const std::uint8_t> bins, Index left,
                        Index top, Ellipses ellipses, const sampling::Reading& reading,
                        double threshold, Floats shifts, Histograms out) {
+    fit(bins.rows == certainty.rows && bins.columns == certainty.columns &&
+            shifts.size == ellipses.rows && out.rows == ellipses.rows && out.columns > 0,
+        "a bin for each certainty, and a shift and a histogram for each ellipse");
     const auto sure = [&](Index, histograms::Points points) {
         for (Index i = 0; i < points.count; ++i) {
             const float value = certainty.data[points.offsets[i]];

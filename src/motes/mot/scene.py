@@ -21,8 +21,10 @@ from motes.core.adapters import as_detections
 from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Box
+from motes.core.geometry import FARTHEST, Box, as_samples
+from motes.core.log import LOG
 from motes.core.seed import checked_seed
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import before_camera
 from motes.mot.expected import Expected
@@ -159,8 +161,8 @@ class Scene:
     """The keys of the expected objects that began in the last frame, by their identities; see
     `expect`."""
     warnings: Mapping[str, str]
-    """The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
-    there were too many detections."""
+    """The detector's warnings so far, each once (see `BackgroundDetector`); as `limit`, that there
+    were too many detections, and as `broken`, that some are no boxes."""
     doubts: dict[str, int]
     """The first frame from which on each of `DOUBTS` makes counts doubtful."""
 
@@ -186,6 +188,7 @@ class Scene:
         self._changes = PictureChanges()
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
+        self._statuses: dict[int, Status] = {}
         self._labels, self._surest = set[str](), -math.inf
 
     @property
@@ -213,10 +216,16 @@ class Scene:
         return None
 
     def expect(self, expected: Sequence[Expected]) -> None:
-        """Expect objects in the next frame; they begin as soon as they are seen there."""
-        self._expected = expected
+        """Expect objects in the next frame; they begin as soon as they are seen there.
 
-    def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
+        Raises
+        ------
+        ConfigError
+            If the samples or the velocity of one cannot be used.
+        """
+        self._expected = [_usable(each) for each in expected]
+
+    def update(self, frame: Frame | NDArray[Any]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -288,10 +297,19 @@ class Scene:
         self._stepped += 1
         self._expected = ()
         self.admitted = info.admitted
-        self._warn(frame, info.surplus)
+        self._warn(frame, info.surplus, sum(map(_broken, found.detections or ())))
         self._doubt(frame, found)
-        self.warnings = {**found.warnings, **self._own_warnings}
-        return ended + info.tracks
+        warnings = {**found.warnings, **self._own_warnings}
+        for kind in warnings.keys() - self.warnings.keys():
+            LOG.warning("%s", warnings[kind])
+        self.warnings = warnings
+        tracks = ended + info.tracks
+        for found_object in tracks:
+            identity, status = found_object.identity, found_object.track.status
+            if status is not self._statuses.get(identity):
+                LOG.info("Frame %d: object %d is %s.", frame.index, identity, status)
+        self._statuses = {each.identity: each.track.status for each in info.tracks}
+        return tracks
 
     def _cut(self, frame: Frame) -> list[SceneTrack]:
         """End all objects where the film is cut, as nothing goes on there; return their tracks."""
@@ -307,14 +325,17 @@ class Scene:
         for kind in kinds if found.change is None else [found.change]:
             self.doubts.setdefault(kind, frame.index)
 
-    def _warn(self, frame: Frame, surplus: int) -> None:
-        """Note a warning if there are too many detections, once."""
+    def _warn(self, frame: Frame, surplus: int, broken: int) -> None:
+        """Note a warning if there are too many detections, or broken ones, once each."""
+        if broken:
+            text = f"detections with NaN, infinity or no size are left out, {broken} here"
+            self._own_warnings.setdefault("broken", f"Frame {frame.index}: {text}.")
         if surplus:
             limit = self.config.detections.limit
             text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
             self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
 
-    def _as_frame(self, picture: Frame | NDArray[np.uint8]) -> Frame:
+    def _as_frame(self, picture: Frame | NDArray[Any]) -> Frame:
         """Return a picture as the next frame."""
         if isinstance(picture, Frame):
             return picture
@@ -336,6 +357,20 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def _broken(found: Detection) -> bool:
+    """Return whether a detection is none: not finite, or without a size."""
+    numbers = (*found.box, found.score)
+    return not (all(map(math.isfinite, numbers)) and min(found.box[2:]) > 0)
+
+
+def _usable(expected: Expected) -> Expected:
+    """Return an expected object; raise a ConfigError if its numbers cannot be used."""
+    velocity = np.asarray(expected.velocity, np.float64)
+    if velocity.shape != (2,) or not (np.abs(velocity) <= FARTHEST).all():
+        raise ConfigError(f"A velocity is two numbers, in pixels a second; got {velocity}.")
+    return expected._replace(samples=as_samples(expected.samples), velocity=velocity)
 
 
 def _homography(motion: Any) -> Floats | None:

@@ -6,7 +6,7 @@ import io
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,7 +39,7 @@ SUPERSAMPLING = 2
 
 
 def draw(
-    pixels: NDArray[np.uint8],
+    pixels: NDArray[Any],
     track: Track,
     *,
     particles: ArrayLike | None = None,
@@ -73,8 +73,13 @@ def draw(
     Raises
     ------
     ConfigError
-        If the particles, the weights or the trail have another shape.
+        If there is no track, or the particles, the weights or the trail have another shape.
     """
+    if not isinstance(track, Track):
+        raise ConfigError(
+            f"Draw a Track, as Tracker.update returns it; got {type(track).__name__}. draw_scene "
+            f"draws those of a Scene."
+        )
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(as_rgb(pixels))

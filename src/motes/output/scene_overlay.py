@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ def color_of(identity: int) -> Color:
 
 
 def draw_scene(
-    pixels: NDArray[np.uint8],
+    pixels: NDArray[Any],
     tracks: Sequence[SceneTrack],
     trails: Mapping[int, Sequence[Point]],
     regions: Regions | None = None,

@@ -41,7 +41,7 @@ def read_track(path: str | Path, *, pandas: Literal[True]) -> Any:  # noqa: D418
 
 
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
-    """Return the rows of a file of tracks (.csv or .jsonl), in the order of the file.
+    """Return the rows of a file of tracks (.csv, .jsonl or .parquet), in the order of the file.
 
     The columns have the names in the file, which are those of `Track.to_dict` and
     `SceneTrack.to_dict`. `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
@@ -62,14 +62,17 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     Raises
     ------
     ConfigError
-        If the ending of the file is neither .csv nor .jsonl.
+        If the ending of the file is none of these.
     InputError
         If the file cannot be read or holds other rows.
     MissingDependencyError
-        If a DataFrame is asked for and pandas is not installed.
+        If pandas, for a DataFrame, or pyarrow, for Parquet, is not installed.
     """
-    form = form_of(path)
-    table = table_of(read_text(path, InputError, newline=""), path, form)
+    if Path(path).suffix.lower() == ".parquet":
+        table = _read(path, _parquet_rows(path))
+    else:
+        form = form_of(path)
+        table = table_of(read_text(path, InputError, newline=""), path, form)
     if not pandas:
         return table
     made = optional("pandas", "A DataFrame needs pandas", "pandas").DataFrame
@@ -88,12 +91,27 @@ def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
     form
         The form of the rows.
     """
+    return _read(path, _csv_lines(text) if form == "csv" else _json_lines(text))
+
+
+def _read(path: str | Path, lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
     try:
-        return _table(_csv_lines(text) if form == "csv" else _json_lines(text))
-    except (ValueError, OverflowError, csv.Error) as error:
+        return _table(lines)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from None
+    except (ValueError, TypeError, OverflowError, csv.Error) as error:
         raise InputError(
             f"{path} is not a file of tracks ({error}); give one that motes track or watch wrote."
         ) from None
+
+
+def _parquet_rows(path: str | Path) -> Iterator[Sequence[Any]]:
+    """Yield the names of the columns, then the values of each row."""
+    parquet = optional("pyarrow.parquet", "Parquet needs pyarrow", "motes[parquet]")
+    with parquet.ParquetFile(path) as file:
+        yield file.schema_arrow.names
+        for batch in file.iter_batches():
+            yield from zip(*(column.to_pylist() for column in batch.columns), strict=True)
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:

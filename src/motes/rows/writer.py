@@ -34,7 +34,10 @@ def check_writable(path: str | Path, overwrite: bool = False) -> None:
     if path.is_dir():
         raise FormatError(f"{path} is a folder; give the name of a file.")
     if path.is_file() and not overwrite:
-        raise FormatError(f"{path} exists; choose another name, or overwrite it (--overwrite).")
+        raise FormatError(
+            f"{path} exists; choose another name, or allow it "
+            f"(overwrite=True, on the command line --overwrite)."
+        )
     if not path.parent.is_dir():
         raise FormatError(f"There is no folder {path.parent} for {path.name}; make it first.")
     if not os.access(path if path.exists() else path.parent, os.W_OK):

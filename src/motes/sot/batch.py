@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Self
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Self
 
+import msgspec
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes.core.config import to_dict
+from motes.core.decode import decode
 from motes.core.errors import ConfigError
-from motes.core.frame import Frame
+from motes.core.frame import FRAME_INTERVAL, Frame, from_bgr
 from motes.core.track import Track
+from motes.core.types import Numbers
+from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
-from motes.sot.tracker import Picture, Tracker
+from motes.sot.tracker import Picture, Tracker, load_plain, save_plain
 
 
 class Trackers:
     """Follows several objects at once. They share each frame, and what cues compute from it.
 
-    Object i has the same tracks as with `Tracker(config, seed + i)` alone, to the last bit, for any
-    number of threads. With several threads, use it in a `with` statement, or call `close`.
+    Object i, counted from the first one that was ever added, has the same tracks as with
+    `Tracker(config, seed + i)` alone, to the last bit, for any number of threads. With several
+    threads, use it in a `with` statement, or call `close`.
 
     Parameters
     ----------
@@ -26,22 +38,32 @@ class Trackers:
     threads
         Number of threads that share the objects. They read pixels at the same time, so a second
         thread is faster with tens of objects, or with cues that read many pixels.
+    bgr
+        Whether images are BGR, as OpenCV reads them; `Frame`s are RGB always.
     """
 
     each: list[Tracker]
-    """The trackers, in the order of the regions."""
+    """The trackers, in the order in which they were added."""
 
     def __init__(
-        self, config: str | TrackerConfig = "default", seed: int = 0, threads: int = 1
+        self,
+        config: str | TrackerConfig = "default",
+        seed: int = 0,
+        threads: int = 1,
+        *,
+        bgr: bool = False,
     ) -> None:
         if not isinstance(threads, int) or threads < 1:
             raise ConfigError(f"Objects are divided among 1 or more threads; got {threads}.")
-        self._config, self._seed, self._threads = config, seed, threads
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._config, self._seed, self._threads, self._bgr = config, seed, threads, bgr
+        self._pool: ThreadPoolExecutor | None = None
+        self._owner = 0  # the process in which the pool has threads: a child of fork has none
         self._closed = False
+        self._last: Frame | None = None
+        self._begun = 0  # how many objects there have been
         self.each = []
 
-    def init(self, frame: Picture, regions: Sequence[Sequence[float]]) -> list[Track]:
+    def init(self, frame: Picture, regions: Sequence[Numbers] | NDArray[Any]) -> list[Track]:
         """Start on the objects in regions: boxes (x, y, w, h) or ellipses (x, y, a, b, theta).
 
         Raises
@@ -52,14 +74,42 @@ class Trackers:
         self._opened()
         if not hasattr(regions, "__len__") or not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
-        picture = frame if isinstance(frame, Frame) else Frame(0, 0.0, frame)
+        picture = self._picture(frame, None)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
         tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
-        self.each = each
+        self.each, self._last, self._begun = each, picture, len(each)
         return tracks
 
+    def add(self, region: Numbers) -> Track:
+        """Start on another object, in a region of the last frame. It comes last in `each`.
+
+        Raises
+        ------
+        ConfigError
+            Before `init`, after `close`, or if the region is not valid or does not fit the frame.
+        """
+        last = self._started()
+        tracker = Tracker(self._config, self._seed + self._begun)
+        track = tracker.init(last, region)
+        self.each.append(tracker)
+        self._begun += 1
+        return track
+
+    def remove(self, place: int) -> None:
+        """Follow the object at a place in `each`, from 0, no more; those behind it move up.
+
+        Raises
+        ------
+        ConfigError
+            If there is none, or after `close`.
+        """
+        self._opened()
+        if place not in range(len(self.each)):
+            raise ConfigError(f"There is no object {place}; there are {len(self.each)}, from 0.")
+        del self.each[place]
+
     def update(self, frame: Picture) -> list[Track]:
-        """Return the tracks in the next frame, in the order of the regions.
+        """Return the tracks in the next frame, in the order of `each`.
 
         Raises
         ------
@@ -68,23 +118,83 @@ class Trackers:
         SourceError
             If the frame's size has changed, or its time is not after the last one's.
         """
-        self._opened()
-        if not self.each:
-            raise ConfigError("There are no targets yet; call init first.")
-        picture = self.each[0].picture(frame)
-        if self._pool is None:
-            return [tracker.update(picture) for tracker in self.each]
+        picture = self._picture(frame, self._started())
+        if self._threads == 1:
+            tracks = [tracker.update(picture) for tracker in self.each]
+            self._last = picture
+            return tracks
         # One task for each thread: one for each object would cost more than it saves.
-        size = -(-len(self.each) // self._threads)
+        size = max(-(-len(self.each) // self._threads), 1)
         parts = [self.each[i : i + size] for i in range(0, len(self.each), size)]
+        if self._pool is None or self._owner != os.getpid():
+            self._pool, self._owner = ThreadPoolExecutor(self._threads), os.getpid()
         done = self._pool.map(lambda part: [tracker.update(picture) for tracker in part], parts)
-        return [track for tracks in done for track in tracks]
+        tracks = [track for tracks in done for track in tracks]
+        self._last = picture
+        return tracks
 
     def close(self) -> None:
         """Stop the threads; the trackers cannot be used afterwards."""
         self._closed = True
-        if self._pool is not None:
+        if self._pool is not None and self._owner == os.getpid():
             self._pool.shutdown()
+
+    def save(self, path: str | Path) -> None:
+        """Write all that the next call needs. After `load`, tracks continue to the last bit.
+
+        Raises
+        ------
+        ConfigError
+            Before `init`, after `close`, or if there is no object left.
+        FormatError
+            If the file cannot be written.
+        """
+        self._started()
+        if not self.each:
+            raise ConfigError("There is no object left to save; call add or init first.")
+        objects = [tracker._plain() for tracker in self.each]
+        frame, *_ = [plain.pop("frame") for plain in objects]  # the same for all
+        config = to_dict(self.each[0].config)
+        saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects)
+        save_plain(path, msgspec.structs.asdict(saved))
+
+    @classmethod
+    def load(cls, path: str | Path, threads: int = 1) -> Self:
+        """Return the trackers that `save` has written; continue with `update`.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be read, holds no saved trackers, or a state that does not belong to
+            its configuration.
+        """
+        return load_plain(path, partial(cls._of_plain, threads))
+
+    @classmethod
+    def _of_plain(cls, threads: int, plain: Any) -> Self:
+        saved = msgspec.convert(plain, _SavedGroup)
+        trackers = cls(decode(saved.config, Algorithm), saved.seed, threads, bgr=saved.bgr)
+        trackers.each = [
+            Tracker._of_plain({**each, "frame": saved.frame}) for each in saved.objects
+        ]
+        trackers._last, trackers._begun = trackers.each[0]._frame, saved.begun
+        return trackers
+
+    def _started(self) -> Frame:
+        """Return the last frame."""
+        self._opened()
+        if self._last is None:
+            raise ConfigError("There are no targets yet; call init first.")
+        return self._last
+
+    def _picture(self, frame: Picture, last: Frame | None) -> Frame:
+        """Return an image as the frame after the last one, or as the first one."""
+        if isinstance(frame, Frame):
+            return frame
+        pixels = from_bgr(frame) if self._bgr else frame
+        if last is None:
+            return Frame(0, 0.0, pixels)
+        return Frame(last.index + 1, last.time + FRAME_INTERVAL, pixels)
 
     def _opened(self) -> None:
         if self._closed:
@@ -95,3 +205,14 @@ class Trackers:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+class _SavedGroup(msgspec.Struct):
+    """The content of a file of several trackers, which share a configuration and a frame."""
+
+    config: Any
+    seed: int
+    begun: Annotated[int, Meta(ge=1)]
+    bgr: bool
+    frame: Any
+    objects: Annotated[list[dict[str, Any]], Meta(min_length=1)]

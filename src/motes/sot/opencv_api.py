@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import copy
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
-import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
+from motes.core.frame import from_bgr
 from motes.core.track import Status
+from motes.core.types import Numbers
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 
@@ -52,7 +53,7 @@ class OpenCVTracker:
         """Return a new tracker, as `cv2.TrackerCSRT.create()` does."""
         return cls(config, seed, network=network)
 
-    def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:
+    def init(self, image: NDArray[Any], box: Numbers) -> None:
         """Start on the object in a box (x, y, width, height).
 
         Raises
@@ -63,9 +64,9 @@ class OpenCVTracker:
         with contextlib.suppress(TypeError):  # what has no length is refused below
             if len(box) != 4:
                 raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
-        self.tracker.init(_from_bgr(image), box)
+        self.tracker.init(from_bgr(image), box)
 
-    def update(self, image: NDArray[np.uint8]) -> tuple[bool, tuple[int, int, int, int]]:
+    def update(self, image: NDArray[Any]) -> tuple[bool, tuple[int, int, int, int]]:
         """Return whether the target is tracked, and its box in whole pixels.
 
         While the target is not tracked, the box is the best guess.
@@ -77,7 +78,7 @@ class OpenCVTracker:
         SourceError
             If the size of the image has changed, or it is None, as at the end of a film.
         """
-        track = self.tracker.update(_from_bgr(image))
+        track = self.tracker.update(from_bgr(image))
         x, y, width, height = track.ellipse.box
         box = round(x), round(y), round(width), round(height)
         return track.status is Status.TRACKING, box
@@ -85,9 +86,3 @@ class OpenCVTracker:
     def __copy__(self) -> Self:
         """Return an independent tracker; `copy.copy` and `copy.deepcopy` do the same."""
         return copy.deepcopy(self)
-
-
-def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a BGR image as RGB: a view, which kernels read where the image lies."""
-    colors = np.shape(image)[2:] in ((3,), (4,))  # all else is gray, or refused
-    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import msgspec
 import numpy as np
@@ -20,12 +19,13 @@ from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
-from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import region_within
+from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
+from motes.core.geometry import as_samples, region_within
+from motes.core.log import LOG
 from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
-from motes.core.track import Track
-from motes.core.types import Floats
+from motes.core.track import Status, Track
+from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget
@@ -85,9 +85,10 @@ class Tracker:
         self._state: Any = None
         self._frame: Frame | None = None
         self._expected: Floats | None = None
+        self._status: Status | None = None
         self._angle = 0.0
 
-    def init(self, frame: Picture, region: Sequence[float]) -> Track:
+    def init(self, frame: Picture, region: Numbers) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
         Numbers are in pixels, theta is in radians.
@@ -97,13 +98,13 @@ class Tracker:
         ConfigError
             If the region is not valid, or does not fit the frame.
         """
-        picture = _first(frame)
+        picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
 
-    def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
+    def reinit(self, frame: Picture, region: Numbers) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
 
         Raises
@@ -117,7 +118,7 @@ class Tracker:
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
 
-    def learn_also(self, frame: Picture, region: Sequence[float]) -> None:
+    def learn_also(self, frame: Picture, region: Numbers) -> None:
         """Learn how the target looks in another frame of the video, right after `init`.
 
         Each look has half of the learned models. The target stays where it is.
@@ -128,7 +129,7 @@ class Tracker:
             Before `init` or `search`, or if the region is not valid or does not fit the frame.
         """
         state, _ = self._started()
-        picture = _first(frame)
+        picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._state = self._algorithm.learn_also(state, picture, ellipse)
 
@@ -143,7 +144,7 @@ class Tracker:
         ConfigError
             If the detector returns something else.
         """
-        picture = _first(frame)
+        picture = as_frame(frame)
         found = best(as_detections(detector(picture)), picture)
         if found is None:
             return None
@@ -181,11 +182,11 @@ class Tracker:
                 "another one."
             )
         models = target.models_for(config.cues)
-        picture = _first(frame)
+        picture = as_frame(frame)
         middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
         size = region_within(middle, picture.width, picture.height)
         boxes = boxes_of(tuple(places), picture) if places else None
-        empty = None if background is None else _first(background)
+        empty = None if background is None else as_frame(background)
         self._restart()
         begun = config.search(self._rng, self._seen(picture), models, size, boxes, empty)
         return self._take(picture, begun, size.theta)
@@ -198,11 +199,11 @@ class Tracker:
         Raises
         ------
         ConfigError
-            If the tracker is no particle filter.
+            If the tracker is no particle filter, or one of the ellipses is none.
         """
         if not isinstance(self.config, ParticleFilter):
             raise ConfigError("Only a particle filter takes samples; choose preset nummiaro.")
-        self._expected = samples
+        self._expected = as_samples(samples)
 
     def update(self, frame: Picture) -> Track:
         """Return the track of the target in the next frame.
@@ -233,7 +234,7 @@ class Tracker:
             return self._take(picture, found)
         return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
 
-    def correct(self, region: Sequence[float]) -> Track:
+    def correct(self, region: Numbers) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
 
         `region` is a box (x, y, w, h) or an ellipse (x, y, a, b, theta), in pixels and radians.
@@ -259,9 +260,12 @@ class Tracker:
         FormatError
             If the file cannot be written.
         """
+        save_plain(path, self._plain())
+
+    def _plain(self) -> dict[str, Any]:
+        """Return what `save` writes."""
         state, last = self._started()
-        saved = {
-            "motes": FORMAT,
+        plain = {
             "config": to_dict(self.config),
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
@@ -270,13 +274,10 @@ class Tracker:
             "state": state,
         }
         if self._direction < 0:
-            saved["backward"] = True
+            plain["backward"] = True
         if last.depth is not None:
-            saved["depth"] = last.depth
-        try:
-            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
-        except OSError as error:
-            raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
+            plain["depth"] = last.depth
+        return plain
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -288,29 +289,14 @@ class Tracker:
             If the file cannot be read, is no saved tracker, or holds a state that does not belong
             to its configuration.
         """
-        try:
-            saved = msgspec.msgpack.decode(Path(path).read_bytes())
-            if saved["motes"] != FORMAT:
-                raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-            try:
-                config = decode(saved["config"], Algorithm)
-            except MisfitError as error:
-                if error.unknown is None and error.place[-1:] != ("type",):
-                    raise
-                raise FormatError(
-                    f"{path} cannot be loaded ({error}); the package that adds it is missing, or "
-                    f"the file is damaged."
-                ) from None
-            tracker = cls(config, saved["seed"])
-            tracker._direction = -1 if saved.get("backward") else 1
-            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
-        except OSError as error:
-            raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
-        except FormatError:
-            raise
-        except UNREADABLE as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
+        return load_plain(path, cls._of_plain)
+
+    @classmethod
+    def _of_plain(cls, plain: Any) -> Self:
+        """Return the tracker of what `_plain` has returned."""
+        tracker = cls(decode(plain["config"], Algorithm), plain["seed"])
+        tracker._direction = -1 if plain.get("backward") else 1
+        tracker._continue(msgspec.convert(plain, _Saved, dec_hook=unpack))
         return tracker
 
     def _continue(self, saved: _Saved) -> None:
@@ -342,7 +328,7 @@ class Tracker:
 
     def _restart(self) -> None:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
-        self._frame = None
+        self._frame = self._status = None
 
     def _started(self) -> tuple[Any, Frame]:
         if self._state is None or self._frame is None:
@@ -352,7 +338,7 @@ class Tracker:
     def picture(self, frame: Picture) -> Frame:
         """Return an image as the frame after the last one; a `Frame` stays as it is."""
         if isinstance(frame, Frame) or self._frame is None:
-            return _first(frame)
+            return as_frame(frame)
         index = self._frame.index + self._direction
         time = self._frame.time + self._direction * FRAME_INTERVAL
         return Frame(index, time, frame, depth=self._frame.depth)
@@ -369,6 +355,9 @@ class Tracker:
         """Take over a step; its ellipse is turned from the last angle, or the given one."""
         self._state, self.info = result
         self._frame = frame
+        if (status := self.info.track.status) is not self._status:
+            LOG.info("Frame %d: the target is %s.", frame.index, status)
+        self._status = status
         ellipse = self.info.track.ellipse.turned_near(self._angle if angle is None else angle)
         self._angle = ellipse.theta
         if self._direction < 0 or ellipse != self.info.track.ellipse:
@@ -377,17 +366,40 @@ class Tracker:
         return self.info.track
 
 
-def _first(frame: Picture) -> Frame:
-    """Return an image as the first frame of a video; a `Frame` stays as it is."""
-    if not isinstance(frame, Frame):
-        return Frame(0, 0.0, frame)
-    if not math.isfinite(frame.time):
-        raise SourceError(f"Frame {frame.index} is at {frame.time} s; give it a finite time.")
-    return frame
-
-
 FORMAT = 11
 """Version of the format of saved trackers."""
+L = TypeVar("L")
+
+
+def save_plain(path: str | Path, plain: dict[str, Any]) -> None:
+    """Write plain values and arrays as a saved tracker."""
+    try:
+        write_whole(path, msgspec.msgpack.encode({"motes": FORMAT, **plain}, enc_hook=pack))
+    except OSError as error:
+        raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
+
+
+def load_plain(path: str | Path, make: Callable[[Any], L]) -> L:
+    """Return what `make` makes of the plain values of a saved tracker."""
+    try:
+        plain = msgspec.msgpack.decode(Path(path).read_bytes())
+        if plain["motes"] != FORMAT:
+            raise FormatError(f"{path} was saved by another version of motes; save it anew.")
+        return make(plain)
+    except OSError as error:
+        raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
+    except FormatError:
+        raise
+    except UNREADABLE as error:
+        if isinstance(error, MisfitError) and (
+            error.unknown is not None or error.place[-1:] == ("type",)
+        ):
+            raise FormatError(
+                f"{path} cannot be loaded ({error}); the package that adds it is missing, or the "
+                f"file is damaged."
+            ) from None
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
 
 
 class _Saved(msgspec.Struct):

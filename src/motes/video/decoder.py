@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import itertools
+import os
 import platform
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager
@@ -26,7 +27,7 @@ from motes.core.errors import SourceError
 from motes.core.frame import DEPTHS, FRAME_INTERVAL, as_rgb, depth_of
 from motes.video.pace import Pace
 from motes.video.pipe import Pipe
-from motes.video.prefetch import QUEUE_SIZE, prefetch
+from motes.video.prefetch import QUEUE_SIZE, check_reader, prefetch
 from motes.video.report import DEPTH_SAMPLES, Report
 from motes.video.upright import display_matrix, upright
 
@@ -120,6 +121,7 @@ class Decoder:
         self._stream.thread_type = "NONE"
         self._reformatter = VideoReformatter()
         self._failures_in_row = 0
+        self._owner = os.getpid()  # a child of it would move on in the same file
         self._reached = 0.0
         self.keys: list[float] = []
         self._goal = 0.0
@@ -250,6 +252,7 @@ class Decoder:
                     yield found, load
                 else:
                     report.damaged = before  # it may need pictures from before the seek
+            check_reader(self._owner)
 
     def skip_to(self, stamp: float) -> None:
         """Let `pictures_from` go on with a later time stamp."""
@@ -327,6 +330,7 @@ class Decoder:
         """Yield the packets of all streams; go on after damaged ones."""
         demux = self._container.demux()
         while True:
+            check_reader(self._owner)
             try:
                 packet = next(demux)
             except (StopIteration, IndexError):

@@ -9,11 +9,21 @@ import threading
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
+from motes.core.errors import SourceError
 from motes.core.interrupts import deferred
 
 T = TypeVar("T")
 QUEUE_SIZE = 4
 """Frames that are decoded in advance; more would only need more memory."""
+
+
+def check_reader(owner: int) -> None:
+    """Raise a SourceError if this is not the process `owner`, which has begun to read frames."""
+    if os.getpid() != owner:
+        raise SourceError(
+            "These frames are read by another process, of which this one is a child; open the "
+            "source anew in each."
+        )
 
 
 @contextlib.contextmanager
@@ -23,6 +33,8 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
     An error raised in the thread is raised by the iterator after the items before it. When the
     context ends, the thread has ended, and so has the iterator, even in another thread that waits
     for an item.
+
+    A child of `fork` has no such thread: the iterator raises a SourceError there.
 
     With MOTES_THREADS=1 there is no such thread: a worker of a batch has one core, and others use
     the rest of the machine.
@@ -39,7 +51,7 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
         return
     # Items, each in a tuple; last the error that has ended them, or None.
     ready: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(ahead)
-    stopped = threading.Event()
+    stopped, owner = threading.Event(), os.getpid()
 
     def produce() -> None:
         error: BaseException | None = None
@@ -53,7 +65,10 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
         ready.put(error)
 
     def items_in_order() -> Iterator[T]:
-        while isinstance(got := ready.get(), tuple):
+        while True:
+            check_reader(owner)
+            if not isinstance(got := ready.get(), tuple):
+                break
             yield got[0]
         if got is not None:
             raise got
@@ -64,11 +79,12 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
             thread.start()
         yield items_in_order()
     finally:
-        with deferred():
-            stopped.set()
-            while thread.is_alive():  # make room, in case the thread waits to put an item
-                with contextlib.suppress(queue.Empty):
-                    ready.get(timeout=0.01)
-            while not ready.empty():
-                ready.get()
-            ready.put(None)
+        if os.getpid() == owner:  # in a child the queue may be locked for ever
+            with deferred():
+                stopped.set()
+                while thread.is_alive():  # make room, in case the thread waits to put an item
+                    with contextlib.suppress(queue.Empty):
+                        ready.get(timeout=0.01)
+                while not ready.empty():
+                    ready.get()
+                ready.put(None)

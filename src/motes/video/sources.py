@@ -22,6 +22,7 @@ import numpy as np
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.log import LOG
 from motes.video.decoder import REMEDY, Decoder, Stamped, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.pipe import Pipe
@@ -112,6 +113,7 @@ class Source:
         if fps is not None:
             self.duration = None if reader.count is None else reader.count / fps
         self.report = Report()
+        self._logged: str | None = None
         self._reader = reader
         ends = [stop for stop in (end, reader.count) if stop is not None]
         self.frame_count = len(range(start, min(ends), stride)) if ends else None
@@ -159,7 +161,18 @@ class Source:
         return self
 
     def __next__(self) -> Frame:
-        return next(self._frames)
+        try:
+            return next(self._frames)
+        except StopIteration:
+            self._log()
+            raise
+
+    def _log(self) -> None:
+        """Log the errors that have not been logged."""
+        problems = self.report.problems
+        if problems and problems != self._logged:
+            LOG.warning("%s: %s.", self.name, problems)
+        self._logged = problems
 
     def __enter__(self) -> Self:
         return self
@@ -170,6 +183,7 @@ class Source:
     def close(self) -> None:
         """Close the file, camera or connection; there are no frames after that."""
         self._frames = iter(())
+        self._log()
         self._pictures.close()
         self._reader.close()
 

@@ -7,7 +7,7 @@ import math
 import os
 from fractions import Fraction
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import av
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFile
+from motes.core.frame import NUMBER
 from motes.video.decoder import ONE_THREAD
 
 # With a fragment or cluster for each picture, the file of a killed program can be read. On closing,
@@ -64,8 +65,8 @@ class VideoWriter:
         self.path = Path(path)
         if self.path.suffix.lower() not in ENDINGS:
             raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
-        if not (math.isfinite(fps) and fps > 0):
-            raise ConfigError(f"A video cannot have {fps} frames per second; give more than 0.")
+        if not (isinstance(fps, NUMBER) and math.isfinite(fps) and fps > 0):
+            raise ConfigError(f"A video cannot have {fps!r} frames per second; give more than 0.")
         folder = self.path.parent
         if not folder.is_dir():
             raise FormatError(f"There is no folder {folder} for {self.path.name}; make it first.")
@@ -78,11 +79,11 @@ class VideoWriter:
         self._file: PartialFile | None = None
         self._container: OutputContainer | None = None
         self._shape: tuple[int, ...] = ()
-        self._frames = 0
+        self._frames, self._owner = 0, os.getpid()
         self._last = -1
         self._reformatter = VideoReformatter()
 
-    def write(self, pixels: NDArray[np.uint8], time: float | None = None) -> None:
+    def write(self, pixels: NDArray[Any], time: float | None = None) -> None:
         """Append a picture.
 
         Parameters
@@ -99,9 +100,17 @@ class VideoWriter:
             If the picture has another shape or type, or the disk is full; earlier pictures stay in
             the partial file.
         """
+        pixels = np.asarray(pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             raise FormatError(
                 f"A picture is uint8 (height, width, 3); got {pixels.dtype} {pixels.shape}."
+            )
+        if time is not None and not (isinstance(time, NUMBER) and math.isfinite(time)):
+            raise FormatError(f"Picture {self._frames} has the time {time!r}; give it seconds.")
+        if os.getpid() != self._owner:  # which has the encoder's threads
+            raise FormatError(
+                f"{self.path.name} is written by another process, of which this one is a child; "
+                f"write a file of its own in each."
             )
         if self._container is None:
             self._shape = pixels.shape
@@ -182,6 +191,8 @@ class VideoWriter:
             raise self._failure(error) from error
 
     def _finish(self, *, named: bool) -> None:
+        if os.getpid() != self._owner:  # to close the encoder would wait for its threads
+            return
         container, self._container = self._container, None
         if container is None or self._file is None:
             return

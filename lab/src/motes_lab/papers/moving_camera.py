@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from msgspec import structs
@@ -268,7 +268,7 @@ class _Known:
         self._detector, self._places = detector, view.places
         self.motion: Floats | None = None
 
-    def __call__(self, frame: Frame) -> Sequence[Detection]:
+    def __call__(self, frame: Frame) -> Any:
         now, before = self._places[frame.index], self._places[max(frame.index - 1, 0)]
         self.motion = now @ np.linalg.inv(before)
         return self._detector(frame)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
+from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
@@ -80,6 +81,10 @@ class EventCounter:
     """Number of events for each (minute, event, place, direction, class)."""
 
     def __init__(self, places: Regions | None = None, size: tuple[int, int] | None = None) -> None:
+        if places is not None and not isinstance(places, Regions):
+            raise ConfigError(
+                f"An EventCounter takes Regions, such as motes.Regions(line=(line,)); got {places}."
+            )
         places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         self._size = size

@@ -14,7 +14,7 @@ from msgspec import Meta
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import Cue
@@ -88,6 +88,7 @@ class AppearanceRule(Config, frozen=True):
             Whether the frame shows the target in `region`. Pixels where the moved region would
             overlap it are then left out, unless no others are left.
         """
+        region = as_ellipse(region)
         step = math.ceil(math.sqrt(frame.width * frame.height / self.max_positions))
         y, x = np.mgrid[: frame.height : step, : frame.width : step]
         moved = np.empty((x.size, 5))

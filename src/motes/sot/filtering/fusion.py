@@ -118,8 +118,8 @@ def log_determinants(prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
     on the units. The square of `FLOOR` times the predicted covariance is added.
     """
     out = np.empty(len(logs))
-    each = np.ascontiguousarray(logs)
-    kernels.fusion.log_determinants(prior, each, ellipses, FLOOR, EQUAL, SINGULAR, out)
+    prior, logs, ellipses = (np.ascontiguousarray(each) for each in (prior, logs, ellipses))
+    kernels.fusion.log_determinants(prior, logs, ellipses, FLOOR, EQUAL, SINGULAR, out)
     return out
 
 

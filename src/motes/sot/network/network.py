@@ -11,8 +11,9 @@ import numpy as np
 
 from motes.core.config import Config, Count
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
+from motes.core.frame import Frame, as_frame
 from motes.core.geometry import Ellipse, as_ellipse
+from motes.core.log import LOG
 from motes.core.onnx_session import Session
 from motes.core.types import Singles
 from motes.sot.network.family import FAMILIES, NetworkFamily
@@ -65,6 +66,7 @@ class Network(Config, frozen=True):
 
         The network sees the upright box of an ellipse. Raises the errors of `open`.
         """
+        frame = as_frame(frame)
         opened = _opened(self)
         return NetworkModel(opened.family.learn(opened.sessions, frame, as_ellipse(ellipse)))
 
@@ -131,6 +133,7 @@ def _opened(network: Network) -> _Opened:
             f"{named}: the {name} network gives no box with a score; its weights are damaged. "
             f"Copy or export it again."
         )
+    LOG.info("%s: a network of the family %s.", named, name)
     return _Opened(name, family, sessions)
 
 

@@ -1,0 +1,44 @@
+"""A child of `fork` has none of its parent's threads: it goes on, or says what to do."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+import motes
+from forks import in_a_child
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+CLIP = [frame for frame, _ in motes.synthetic.demo((96, 72), frames=30)]
+
+
+def test_trackers_go_on() -> None:
+    with motes.Trackers("nummiaro", threads=2) as trackers:
+        trackers.init(CLIP[0], [(20, 20, 20, 20)] * 4)
+        trackers.update(CLIP[1])
+        assert in_a_child(lambda: len(trackers.update(CLIP[2]))) == "4"
+        assert in_a_child(trackers.close) == "None"
+        assert len(trackers.update(CLIP[2])) == 4
+
+
+@pytest.mark.slow
+def test_frames_are_read_by_one_process(tmp_path: Path) -> None:
+    """Both would move on in the same file: the parent has all of its frames."""
+    path = tmp_path / "film.mp4"
+    with motes.VideoWriter(path, fps=25) as writer:
+        for frame in CLIP[:9]:
+            writer.write(frame.pixels)
+        assert "written by another process" in in_a_child(lambda: writer.write(CLIP[9].pixels))
+        assert in_a_child(writer.close) == "None"
+        for frame in CLIP[9:]:
+            writer.write(frame.pixels)
+    with motes.open_source(str(path)) as frames:
+        next(frames)
+        assert "read by another process" in in_a_child(lambda: len(list(frames)))
+        assert len(list(frames)) == len(CLIP) - 1
+    watched = motes.Scene(lambda frame: []).watch(CLIP)
+    next(watched)
+    assert "read by another process" in in_a_child(lambda: len(list(watched)))
+    assert len(list(watched)) == len(CLIP) - 1

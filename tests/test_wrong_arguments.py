@@ -1,0 +1,85 @@
+"""Arguments that users confuse: one line says what is wanted, in motes' own words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes.core.geometry import Ellipse
+
+PIXELS = np.random.default_rng(0).integers(0, 255, (72, 96, 3), np.uint8)
+BOX = (20, 20, 20, 20)
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("film") / "film.mp4"
+    with motes.VideoWriter(path, fps=25) as writer:
+        for frame, _ in motes.synthetic.still((96, 72), target=(20, 20), frames=4):
+            writer.write(frame.pixels)
+    return path
+
+
+def writing(path: Path, *, fps: Any = 25, pixels: Any = PIXELS, time: Any = None) -> None:
+    with motes.VideoWriter(path.with_name("new.mp4"), fps=fps) as writer:
+        writer.write(pixels, time)
+
+
+CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
+    "keyframes in a list": (lambda film: motes.correct(film, [BOX]), "mapping"),  # type: ignore[arg-type]
+    "keys as text": (lambda film: motes.correct(film, {"0": BOX}), "number of its frame"),  # type: ignore[dict-item]
+    "a rate as text": (lambda film: writing(film, fps="x"), "frames per second"),
+    "no picture to write": (lambda film: writing(film, pixels=None), "picture"),
+    "a time of NaN": (lambda film: writing(film, time=float("nan")), "seconds"),
+    "one line": (lambda _: motes.EventCounter(motes.Line((0, 0, 9, 9))), "Regions"),  # type: ignore[arg-type]
+    "no track": (lambda _: motes.draw(PIXELS, None), "Draw a Track"),  # type: ignore[arg-type]
+    "a set": (lambda _: motes.Tracker().init(PIXELS, {20, 21, 22, 23}), "region is"),  # type: ignore[arg-type]
+    "bytes": (lambda _: motes.Tracker().init(PIXELS, b"2222"), "region is"),
+    "digits": (lambda _: motes.Tracker().init(PIXELS, "9999"), "region is"),  # type: ignore[arg-type]
+    "a row of bytes": (lambda _: motes.as_detections([b"2222"]), "must return"),
+    "a box in a set": (lambda _: motes.as_detections([motes.Detection({1, 2, 3, 4})]), "must"),  # type: ignore[arg-type]
+    "smoothed twice": (lambda film: motes.smooth(motes.correct(film, {0: BOX})), "already"),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_wrong_argument_is_named(name: str, film: Path) -> None:
+    call, said = CALLS[name]
+    with pytest.raises(motes.MotesError, match=said):
+        call(film)
+
+
+def test_smoothed_tracks_are_refused_and_those_of_a_tracker_taken() -> None:
+    tracker = motes.Tracker("nummiaro")
+    tracks = [tracker.init(PIXELS, BOX), *(tracker.update(PIXELS) for _ in range(3))]
+    smooth = motes.smooth(tracks)
+    with pytest.raises(motes.ConfigError, match="already"):
+        motes.smooth(smooth)
+
+
+@pytest.mark.parametrize("wrong", [(np.nan, 5, 20, 20), (5, 5, -20, 20), (5, 5, 20, np.inf)])
+def test_what_is_no_box_is_said(wrong: Any) -> None:
+    scene = motes.Scene(lambda frame: [wrong, (40, 20, 20, 20)] if frame.index == 1 else [])
+    for _ in range(3):
+        scene.update(PIXELS)
+    assert scene.warnings == {
+        "broken": "Frame 1: detections with NaN, infinity or no size are left out, 1 here."
+    }
+
+
+def test_a_network_learns_of_an_image_and_a_tuple(tmp_path: Path) -> None:
+    pytest.importorskip("onnxruntime")
+    from motes.sot.network.network import Network
+    from onnx_trackers import save_pair
+
+    network = Network(tuple(map(str, save_pair(tmp_path))))
+    one = network.learn(motes.Frame(0, 0.0, PIXELS), Ellipse(30, 30, 10, 10))
+    other = network.learn(PIXELS, (30, 30, 10, 10, 0))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(one.template, other.template)
+    with pytest.raises(motes.SourceError, match="no picture"):
+        network.learn(None, BOX)  # type: ignore[arg-type]
