@@ -5,14 +5,15 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
+from motes.core.track import Status
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -26,7 +27,7 @@ from motes.formats.aspects import (
     TIMES,
 )
 from motes.formats.recording import FilmFacts, Recording
-from motes.formats.visibility import certain
+from motes.formats.visibility import certain, marked
 from motes.rows.schema import BOX, ELLIPSE
 
 
@@ -61,35 +62,42 @@ class Format:
     certain: bool = False
     """Whether it tells others what a frame shows, so that a frame in which a target is lost or
     searched for is left out: that it is not found does not say that it is not there."""
+    guess: Mapping[str, Any] | None = field(default_factory=lambda: UNKNOWN)
+    """What a row that is a guess has here, as the format would tell others that it was seen; None
+    where its status or its confidence tells."""
 
 
+UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
+"""A guess in formats that cannot mark it, so that it is not there, and in those that can."""
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
 LABELS = (".txt", ".yaml", ".cache")
 
 OWN: dict[str, Format] = {
     "csv": Format(
         title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write:csv",
-        holds=ROWS,
+        holds=ROWS, guess=None,
     ),
     "jsonl": Format(
         title="rows of motes, JSON Lines", endings=(".jsonl",), read="rows:read",
-        write="rows:write:jsonl", holds=ROWS,
+        write="rows:write:jsonl", holds=ROWS, guess=None,
     ),
     "parquet": Format(
         title="rows of motes, Apache Parquet", endings=(".parquet",), read="parquet:read",
-        write="parquet:write", holds=ROWS,
+        write="parquet:write", holds=ROWS, guess=None,
     ),
     "mot": Format(
         title="results of the MOTChallenge", endings=(".txt",), read="mot:read:results",
-        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
+        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES), guess=None,
     ),
     "mot-truth": Format(
         title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read:truth",
         write="mot:write:truth", holds=(IDENTITIES, CLASSES, HIDDEN),
+        guess={"status": Status.TRACKING, "confidence": 0.0},  # its flag: it does not count
     ),
     "mot-detections": Format(
         title="detections of the MOTChallenge", endings=(".det.txt", "det.txt"),
         read="mot:read:detections", write="mot:write:detections", holds=(CONFIDENCES,),
+        guess=None,
     ),
     "otb": Format(
         title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="truth:read:otb",
@@ -102,10 +110,11 @@ OWN: dict[str, Format] = {
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
         holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True, certain=True,
+        guess=UNSEEN,
     ),
     "cvat": Format(
         title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
-        holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True,
+        holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True, guess=UNSEEN,
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
@@ -115,7 +124,7 @@ OWN: dict[str, Format] = {
     "yolo-predictions": Format(
         title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
         holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS, folders=("labels",),
-        certain=True,
+        certain=True, guess=None,
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
@@ -128,7 +137,7 @@ OWN: dict[str, Format] = {
     ),
     "deeplabcut": Format(
         title="DeepLabCut's CSV", endings=(".dlc.csv",), write="deeplabcut:write",
-        holds=(ANGLES, CONFIDENCES, IDENTITIES),
+        holds=(ANGLES, CONFIDENCES, IDENTITIES), guess=None,
     ),
     "keyframes": Format(
         title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
@@ -137,7 +146,7 @@ OWN: dict[str, Format] = {
     ),
     "journal": Format(
         title="rows of a run that was killed", endings=(".rows.jsonl",), read="rows:read_journal",
-        holds=ASPECTS,
+        holds=ASPECTS, guess=None,
     ),
 }  # fmt: skip
 """The formats of motes, by name."""
@@ -316,7 +325,23 @@ def _check_not_empty(path: Path) -> None:
         raise SourceError(f"{path} is empty; {ADVICE}")
 
 
-def write(path: Path, name: str, recorded: Recording, keyframe_error: float | None = None) -> int:
+class Written(NamedTuple):
+    """What of a recording others do not take for seen."""
+
+    missed: int
+    """The number of frames that are left out, as a target is lost or searched for there."""
+    guesses: int
+    """The number of rows that are guesses; their frames are left out too, or they are marked."""
+
+
+def write(
+    path: Path,
+    name: str,
+    recorded: Recording,
+    keyframe_error: float | None = None,
+    *,
+    guesses: bool = False,
+) -> Written:
     """Write a file or folder of a format, complete or not at all.
 
     Parameters
@@ -330,10 +355,12 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     keyframe_error
         Largest deviation of what a tool interpolates between keyframes, in pixels; by default that
         of the format.
+    guesses
+        Whether guesses are written as if they were seen.
 
     Returns
     -------
-    The number of frames that are left out, as a target is lost or searched for there.
+    What others do not take for seen.
 
     Raises
     ------
@@ -350,7 +377,10 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     if form.sized and not recorded.head.width:
         raise ConfigError(f"{name} needs the size of the picture; give --size or --video.")
     thin = {} if keyframe_error is None or not form.thinned else {"keyframe_error": keyframe_error}
-    kept = certain(recorded) if form.certain else recorded
+    told, count = recorded, 0
+    if form.guess is not None and not guesses:
+        told, count = marked(recorded, form.guess)
+    kept = certain(told) if form.certain else told
     pieces = _function(form.write)(kept, **thin)
     if form.folder:
         check_folder(path, form)
@@ -358,7 +388,7 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
         write_folder(path, pieces)
     else:
         write_whole(path, pieces)
-    return len(recorded.frames) - len(kept.frames)
+    return Written(len(recorded.frames) - len(kept.frames), count)
 
 
 def check_images(files: Iterable[str]) -> None:

@@ -24,6 +24,7 @@ from motes.core.track import Status
 from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
+from motes.formats.visibility import guessed
 from motes.output.local_server import Server, reply
 from motes.rows.journal import ObjectRow
 from motes.sot.tracker import Tracker
@@ -172,7 +173,8 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
                     continue
                 if key is not None and not key.enabled:  # the object ends here
                     trackers[i] = None
-                if track.status is Status.TRACKING:
+                seen = track.status is Status.TRACKING
+                if seen and not guessed(track.status, track.confidence):
                     label = next(iter(region.value.labels), None)
                     row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
                     objects.append((frame.index, msgspec.structs.replace(row, label=label)))
