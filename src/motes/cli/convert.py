@@ -153,6 +153,8 @@ def convert(
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
+    for note in recorded.notes:
+        log(f"{rows}: {note}")
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     say_how_to_train(target, form, recorded)

@@ -187,11 +187,11 @@ class DocumentOutput(Sink):
     def result(self) -> str | None:
         """The document, or the journal in its place."""
         if self._done:
-            missed = self._written.missed
+            made = self._written
             without = (
-                f" without {counted(missed, 'frame')} in which a target is {unseen(self._written)}"
+                f" without {counted(made.missed, 'frame')} in which a target is {unseen(made)}"
             )
-            return f"{self.path}{without * (missed > 0)}{guesses_told(self._form, self._written)}"
+            return f"{self.path}{without * (made.missed > 0)}{guesses_told(self._form, made)}"
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
 
     @property

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,11 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs, shapes
+from motes.formats.image_names import OF_VIDEO, frame_of, images_of
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.regions import region_of_corners
-from motes.formats.text import at, counted, read_json
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.formats.regions import MAX_FRAME, region_of_corners
+from motes.formats.text import angle, at, counted, read_json
+from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
@@ -120,6 +122,8 @@ class _Image(msgspec.Struct):
     frame: int | None = None
     frame_id: int | None = None
     time: float | None = None
+    video_id: Any = None
+    prev_image_id: int | None = None
 
 
 class _Category(msgspec.Struct):
@@ -149,16 +153,18 @@ class _Document(msgspec.Struct):
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the annotations of a COCO document.
 
-    An image's frame is its `frame` or `frame_id`; without them, its place in the order of the
-    names. An object's identity is its `track_id` or `instance_id`. Its ellipse fills its box,
-    with the angle and the ratio of half-axes of its polygon if it has one. Without a box it has
-    that around its polygons. A crowd (`iscrowd`) is no object.
+    An image's frame is that of the film's image of its name; of a video, its `frame` or `frame_id`;
+    without them, the number in its name; without numbers, its place among the names. An object's
+    identity is its `track_id` or `instance_id`. Its ellipse fills its box, turned by the attribute
+    `rotation`, in degrees, or with the angle and the ratio of half-axes of its polygon if it has
+    one. Without a box it has that around its polygons. A crowd (`iscrowd`) is no object.
     """
     document: _Document = read_json(path, _Document)
     _check_once("images", [image.id for image in document.images])
     _check_once("categories", [each.id for each in document.categories])
     _check_once("annotations", [each.id for each in document.annotations if each.id is not None])
-    frames = _frames(document.images)
+    _check_one_film(document.images)
+    frames, notes = _frames(document.images, images_of(facts))
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
     objects = []
@@ -174,9 +180,12 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {frames[image.id]: image.time for image in document.images}
     files = {frames[image.id]: image.file_name for image in document.images}
+    if document.annotations and not labels:
+        notes.append("it has no categories, so that its objects have no classes.")
     crowds = sum(each.iscrowd == 1 for each in document.annotations)
     left_out = [f"{counted(crowds, 'annotation')} of a crowd"] if crowds else []
-    return recording_of(facts, objects, times, size, files, left_out)
+    found = recording_of(facts, objects, times, size, files, left_out)
+    return replace(found, notes=notes)
 
 
 def _check_once(what: str, ids: Sequence[int]) -> None:
@@ -200,16 +209,58 @@ def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) 
     return sound(row)
 
 
-def _frames(images: list[_Image]) -> dict[int, int]:
-    """Return the frame of each image, by its id."""
+def _check_one_film(images: list[_Image]) -> None:
+    """Raise a FormatError if images are of several films, by their ids, folders, names or sizes."""
+    names = [each.file_name for each in images if each.file_name]
+    films = {
+        "video_id": {str(each.video_id) for each in images if each.video_id is not None},
+        "folder": {Path(name).parent.as_posix() for name in names},
+        "size": {f"{each.width}x{each.height}" for each in images if each.width},
+    }
+    for what, found in films.items():
+        if len(found) > 1:
+            raise FormatError(
+                f"its images are of several films, by their {what}, as "
+                f"{' and '.join(sorted(found)[:2])}; keep those of one."
+            )
+    if len({*names}) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise FormatError(f"several of its images are {twice}, as of several films; keep one's.")
+
+
+def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:
+    """Return the frame of each image, by its id, and what was assumed for it."""
     stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
-    if None not in stated.values():
-        _check_once("images", [frame for frame in stated.values() if frame is not None])
-        return {key: frame for key, frame in stated.items() if frame is not None}
-    ordered = sorted(images, key=lambda each: [
-        int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
-    ])  # fmt: skip
-    return {each.id: frame for frame, each in enumerate(ordered)}
+    stems = {each.id: text_name(Path(each.file_name).stem) for each in images}
+    if None not in stated.values() and not {*stems.values()} <= {*known}:
+        # Those who link an image to the one before, without any for the first, count from 1.
+        linked = any(each.prev_image_id == -1 and each.frame_id == 1 for each in images)
+        frames = {key: frame - linked for key, frame in stated.items() if frame is not None}
+        _check_once("images", [*frames.values()])
+        return frames, []
+    numbers = dict[int, int]()
+    for key, stem in stems.items():
+        with at(f"image {stem}"):
+            number = frame_of(stem, known)
+        if number is not None:
+            numbers[key] = number
+    if len({*numbers.values()}) < len(images) or max(numbers.values()) > MAX_FRAME:
+        if known:
+            raise FormatError("its images have no names of the film's images")
+        ordered = sorted(images, key=lambda each: [
+            int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
+        ])  # fmt: skip
+        return {each.id: frame for frame, each in enumerate(ordered)}, [
+            "the names of its images do not number frames; each has its place among them."
+        ]
+    if known or 0 in numbers.values() or all(map(OF_VIDEO.fullmatch, stems.values())):
+        return numbers, []
+    if sorted(numbers.values()) == [*range(1, len(images) + 1)]:
+        return {key: number - 1 for key, number in numbers.items()}, []
+    return numbers, [
+        "frames are the numbers in its images' names, from 0; if these count from 1, give the "
+        "images with --video FOLDER."
+    ]
 
 
 def _identity(each: _Annotation) -> int:
@@ -222,6 +273,8 @@ def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     if not (width > 0 and height > 0):
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     box = shapes.Corners(x, y, x + width, y + height)
+    if turn := each.attributes.get("rotation"):  # of the box, around its center, as CVAT writes it
+        return box.ellipse._replace(theta=angle(float(turn)))
     polygon = each.segmentation
     # A polygon that is cut at a border of the picture has other moments than its ellipse.
     cut = x <= 0 or y <= 0 or box.right >= image.width or box.bottom >= image.height

@@ -240,6 +240,11 @@ def _of_text(head: bytes, name: str) -> str | None:
         "<": "cvat", "[": "label-studio", '{"motes"': "journal", '{"frame"': "jsonl",
         "{": "coco", "scorer,": "deeplabcut",
     }  # fmt: skip
+    if text.startswith("[") and '"image_id"' in text:
+        raise SourceError(
+            f"{name} is a list of results of COCO, without images and classes; make it the "
+            f"annotations of a document, with the images and categories of its truth."
+        )
     for mark, found in marks.items():
         if text.startswith(mark):
             return found
