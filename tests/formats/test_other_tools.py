@@ -219,6 +219,7 @@ def _yolo(names: str, **texts: str) -> Any:
         (_coco("frame_000000.PNG", "frame_000000.PNG"), "several of its images are frame_000000"),
         (_coco("frame_000000.PNG", "frame_000000_1.PNG"), "a project's second video"),
         (_coco("frame-4f3e2a19.png"), "ends in a hash"),
+        (_coco("1.png", attributes={"track_id": "a7"}), "track_id is 'a7'"),
         (_coco("1.png", category_id=4), "category 4 is missing"),
         (_coco("1.png", attributes={"rotation": 400}), "rotation is 400"),
         (_cvat("", track(0, 1) + track(1, 2)), "2 tasks of a project"),
@@ -239,7 +240,19 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
     assert "\n" not in str(raised.value)
 
 
-def test_a_list_of_results_of_coco_is_named(tmp_path: Path) -> None:
-    (tmp_path / "res.json").write_text('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]')
-    with pytest.raises(SourceError, match="list of results of COCO"):
-        registry.recognized(tmp_path / "res.json")
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
+        ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
+    ],
+)
+def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(SourceError, match=reason):
+        registry.recognized(tmp_path / "a.json")
+
+
+def test_identities_of_coco_begin_with_one(tmp_path: Path) -> None:
+    found = registry.read(coco(tmp_path, ["1.png"], attributes={"track_id": 0}), "coco", FILM)
+    assert [each.identity for row in found for each in row.objects] == [1]

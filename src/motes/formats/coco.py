@@ -22,7 +22,14 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs, shapes
 from motes.formats.image_names import OF_VIDEO, frame_of, images_of
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recording,
+    from_one,
+    recording_of,
+    sound,
+)
 from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, counted, read_json
 from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
@@ -184,7 +191,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         notes.append("it has no categories, so that its objects have no classes.")
     crowds = sum(each.iscrowd == 1 for each in document.annotations)
     left_out = [f"{counted(crowds, 'annotation')} of a crowd"] if crowds else []
-    found = recording_of(facts, objects, times, size, files, left_out)
+    found = recording_of(facts, from_one(objects), times, size, files, left_out)
     return replace(found, notes=notes)
 
 
@@ -265,7 +272,10 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
 
 def _identity(each: _Annotation) -> int:
     stated = (each.attributes.get("track_id"), each.track_id, each.instance_id)
-    return next((value for value in stated if isinstance(value, int)), ANONYMOUS)
+    value = next((value for value in stated if value is not None), ANONYMOUS)
+    if isinstance(value, bool) or not re.fullmatch(r"-1|\d+(\.0)?", str(value)):
+        raise ValueError(f"its track_id is {str(value)[:20]!r}; an identity is a whole number")
+    return int(float(value))
 
 
 def _ellipse(each: _Annotation, image: _Image) -> Ellipse:

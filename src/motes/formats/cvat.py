@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import replace
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
@@ -24,6 +23,7 @@ from motes.formats.recording import (
     FilmFacts,
     Recording,
     frames_between,
+    from_one,
     recording_of,
     sound,
 )
@@ -170,12 +170,6 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 for shape in image
                 if shape.tag in SHAPES
             ]
-    identities = {each.identity for _, each in objects}
-    if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
-        objects = [
-            (frame, replace(each, identity=each.identity + 1 if each.identity >= 0 else ANONYMOUS))
-            for frame, each in objects
-        ]
     end = next(filter(None, (_whole(root.findtext(f"{place}/size")) for place in METAS)), None)
     count = facts.frames or end or 0
     if count > MOST_FRAMES:
@@ -186,7 +180,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
-    return recording_of(facts, objects, times, _size(root, images), named, left_out)
+    return recording_of(facts, from_one(objects), times, _size(root, images), named, left_out)
 
 
 def _check_one_task(root: Element, parts: list[Element]) -> None:

@@ -228,7 +228,7 @@ def _result(task: _VideoTask) -> _Result:
         except msgspec.ValidationError as error:
             raise FormatError(f"predictions: {error}") from None
     if not kept:
-        raise FormatError("it has no annotation and no prediction")
+        raise FormatError("it has no annotation and no prediction; export it as JSON, not JSON-MIN")
     if len(kept) > 1:
         raise FormatError(f"it has {len(kept)} {what}, as of several people or models; keep one.")
     return kept[0]

@@ -128,7 +128,7 @@ OWN: dict[str, Format] = {
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
-        folder=(".png",), single=True,
+        folder=(".png",), single=True, certain=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
@@ -245,6 +245,8 @@ def _of_text(head: bytes, name: str) -> str | None:
             f"{name} is a list of results of COCO, without images and classes; make it the "
             f"annotations of a document, with the images and categories of its truth."
         )
+    if text.startswith("{") and '"items"' in text and '"images"' not in text:
+        raise SourceError(f"{name} is a dataset of Datumaro, which is not read; export it as COCO.")
     for mark, found in marks.items():
         if text.startswith(mark):
             return found

@@ -167,7 +167,7 @@ async def take(
     )
     session.take_rows(document, tables)
     numbers = [each.object for each in document.targets if each.object >= before]
-    return Imported(numbers, [*recorded.left_out])
+    return Imported(numbers, [*recorded.left_out, *recorded.notes])
 
 
 def _target(session: LiveSession, about: Question) -> DrawnTarget:
