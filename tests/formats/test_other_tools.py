@@ -152,6 +152,21 @@ def test_skeletons_are_left_out(content: str, tmp_path: Path) -> None:
     assert found.left_out == ["1 skeleton"]
 
 
+@pytest.mark.parametrize(
+    ("more", "left_out", "count"),
+    [
+        ({"bbox": [0, 0, 0, 0], "keypoints": [0, 0, 0], "num_keypoints": 0}, "1 skeleton", 0),
+        ({"keypoints": [35, 65, 2], "num_keypoints": 1}, "", 1),
+        ({"rotation": 0.5}, "1 angle beside a box, of which no rule is known", 1),
+    ],
+)
+def test_points_and_angles_of_coco(
+    more: dict[str, Any], left_out: str, count: int, tmp_path: Path
+) -> None:
+    found = registry.read(coco(tmp_path, ["frame_000000.PNG"], **more), "coco", FILM)
+    assert ["; ".join(found.left_out), len(frames(found))] == [left_out, count]
+
+
 def test_a_project_of_one_task_is_read(tmp_path: Path) -> None:
     meta = f"<project><tasks>{TASK}</tasks></project>"
     found = registry.read(cvat(tmp_path, meta, track(0, 5) + track(1, 5)), "cvat", FilmFacts())
@@ -219,11 +234,13 @@ def _yolo(names: str, **texts: str) -> Any:
         (_coco("frame_000000.PNG", "frame_000000.PNG"), "several of its images are frame_000000"),
         (_coco("frame_000000.PNG", "frame_000000_1.PNG"), "a project's second video"),
         (_coco("frame-4f3e2a19.png"), "ends in a hash"),
+        (_coco("video1_frame_0001.png", "video2_frame_0001.png"), "have one number"),
         (_coco("1.png", attributes={"track_id": "a7"}), "track_id is 'a7'"),
         (_coco("1.png", category_id=4), "category 4 is missing"),
         (_coco("1.png", attributes={"rotation": 400}), "rotation is 400"),
         (_cvat("", track(0, 1) + track(1, 2)), "2 tasks of a project"),
         (_cvat(f"<project><tasks>{2 * TASK}</tasks></project>", track(0)), "2 tasks of a project"),
+        (_cvat(TASK, '<image id="0"><points occluded="0" points=""/></image>'), "has no points"),
         (_cvat(TASK, track(0, shape=BOX.format('rotation="-400"'))), "rotation is -400"),
         (_yolo("names: [car]", frame_000000=LINE), "no class 1"),
         (_yolo("names: [car", frame_000000=LINE), "the list of names has no end"),

@@ -149,6 +149,14 @@ class _Annotation(msgspec.Struct):
     attributes: dict[str, Any] = {}
     id: int | None = None
     iscrowd: Any = 0
+    keypoints: Any = None
+    rotation: Any = None
+    angle: Any = None
+
+    @property
+    def is_skeleton(self) -> bool:
+        """Whether it is of points alone: then CVAT writes a box without a size."""
+        return bool(self.keypoints) and self.bbox is not None and not any(self.bbox[2:])
 
 
 class _Document(msgspec.Struct):
@@ -181,7 +189,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError(f"its image {each.image_id} is missing")
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
-            if each.iscrowd != 1:
+            if each.iscrowd != 1 and not each.is_skeleton:
                 row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
                 objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
@@ -189,8 +197,15 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     files = {frames[image.id]: image.file_name for image in document.images}
     if document.annotations and not labels:
         notes.append("it has no categories, so that its objects have no classes.")
-    crowds = sum(each.iscrowd == 1 for each in document.annotations)
-    left_out = [f"{counted(crowds, 'annotation')} of a crowd"] if crowds else []
+    given = document.annotations
+    others = {
+        "{} of a crowd": (sum(each.iscrowd == 1 for each in given), "annotation"),
+        "{}": (sum(each.is_skeleton for each in given), "skeleton"),
+        "{} beside a box, of which no rule is known": (
+            sum(bool(each.rotation or each.angle) for each in given), "angle",
+        ),
+    }  # fmt: skip
+    left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
     found = recording_of(facts, from_one(objects), times, size, files, left_out)
     return replace(found, notes=notes)
 
@@ -251,7 +266,9 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
             number = frame_of(stem, known)
         if number is not None:
             numbers[key] = number
-    if len({*numbers.values()}) < len(images) or max(numbers.values()) > MAX_FRAME:
+    if len({*numbers.values()}) < len(numbers):
+        raise FormatError("several of its images have one number, as of several films; keep one's.")
+    if len(numbers) < len(images) or max(numbers.values()) > MAX_FRAME:
         if known:
             raise FormatError("its images have no names of the film's images")
         ordered = sorted(images, key=lambda each: [

@@ -277,6 +277,8 @@ def _ellipse(shape: Element) -> Ellipse:
         left, top, width, height = (number(given[k]) for k in ("left", "top", "width", "height"))
         sides = Corners(left, top, left + width, top + height)
     else:
+        if not given["points"]:
+            raise ValueError("it has no points")
         pairs = [pair.split(",") for pair in given["points"].split(";")]
         points = np.array([(number(x), number(y)) for x, y in pairs])
         sides = Corners(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())

@@ -34,7 +34,9 @@ REGION = "videorectangle"
 SAME_RATE = 1e-5
 """Rates that differ by a smaller share are one: 29.97 is 30000/1001."""
 LENGTHS = 0.02
-"""The share by which the length of a film in a browser may differ: sound is often longer."""
+"""The share by which the length of a film in a browser may differ, as sound is often longer,"""
+ENDS = 0.3
+"""and the seconds beside it."""
 VIDEO, BOX = "video", "box"
 """Names of the tags in the labeling configuration, as in Label Studio's own template."""
 
@@ -280,7 +282,7 @@ class _Clock:
             note = f"it tells no rate, and {count} frames of {known}: they are taken as the first."
             return cls(end=end, notes=[note] if other else [])
         shown = known * rate / (fps or rate)
-        if count and known and abs(count - shown) > 2 + LENGTHS * shown:
+        if count and known and abs(count - shown) > ENDS * rate + LENGTHS * shown:
             raise FormatError(
                 f"it is of a film of {count} frames at {rate:g} a second, and this one would have "
                 f"{shown:.0f}; give the film that it belongs to."
