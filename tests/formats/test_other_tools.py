@@ -231,7 +231,7 @@ def _yolo(names: str, **texts: str) -> Any:
          "several films, by their video_id"),
         (_coco("a/1.png", "b/2.png"), "several films, by their folder"),
         (_coco("1.png", {"file_name": "2.png", "width": 640}), "several films, by their size"),
-        (_coco("frame_000000.PNG", "frame_000000.PNG"), "several of its images are frame_000000"),
+        (_coco("frame_000000.PNG", "frame_000000.PNG"), "several of its images have one number"),
         (_coco("frame_000000.PNG", "frame_000000_1.PNG"), "a project's second video"),
         (_coco("frame-4f3e2a19.png"), "ends in a hash"),
         (_coco("video1_frame_0001.png", "video2_frame_0001.png"), "have one number"),

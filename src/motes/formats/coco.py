@@ -178,7 +178,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     _check_once("images", [image.id for image in document.images])
     _check_once("categories", [each.id for each in document.categories])
     _check_once("annotations", [each.id for each in document.annotations if each.id is not None])
-    _check_one_film(document.images)
+    _check_one_film(
+        video_id=(each.video_id for each in document.images),
+        size=(f"{each.width}x{each.height}" for each in document.images if each.width),
+    )
     frames, notes = _frames(document.images, images_of(facts))
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
@@ -231,35 +234,29 @@ def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) 
     return sound(row)
 
 
-def _check_one_film(images: list[_Image]) -> None:
-    """Raise a FormatError if images are of several films, by their ids, folders, names or sizes."""
-    names = [each.file_name for each in images if each.file_name]
-    films = {
-        "video_id": {str(each.video_id) for each in images if each.video_id is not None},
-        "folder": {Path(name).parent.as_posix() for name in names},
-        "size": {f"{each.width}x{each.height}" for each in images if each.width},
-    }
-    for what, found in films.items():
+def _check_one_film(**marks: Iterable[object]) -> None:
+    """Raise a FormatError if images are of several films, by one of their marks."""
+    for what, each in marks.items():
+        found = sorted({str(mark) for mark in each if mark is not None})
         if len(found) > 1:
             raise FormatError(
-                f"its images are of several films, by their {what}, as "
-                f"{' and '.join(sorted(found)[:2])}; keep those of one."
+                f"its images are of several films, by their {what}, as {found[0]} and {found[1]}; "
+                f"keep those of one."
             )
-    if len({*names}) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise FormatError(f"several of its images are {twice}, as of several films; keep one's.")
 
 
 def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:
     """Return the frame of each image, by its id, and what was assumed for it."""
     stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
-    stems = {each.id: text_name(Path(each.file_name).stem) for each in images}
+    paths = {each.id: Path(each.file_name) for each in images}
+    stems = {key: text_name(path.stem) for key, path in paths.items()}
     if None not in stated.values() and not {*stems.values()} <= {*known}:
         # Those who link an image to the one before, without any for the first, count from 1.
         linked = any(each.prev_image_id == -1 and each.frame_id == 1 for each in images)
         frames = {key: frame - linked for key, frame in stated.items() if frame is not None}
         _check_once("images", [*frames.values()])
         return frames, []
+    _check_one_film(folder=(path.parent for path in paths.values() if path.name))
     numbers = dict[int, int]()
     for key, stem in stems.items():
         with at(f"image {stem}"):
@@ -268,7 +265,7 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
             numbers[key] = number
     if len({*numbers.values()}) < len(numbers):
         raise FormatError("several of its images have one number, as of several films; keep one's.")
-    if len(numbers) < len(images) or max(numbers.values()) > MAX_FRAME:
+    if len(numbers) < len(images) or max(numbers.values(), default=0) > MAX_FRAME:
         if known:
             raise FormatError("its images have no names of the film's images")
         ordered = sorted(images, key=lambda each: [

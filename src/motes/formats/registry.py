@@ -30,6 +30,9 @@ from motes.formats.recording import FilmFacts, Recording
 from motes.formats.visibility import certain, marked
 from motes.rows.schema import BOX, ELLIPSE
 
+UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
+"""A guess in formats that cannot mark it, so that it is not there, and in those that can."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
@@ -62,13 +65,11 @@ class Format:
     certain: bool = False
     """Whether it tells others what a frame shows, so that a frame in which a target is lost or
     searched for is left out: that it is not found does not say that it is not there."""
-    guess: Mapping[str, Any] | None = field(default_factory=lambda: UNKNOWN)
+    guess: Mapping[str, Any] | None = field(default_factory=UNKNOWN.copy)
     """What a row that is a guess has here, as the format would tell others that it was seen; None
     where its status or its confidence tells."""
 
 
-UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
-"""A guess in formats that cannot mark it, so that it is not there, and in those that can."""
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
 LABELS = (".txt", ".yaml", ".cache")
 
