@@ -188,7 +188,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [f"{counted(count, 'region')} of {kind}" for kind, count in others.items()]
     keys = [key for region in drawn for key in region.value.sequence]
     own = (result.model_version or "").startswith("motes ")
-    rate = None if own else _rate(keys)
+    rate = None if own else rate_of(keys)
     counts = [region.value.frames for region in drawn if region.value.frames]
     count = max(counts, default=0)
     end = min((each for each in (count, facts.frames) if each), default=0)
@@ -236,7 +236,7 @@ def _result(task: _VideoTask) -> _Result:
     return kept[0]
 
 
-def _rate(keys: Sequence[VideoKeyframe]) -> float | None:
+def rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
     """Return the rate at which Label Studio showed the film: it writes frame / rate as time.
 
     None where other times are written, as those of the film.
