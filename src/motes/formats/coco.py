@@ -274,10 +274,12 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
         return {each.id: frame for frame, each in enumerate(ordered)}, [
             "the names of its images do not number frames; each has its place among them."
         ]
-    if known or 0 in numbers.values() or all(map(OF_VIDEO.fullmatch, stems.values())):
+    of_video = all(map(OF_VIDEO.fullmatch, stems.values()))
+    if known or 0 in numbers.values() or (of_video and 1 not in numbers.values()):
         return numbers, []
-    if sorted(numbers.values()) == [*range(1, len(images) + 1)]:
-        return {key: number - 1 for key, number in numbers.items()}, []
+    if not of_video and sorted(numbers.values()) == [*range(1, len(images) + 1)]:
+        first_is_0 = {key: number - 1 for key, number in numbers.items()}
+        return first_is_0, ["the names of its images count from 1, so that the first is frame 0."]
     return numbers, [
         "frames are the numbers in its images' names, from 0; if these count from 1, give the "
         "images with --video FOLDER."

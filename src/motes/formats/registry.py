@@ -129,7 +129,7 @@ OWN: dict[str, Format] = {
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
-        folder=(".png",), single=True, certain=True,
+        folder=(".png",), single=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
