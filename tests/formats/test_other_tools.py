@@ -58,15 +58,17 @@ SEEN, CANCELLED = {"result": [region()]}, {"result": [], "was_cancelled": True}
 
 
 @pytest.mark.parametrize(
-    "task",
+    ("task", "ignored"),
     [
-        {"annotations": [SEEN, CANCELLED], "predictions": [17]},
-        {"annotations": [{"result": []}, SEEN | {"ground_truth": True}]},
-        {"annotations": [], "predictions": [17, {"model_version": "x", **SEEN}]},
+        ({"annotations": [SEEN, CANCELLED], "predictions": [17]}, 1),
+        ({"annotations": [{"result": []}, SEEN | {"ground_truth": True}]}, 1),
+        ({"annotations": [], "predictions": [17, {"model_version": "x", **SEEN}]}, 0),
     ],
 )
-def test_one_annotation_counts(task: dict[str, Any], tmp_path: Path) -> None:
-    assert len(frames(registry.read(labeled(tmp_path, task), "label-studio", FILM))) == 60
+def test_one_annotation_counts(task: dict[str, Any], ignored: int, tmp_path: Path) -> None:
+    found = registry.read(labeled(tmp_path, task), "label-studio", FILM)
+    assert len(frames(found)) == 60
+    assert found.left_out == ["1 annotation, cancelled or beside the truth"] * ignored
 
 
 def coco(folder: Path, names: Sequence[str | dict[str, Any]], **more: Any) -> Path:

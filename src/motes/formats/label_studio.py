@@ -182,10 +182,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     tasks: list[_VideoTask] = read_json(path, list[_VideoTask])
     if len(tasks) != 1:
         raise FormatError(f"it has {len(tasks)} tasks; keep the one of this film.")
-    result = _result(tasks[0])
+    result, ignored = _result(tasks[0])
     drawn = [each for each in result.result if each.type == REGION]
     others = Counter(each.type or "no type" for each in result.result if each.type != REGION)
     left_out = [f"{counted(count, 'region')} of {kind}" for kind, count in others.items()]
+    left_out += [f"{counted(ignored, 'annotation')}, cancelled or beside the truth"] * (ignored > 0)
     keys = [key for region in drawn for key in region.value.sequence]
     own = (result.model_version or "").startswith("motes ")
     rate = None if own else rate_of(keys)
@@ -210,8 +211,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return replace(recording_of(facts, objects, times, left_out=left_out), notes=clock.notes)
 
 
-def _result(task: _VideoTask) -> _Result:
-    """Return the one annotation that counts; without any, the prediction.
+def _result(task: _VideoTask) -> tuple[_Result, int]:
+    """Return the one annotation that counts, else the prediction, and how many do not count.
+
+    Those that do not are cancelled, or stand beside one that is marked as the truth.
 
     Raises
     ------
@@ -233,7 +236,7 @@ def _result(task: _VideoTask) -> _Result:
         raise FormatError("it has no annotation and no prediction; export it as JSON, not JSON-MIN")
     if len(kept) > 1:
         raise FormatError(f"it has {len(kept)} {what}, as of several people or models; keep one.")
-    return kept[0]
+    return kept[0], len(task.annotations) - 1 if task.annotations else 0
 
 
 def rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
