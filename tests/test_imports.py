@@ -41,7 +41,7 @@ A package may import from the groups before its own; core and kernels do not kno
 LINES = {
     "core": 2935, "kernels": 220, "video": 2535, "cues": 1930, "sot": 6255, "mot": 7415,
     "testing": 305, "synthetic": 1120, "rows": 780, "output": 2215, "correction": 2100,
-    "formats": 3245, "cluster": 2185, "services": 340, "studio": 4620, "cli": 6680, "filtering": 75,
+    "formats": 3255, "cluster": 2185, "services": 340, "studio": 4630, "cli": 6680, "filtering": 75,
     "lab": 8825,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""

@@ -12,13 +12,12 @@ from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError
 from motes.correction.history import History, history_path, line_count
-from motes.formats.aspects import HIDDEN
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
 from motes.formats.registry import FORMATS, Written, check_folder, check_images, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
-from motes.formats.visibility import SURE, visible
+from motes.formats.visibility import visible
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 from motes.video.film import Film
@@ -233,11 +232,8 @@ def unseen(written: Written) -> str:
 
 def guesses_told(form: str, written: Written) -> str:
     """Return what has become of guesses, for the line that ends a command; "" without any."""
-    if not written.guesses:
-        return ""
-    guesses = f"{written.guesses} guess{'es' * (written.guesses != 1)}"
-    become = "marked" if HIDDEN in FORMATS.resolve(form).holds else "left out"
-    return f"; {guesses} {become} (interpolated, or confidence below {SURE}; see --with-guesses)"
+    told = written.guesses_told(form)
+    return f"; {told}; see --with-guesses" if told else ""
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:

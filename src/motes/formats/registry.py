@@ -27,7 +27,7 @@ from motes.formats.aspects import (
     TIMES,
 )
 from motes.formats.recording import FilmFacts, Recording
-from motes.formats.visibility import certain, marked
+from motes.formats.visibility import SURE, certain, marked
 from motes.rows.schema import BOX, ELLIPSE
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
@@ -340,6 +340,14 @@ class Written(NamedTuple):
     """The number of frames that are left out, as a target is lost or searched for there."""
     guesses: int
     """The number of rows that are guesses; their frames are left out too, or they are marked."""
+
+    def guesses_told(self, form: str) -> str:
+        """Return what has become of guesses in a format, in a few words; "" without any."""
+        if not self.guesses:
+            return ""
+        become = "marked" if HIDDEN in FORMATS.resolve(form).holds else "left out"
+        number = f"{self.guesses} guess{'es' * (self.guesses != 1)}"
+        return f"{number} {become} (interpolated, or confidence below {SURE})"
 
 
 def write(
