@@ -38,13 +38,6 @@ ORDER = [
 """The packages, and last the modules of public names and the program.
 
 A package may import from the groups before its own; core and kernels do not know each other."""
-LINES = {
-    "core": 2935, "kernels": 220, "video": 2535, "cues": 1930, "sot": 6255, "mot": 7415,
-    "testing": 305, "synthetic": 1120, "rows": 780, "output": 2215, "correction": 2100,
-    "formats": 3255, "cluster": 2185, "services": 340, "studio": 4630, "cli": 6680, "filtering": 75,
-    "lab": 8825,
-}  # fmt: skip
-"""Most lines of Python in each package; docs/architecture.md has what they should be."""
 
 
 def modules_in(root: Path) -> dict[str, Path]:
@@ -146,18 +139,8 @@ def test_the_lab_has_no_circle() -> None:
             assert module_of(name) is None or module_of(name) in MODULES
 
 
-@pytest.mark.parametrize("name", LINES)
-def test_a_package_keeps_its_budget_of_lines(name: str) -> None:
-    if name == "lab":
-        paths = [*LAB.rglob("*.py")]
-    else:
-        paths = [path for module, path in MODULES.items() if package(module) == name]
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in paths)
-    assert 0 < lines <= LINES[name], f"{name} has {lines} lines; its budget is {LINES[name]}"
-
-
-def test_all_packages_have_a_budget() -> None:
-    assert set(LINES) == set().union(*ORDER) - {"__main__"} | {"lab"}
+def test_all_packages_have_a_place_in_the_order() -> None:
+    assert {package(module) for module in MODULES} - {"__main__", ""} <= set().union(*ORDER)
 
 
 def test_the_walk_finds_imports() -> None:

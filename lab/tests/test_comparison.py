@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes_lab.cli import main
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.mot_scores import COMBINED
-from motes_lab.report.comparison import comparison, optimism, trackers, versions
+from motes_lab.report.comparison import comparison, default_reference, optimism, trackers, versions
 from motes_lab.report.tables import NO_VALUE, Table
 from motes_lab.saved_scores import SavedScores
 from motes_lab.scores import COLUMNS
@@ -115,6 +115,23 @@ def test_failed_passes_and_other_columns(tmp_path: Path, runs: list[Path]) -> No
     assert set(values.dropna().index) == {"b", "c"}
     half = SavedScores.load(runs[1], column="precision_20")
     assert half.values["default"]["a"] == pytest.approx(0.45)
+
+
+@pytest.mark.parametrize(
+    ("names", "reference"),
+    [
+        (["a b cv2:csrt", "cv2:csrt a"], "cv2:csrt"),
+        (["a b cv2:csrt", "b a"], "a"),
+        (["a b", "b c"], "b"),
+        (["a b", "c"], "a"),  # which the second run is then said not to have
+    ],
+)
+def test_without_the_peer_the_first_tracker_is_the_reference(
+    names: list[str], reference: str, tmp_path: Path
+) -> None:
+    given = [{tracker: {"one": [0.5]} for tracker in each.split()} for each in names]
+    folders = [saved(tmp_path / str(index), values) for index, values in enumerate(given)]
+    assert default_reference([SavedScores.load(folder) for folder in folders]) == reference
 
 
 def test_what_does_not_fit_is_refused(tmp_path: Path, runs: list[Path]) -> None:

@@ -87,7 +87,7 @@ def test_classes_are_where_the_truth_has_them(tmp_path: Path, more: str) -> None
         ("1,1,5,6,20,30,1,7,\n", "line 1: '' is not a number"),
         ("1,1,5,6,20,30,1,x,y,z\n", "line 1: 'x' is not a number"),
         ("1,1,5,6,20,30,1,7,0.5,nan\n", "line 1: nan is not finite"),
-        ("1,1,5,6,20,30,1,14\n", "line 1: 14 is not a class; classes are 1 to 13"),
+        ("1,1,5,6,20,30,1,0\n", "line 1: 0 is not a class; classes count from 1"),
         ("1,1,1e300,2,3,4,1,1,1\n", "line 1: 1e300 is too large a number"),
         ("1,1e300,1,2,3,4,1,1,1\n", "line 1: 1e300 is too large a number"),
         ("1,1,1,2,0,4,1,1,1\n", "line 1: an object of 0x4 pixels has no area"),

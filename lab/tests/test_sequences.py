@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes import Tracker, open_source
+from motes.cli import main as motes_main
 from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Ellipse
 from motes.formats.regions import ABSENT, TruthRegion, read_regions
@@ -80,7 +81,7 @@ def test_delimiters(row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        *["NaN,NaN,NaN,NaN", "nan", "1,2,nan,4", "0,0,0,0", "5,5,0,9", "5,5,9,0", "5,5,-3,9"],
+        *["NaN,NaN,NaN,NaN", "nan", "0,0,0,0", "5,5,0,9", "5,5,9,0", "5,5,-3,9"],
         *["0", "1", "2", "NaN,NaN,NaN,NaN,NaN,NaN,NaN,NaN", "0,0,0,0,0,0,0,0"],
         *["3,4,9,4,9,4,3,4", "m0,0,0,0,0", "m3,4,2,2,4", "m3,4,2,2"],
     ],
@@ -98,7 +99,10 @@ def test_rows_without_target(row: str) -> None:
         ("1,2,3,4,5,6,7,8,9", "not 9"),
         ("3", "not 1"),
         ("1,b,3,4", "'b' is not a number"),
-        ("1,,3,4", "not 3"),
+        ("1,,3,4", "'' is not a number"),
+        ("1,2,nan,4", "finite"),
+        ("31,5;61,5;40,0;40,0", "separated in two ways"),
+        ("31,5 61,5 40,0 40,0", "separated in two ways"),
         ("1,2,inf,4", "finite"),
         ("m1,2,3", "whole numbers"),
         ("m1,2,2,2,0.5", "whole numbers"),
@@ -462,6 +466,20 @@ def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
     assert np.isnan(sequence.boxes[0]).all()
 
 
+def test_rows_of_another_film_are_no_annotation(tmp_path: Path) -> None:
+    """What is remembered beside them tells of which."""
+    frames(tmp_path / "clip", 6)
+    other = tmp_path / "other"
+    other.mkdir()
+    for index in range(6):
+        Image.new("RGB", (99, 50)).save(other / f"{index}.png")
+    path = tmp_path / "rows.csv"
+    options = ["--preset", "mean_shift", "-o", str(path)]
+    assert motes_main(["track", str(other), "--init", "5,5,20,20", *options]) == 0
+    assert "but the rows are of other, with 99x50" in refusal(tmp_path / "clip", path)
+    assert len(load_dataset(other, annotation=path)[0]) == 1
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -470,7 +488,7 @@ def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
         ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "has a frame twice"),
         ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "one that no film has"),
         ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "row 1: frame: "),
-        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "row 1: b: could not convert"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "row 1: b: 'b' is not a number"),
         ("frame,x,y,a,b,theta\n", "has no frame with a target"),
         ('{"frame": 0, "x": 1}\n', "a track has the column y"),
         ('{"frame": 0, \n', "line 1: "),

@@ -15,14 +15,16 @@ from PIL import Image
 from motes import open_source
 from motes.cli import main
 from motes.cli.watch_loop import counted_moments, table
+from motes.cli.watch_outputs import Events
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
+from motes.core.track import Status
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.regions import Line, Regions
+from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.output.scene_overlay import color_of, draw_scene
-from motes.rows.schema import COLUMNS
+from motes.rows.schema import COLUMNS, GROUND
 from motes.video.writer import VideoWriter
 from red_box import walk
 from sightings import seen, told
@@ -59,22 +61,28 @@ def go(
 
 @pytest.mark.slow
 def test_one_walks_by(go: Go) -> None:
-    """With no setting but the source and where results go."""
-    code, out, error = go("FILM -o r.csv --events e.jsonl --overlay o.mkv --line 80,0,80,95")
+    """With no setting but the source, what is counted, and where results go."""
+    outputs = "-o r.csv --events e.jsonl --overlay o.mkv"
+    lines = "--line 80,0,80,95 --line 110,0,110,95 --turns --scale 20"
+    code, out, error = go(f"FILM {outputs} {lines}")
     assert (code, out) == (0, "")
     assert "90 frames, 1 object, 1 of them gone; " in error
     assert "each tracked by 100 particles and color; " in error
     assert "wrote o.mkv, e.jsonl, r.csv" in error
-    assert "minute 0: appears 1, crosses line 1 in 1, disappears 1" in error
+    assert "minute 0: appears 1, crosses line 1 in 1, crosses line 2 in 1, disappears 1" in error
+    assert "from / to  line 2\nmotes: line 1          1\n" in error
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == COLUMNS
+    assert tuple(rows[0]) == COLUMNS + GROUND
     assert {row["id"] for row in rows} == {"1"}
+    assert {row["speed"] == "" for row in rows if row["status"] != "tracking"} == {True}
+    speeds = [float(row["speed"]) for row in rows if row["speed"]]
+    assert speeds[6:] == pytest.approx([5] * len(speeds[6:]), abs=0.7)  # also at the edge
     middle = next(row for row in rows if row["frame"] == "60")
     assert float(middle["left"]) == pytest.approx(4 * 25 - 16, abs=2)
     assert float(middle["width"]) == pytest.approx(16, abs=2)
     events = [json.loads(line) for line in Path("e.jsonl").read_text().splitlines()]
-    assert [event["event"] for event in events] == ["appears", "crosses", "disappears"]
+    assert [event["event"] for event in events] == ["appears", *["crosses"] * 2, "disappears"]
     assert events[1]["speed"] == pytest.approx(100, abs=8)  # 4 pixels in 1/25 s
     with open_source("o.mkv") as overlay:
         assert sum(1 for _ in overlay) == FRAMES
@@ -117,6 +125,29 @@ def test_what_ends_a_run_loses_no_crossing_that_has_happened(end: BaseException)
     assert told == [(0, "appears"), (3, "crosses")]
     with pytest.raises(type(end)):
         next(moments)
+
+
+def test_events_in_a_file_are_in_the_order_of_frames(tmp_path: Path) -> None:
+    """One stands on the line for 2 s before it is over; another appears and vanishes meanwhile."""
+    counter = EventCounter(Regions((Line((0, 50, 200, 50)),), (Zone((0, 60, 200, 60, 9, 99)),)))
+    path = tmp_path / "e.jsonl"
+
+    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+        for i in range(24):
+            y = 40 + 4 * i if i < 3 else 50.5 if i < 12 else 4 * i + 8
+            tracks = [seen(i, (80, y))] if i < 18 else []
+            tracks += [seen(i, (150, 20 + i), identity=2)] if 5 <= i < 9 else []
+            tracks += [seen(i, (150, 28), Status.LOST, 2)] if i == 9 else []
+            yield Frame(i, i / 4, np.zeros((9, 9, 3), np.uint8)), tracks
+
+    with Events(str(path), False) as events:
+        moments = [*counted_moments(found(), counter)]
+        for moment in moments:
+            events.write(moment)
+    written = [json.loads(line)["frame"] for line in path.read_text().splitlines()]
+    assert written == sorted(written)
+    came = [event.frame for moment in moments for event in moment.events]
+    assert sorted(came) == written != came
 
 
 def test_nor_does_an_interrupt_while_a_frame_is_written() -> None:

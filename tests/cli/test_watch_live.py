@@ -133,6 +133,8 @@ def test_a_run_is_shown(command: str, film: str, monkeypatch: pytest.MonkeyPatch
         ("--events https://h/a --home-assistant", "--home-assistant needs --events mqtt://"),
         ("--events https://h/a --events https://h/a", "are the same"),
         ("--events mqtt://h", "lacks a host or a topic"),
+        ("--events mqtt://", "An address of MQTT lacks a host or a topic"),
+        ("--events mqtt:h/t", "--events mqtt:h/t: such addresses are not known"),
         ("--events http:///a", "has no host"),
         ("--events http://a:b/c", "http://a:b/c is no address"),
         ("--events http://a:99999/c", "is no address: Port out of range"),

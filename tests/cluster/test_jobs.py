@@ -61,6 +61,14 @@ def test_mistakes_in_a_row(row: dict[str, object], words: str) -> None:
         job_of(ROW | row, "film")
 
 
+def test_all_mistakes_of_a_row_are_named() -> None:
+    row = {"source": "", "init": "1,2,3; 1,2,0,4", "seed": -1, "rows": "r.csv", "preset": "numiaro"}
+    with pytest.raises(ConfigError) as caught:
+        job_of(ROW | row, "film")
+    for words in ("no source", "got 3", "no area", "seed and start", "takes no rows", "numiaro"):
+        assert words in str(caught.value)
+
+
 @pytest.mark.parametrize("value", ["a.onnx, b.onnx", ["a.onnx", "b.onnx"]])
 def test_the_files_of_a_network_are_inputs(value: object) -> None:
     job = job_of(ROW | {"network": value}, "film")
@@ -127,6 +135,18 @@ def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
     assert "none.mp4 is missing" in problems[0]
     assert "the config" in problems[1]
     assert "row 2 has the name 'film-0' too" in problems[2]
+
+
+def test_a_mistake_of_many_rows_is_said_once(tmp_path: Path) -> None:
+    path = tmp_path / "jobs.csv"
+    lines = [
+        f"{film},9,{index // 4 - 1}" for index, film in enumerate(batch_jobs.films(tmp_path, 6))
+    ]
+    path.write_text("\n".join(["source,sed,seed", *lines, ""]))
+    count, bad, problems = JobTable(str(path), {"do": "watch"}).problems(missing, lambda _: None)
+    assert (count, bad, len(problems)) == (6, 6, 2)
+    assert "jobs.csv, rows 2, 3, 4 and 3 more: There is no column 'sed'" in problems[0]
+    assert "jobs.csv, rows 2, 3, 4 and 1 more: seed and start are 0" in problems[1]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from hypothesis.extra import numpy as hnp
 from motes import kernels
 from motes.core.errors import SourceError
 from motes.core.frame import Frame, _in_order, as_rgb
+from motes.mot.scene import Scene
+from motes.sot.tracker import Tracker
 
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
 
@@ -71,6 +74,25 @@ def test_sixteen_bits_keep_the_high_byte() -> None:
     image = np.array([[0, 255, 256, 65535]], np.uint16)
     np.testing.assert_array_equal(as_rgb(image)[0, :, 0], [0, 0, 1, 255])
     np.testing.assert_array_equal(as_rgb(RGB.astype(np.uint16) << 8), RGB)
+
+
+def test_values_of_fewer_bits_in_sixteen_keep_their_shades(tmp_path: Path) -> None:
+    """8 or 12 bits in uint16 are no black pictures; the first one of a film decides for all."""
+    np.testing.assert_array_equal(Frame(0, 0.0, RGB.astype(np.uint16)).pixels, RGB)
+    deep: Any = RGB.astype(np.uint16) << 2
+    tracker, scene = Tracker("mean_shift"), Scene(lambda frame: [])
+    tracker.init(deep, (1, 1, 4, 3))
+    scene.update(deep)
+    tracker.save(tmp_path / "saved")
+    for frame_of in (tracker.picture, Tracker.load(tmp_path / "saved").picture, scene._as_frame):
+        np.testing.assert_array_equal(frame_of(deep).pixels, RGB)
+        np.testing.assert_array_equal(frame_of(deep >> 3).pixels, RGB >> 3)
+        assert frame_of(deep << 3).pixels.max() == 255
+    stuck = np.full((200, 200), 300, np.uint16)
+    stuck[0, 0] = 65535
+    assert as_rgb(stuck).min() == 300 >> 2
+    with pytest.raises(SourceError, match="depth"):
+        as_rgb(deep, 11)
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motes.core.errors import ConfigError
-from motes.core.geometry import Box, Ellipse, as_ellipse, iou, region_within
+from motes.core.geometry import Box, Ellipse, as_ellipse, iou, of_corners, region_within
 
 numbers = st.floats(-500, 500)
 sizes = st.floats(0.5, 300)
@@ -155,3 +156,27 @@ def test_overlap_broadcasts() -> None:
     rows = np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1]])
     np.testing.assert_allclose(iou(rows, (0, 0, 4, 4)), [1, 1 / 3, 0])
     assert iou(rows[:, None], rows[None]).shape == (3, 3)
+
+
+@pytest.mark.parametrize(
+    ("region", "meant"),
+    [
+        ((60, 20, 90, 60), (60, 20, 30, 40)),  # leaves to the right
+        ((10, 50, 30, 70), (10, 50, 20, 20)),  # leaves below
+        (Ellipse.from_box((60, 20, 90, 60)), (60, 20, 30, 40)),
+        ((60, 20, 30, 40), None),
+        ((90, 20, 30, 40), None),  # leaves, and is left of its own x
+        ((60, 20, 120, 60), None),  # leaves, and so do the corners
+        ((60.0, 20.0, 90.0, 60.0, 0.0), None),
+        (Ellipse(60, 20, 90, 60, 0.1), None),
+    ],
+)
+def test_corners_that_were_given_as_a_box(
+    region: Sequence[float], meant: tuple[float, ...] | None
+) -> None:
+    assert of_corners(region, 100, 80) == meant
+
+
+def test_a_refused_region_names_the_box_of_its_corners() -> None:
+    with pytest.raises(ConfigError, match=r"or 60,20,30,40 if these numbers are corners\.$"):
+        region_within((60, 20, 90, 60), 100, 80)

@@ -304,6 +304,14 @@ def test_doubts_have_reasons() -> None:
     assert reasons[45] == ("a tracker was elsewhere", "low confidence")
 
 
+def test_a_cut_of_the_film_is_a_doubt() -> None:
+    tracks = walk(60)
+    assert motes.doubts(tracks, {0: None}) == []
+    first, *_ = motes.doubts(tracks, {0: None}, cuts=[30])
+    assert (first.frame, first.reasons) == (30, ("cut",))
+    assert motes.doubts(tracks, {0: None, 30: None}, cuts=[30]) == []  # the user has looked
+
+
 def test_no_tracks_no_doubts() -> None:
     assert motes.doubts([], {}) == motes.doubts([], {3: None}) == []
 

@@ -86,15 +86,25 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None
     assert not Path("other.json").exists()
 
 
-@pytest.mark.parametrize("source", ["two.csv", "two.txt"])
-def test_frames_in_which_nothing_is_stay(go: Go, source: str) -> None:
-    assert go(f"convert two.json {source}")[0] == 0
+@pytest.mark.parametrize(
+    ("source", "seen"),
+    [("two.csv", [0, 1, 7]), ("two.jsonl", [0, 1, 7]), ("two.txt", [*range(8)]),
+     ("two.xml", [*range(8)])],
+)  # fmt: skip
+def test_frames_that_nobody_has_looked_at_are_no_negatives(
+    go: Go, source: str, seen: list[int]
+) -> None:
+    """How long the film is does not tell what is in it."""
+    lines = [f"{frame},{who},9,9,8,8" for frame in (0, 1, 7) for who in (1, 2)]
+    Path("two.csv").write_text("\n".join(["frame,id,left,top,width,height", *lines, ""]))
+    if source != "two.csv":
+        assert go(f"convert two.csv {source} --size 320x240")[0] == 0
     assert go(f"convert {source} a.json --frames 40 --size 320x240")[0] == 0
     images = json.loads(Path("a.json").read_text())["images"]
-    assert [each["frame"] for each in images] == [*range(40)]
-    assert images[39]["time"] == pytest.approx(39 / 25)
+    assert [each["frame"] for each in images] == seen
+    assert images[-1]["time"] == pytest.approx(7 / 25)
     assert go(f"convert {source} labels --frames 40 --size 320x240")[0] == 0
-    assert Path("labels/labels/frame_000039.txt").read_bytes() == b""
+    assert len([*Path("labels/labels").iterdir()]) == len(seen)
     for truth in ("otb", "vot"):
         assert go(f"convert {source} a.{truth}.txt --frames 40 --identity 1")[0] == 0
         assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
@@ -153,7 +163,7 @@ def test_one_of_several_objects(go: Go) -> None:
     assert (code, "choose one with --identity N" in said) == (5, True)
     assert not Path("groundtruth.txt").exists()
     assert go("convert two.json groundtruth.txt --identity 1")[0] == 0
-    assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,40.0000,24.0000\n")
+    assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,50.0000,40.0000,50")
     code, said = go("convert two.json x.vot.txt --identity 7")
     assert (code, "two.json has no object 7; it has 1, 2." in said) == (2, True)
 
@@ -181,18 +191,21 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
-@pytest.mark.parametrize(("source", "there"), [("boxes.jsonl", 35), ("one.cvat.xml", 40)])
-def test_frames_that_only_the_film_has_are_not_said_to_be_in_the_file(
-    go: Go, source: str, there: int
-) -> None:
-    assert go("convert one.csv boxes.txt --to mot")[0] == 0
-    assert go("convert boxes.txt boxes.jsonl")[0] == 0
-    assert go("convert boxes.txt one.cvat.xml --size 320x240")[0] == 0
-    said = go(f"convert {source} a.csv --size 320x240 --frames 60")[1]
-    others = 60 - there
-    assert (
-        f"the {there} frames in {source}; nothing is in {others} other frames of its film." in said
-    )
+def test_frames_beyond_those_that_are_known_are_refused(go: Go) -> None:
+    Path("film").mkdir()
+    for frame in range(3):
+        Image.new("RGB", (64, 48)).save(f"film/{frame}.png")
+    assert go("track film --at 0=9,9,20,20 --preset mean_shift -o run.csv")[0] == 0
+    for options in ("", "--video film"):
+        code, said = go(f"convert run.csv a.json --frames 4 {options}")
+        assert (code, "--frames is 4, and film has 3; omit it." in said) == (2, True)
+        assert go(f"convert run.csv a.json --frames 3 --overwrite {options}")[0] == 0
+
+
+def test_frames_without_objects_are_said_to_be_so(go: Go) -> None:
+    assert go("convert one.csv boxes.txt --to mot-truth")[0] == 0
+    said = go("convert boxes.txt a.csv --from mot-truth --size 320x240 --frames 60")[1]
+    assert "the 35 frames in boxes.txt; nothing is in 5 other frames of its film." in said
 
 
 def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
+from motes.core.spreadsheet import unguarded
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.formats.thinning import keyframes
+from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import ObjectRow
 from motes.rows.schema import COLUMNS
 from recordings import FACTS, crowd, turning
@@ -88,8 +94,6 @@ def test_several_objects(name: str, tmp_path: Path) -> None:
 def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
     found = round_trip(crowd(), name, tmp_path)
     expected = {frame: 1 + (not 10 <= frame < 15) for frame in range(30)}
-    if name == "mot-detections":  # nothing is in the film's frames that it does not name
-        expected |= dict.fromkeys(range(30, 40), 0)
     assert {row.frame: len(row.objects) for row in found} == expected
     assert {each.identity for row in found for each in row.objects} == {-1}
     for other in ("cvat", "deeplabcut", "label-studio"):
@@ -113,6 +117,47 @@ def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
     rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)
     registry.write(tmp_path / "b.csv", "csv", round_trip(rows, name, tmp_path))
     assert (tmp_path / "b.csv").read_text() == (tmp_path / "rows.csv").read_text()
+
+
+CLASSED = sorted(name for name in NAMES if CLASSES in registry.FORMATS.resolve(name).holds)
+
+
+@given(st.text(st.characters(exclude_categories=()), min_size=1, max_size=8))
+@example("a\u2028b").via("a line break for some, and none for others")
+@example("a\x85b").via("a line break of YAML")
+@example("a\x0bb\x1f").via("no characters of XML")
+@example("a\nb").via("a row of two lines")
+@example("\ufffe").via("no character at all")
+@example("\ud800").via("half a character")
+@example(" \ufeff'\"<&]]>#: ").via("what must be quoted somewhere")
+@example("=1+1").via("a formula")
+@example("  ").via("no name")
+@example("NA").via("a name that is a word for nothing elsewhere")
+@settings(max_examples=60)
+def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
+    """In every format, by motes and by the readers that other programs use."""
+    yaml = pytest.importorskip("yaml")
+    row = ObjectRow(1, Ellipse(60, 50, 9, 7), 0.9, Status.TRACKING, label=label)
+    try:
+        recorded = recording_of(FACTS, [(3, row)])
+    except ConfigError:
+        with pytest.raises(ConfigError, match="rename it"):
+            ObjectRow.of(SceneTrack(1, row.track(3, 0.12), label=label))
+        return
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        for name in CLASSED:
+            [found] = [each for row in round_trip(recorded, name, folder) for each in row.objects]
+            fixed = name.startswith("mot")  # which has thirteen classes
+            assert fixed or (found.label or "object") == label, name
+        text = (folder / "a.csv").read_bytes().decode()
+        [fields] = csv.DictReader(io.StringIO(text, newline=""))
+        assert unguarded(fields["label"]) == label
+        [line] = (folder / "a.jsonl").read_text(encoding="utf-8").splitlines()
+        assert json.loads(line)["label"] == label
+        tree = ElementTree.parse(folder / "a.xml")
+        assert [each.get("label") for each in tree.iter("track")] == [label]
+        assert yaml.safe_load((folder / "labels/data.yaml").read_text())["names"] == {0: label}
 
 
 def test_what_a_format_cannot_hold() -> None:
@@ -188,14 +233,22 @@ def test_sizes_are_asked_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "text", "name"),
     [
-        ("a.txt", "1,2,3,4\n", None),
         ("groundtruth_rect.1.txt", "1,2,3,4\n", "otb"),
-        ("groundtruth.txt", "1 2 3 4\n", "vot"),
+        ("a.vot.txt", "1 2 3 4\n", "vot"),
         ("a.txt", "1,2,3,4,5,6,7,8\n", "vot"),
         ("a.txt", "m1,2,3,4,0,12\n", "vot"),
         ("a.txt", "1,1,2,3,4,5,1,1,1\n", "mot-truth"),
         ("a.txt", "1,-1,2,3,4,5,0.9,-1,-1,-1\n", "mot-detections"),
         ("a.txt", "1,4,2,3,4,5,0.9,-1,-1,-1\n", "mot"),
+        ("a.txt", "1.0e+00 4.0e+00 2.0e+00 3e0 4e0 5e0 1e0 -1 -1 -1\n", "mot"),
+        ("a.txt", "1.0e+00 -1.0e+00 2e0 3e0 4e0 5e0 1e0 -1 -1 -1\n", "mot-detections"),
+        ("gt.txt", "1,4,2,3,4,5,1,1\n", "mot-truth"),
+        ("a.txt", "0 0.5 0.5 0.1 0.1\n", None),
+        ("a.txt", "hello, world; what is this\n", None),
+        ("a.csv", '"frame","time","id"\n', "csv"),
+        ("a.csv", '"frame","x","y","width","height"\n', "keyframes"),
+        ("a.jsonl", '{"time": 0.0, "frame": 0}\n', "jsonl"),
+        ("a.json", '{"images": [{"frame": 0}]}', "coco"),
         ("a.csv", "frame,x,y,width,height\n", "keyframes"),
         ("a.csv", "frame,x,y,a,b,theta\n", "keyframes"),
         ("a.csv", "frame,left,top,width,height\n", "csv"),
@@ -214,6 +267,112 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         return
     with pytest.raises(SourceError, match="is not clear; name it: csv, jsonl"):
         registry.recognized(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1,2,3,4\n", "--from otb if that is 1"),
+        ("31,5;61,5;40,0;40,0\n", "separated in two ways"),
+        ("31,5 61,5 40,0 40,0\n", "separated in two ways"),
+        ("1;1;31,5;61,5;40,0;40,0;1\n", "separated in two ways"),
+        ("frame;id;x\n", "its columns are separated by ';'"),
+        ('"frame"\t"id"\t"x"\n', r"its columns are separated by '\\t'"),
+        (
+            '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}]',
+            "results of COCO",
+        ),
+        ('[{"video_id": 1, "score": 0.5, "segmentations": [null]}]', "results of COCO"),
+        ("\ufeffframe,time\n".encode("utf-16-le"), "UTF-16; save it as UTF-8"),
+    ],
+)
+def test_what_is_no_file_of_ours_is_refused_in_one_line(
+    text: str | bytes, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(SourceError, match=said):
+        registry.recognized(path)
+
+
+@pytest.mark.parametrize(
+    ("marks", "first", "present"),
+    [
+        ({"full_occlusion.txt": "0,1,0", "out_of_view.txt": "0,0,1\n"}, 1, [0]),
+        ({"absence.label": "0\n0\n1\n", "meta_info.ini": ""}, 1, [0, 1]),
+        ({"sequence": ""}, 0, [0, 1]),
+    ],
+)
+def test_a_truth_is_of_the_dataset_whose_files_lie_beside_it(
+    marks: dict[str, str], first: int, present: list[int], tmp_path: Path
+) -> None:
+    """First pixel and absent frames are those of LaSOT, GOT-10k or VOT."""
+    path = tmp_path / "groundtruth.txt"
+    absent = "1,1,-1,-1" if "full_occlusion.txt" in marks else "0,0,0,0"
+    path.write_text(f"11,21,30,40\n12,21,30,40\n{absent}\n")
+    for name, text in marks.items():
+        (tmp_path / name).write_text(text)
+    found = registry.read(path, registry.recognized(path), FACTS)
+    assert [row.frame for row in found if row.objects] == present
+    assert [*found.frames[0].objects[0].box] == [11 - first, 21 - first, 30, 40]
+    if marks and first:
+        (tmp_path / next(iter(marks))).write_text("0\n1\n")
+        with pytest.raises(SourceError, match="is for 2 frames, not 3"):
+            registry.read(path, registry.recognized(path), FACTS)
+
+
+@pytest.mark.parametrize(
+    ("names", "classes"),
+    [
+        (None, {0: "car", 1: "class 27", 2: None}),
+        ("dog\ncat\nperson\n" + "\n" * 23 + "owl\n", {0: "person", 1: "owl", 2: None}),
+        ("dog\n", "class 3 is none of the 1 of labels.txt"),
+    ],
+)
+def test_identities_from_0_and_names_of_classes_beside_the_truth(
+    names: str | None, classes: dict[int, str | None] | str, tmp_path: Path
+) -> None:
+    path = tmp_path / "gt.txt"
+    path.write_text("1,0,5,6,20,30,1,3,1\n1,1,5,6,20,30,1,27,1\n1,2,5,6,20,30,1,-1,-1\n")
+    if names is not None:
+        (tmp_path / "labels.txt").write_text(names)
+    if isinstance(classes, str):
+        with pytest.raises(SourceError, match=classes):
+            registry.read(path, "mot-truth", FACTS)
+        return
+    found = registry.read(path, "mot-truth", FACTS)
+    assert {each.identity: each.label for each in found.frames[0].objects} == classes
+    again = round_trip(found, "coco", tmp_path)
+    assert {each.identity for each in again.frames[0].objects} == {0, 1, 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ('"frame","id","left","top","width","height","label"\r\n'
+         '1e+05,1.0,1,2,30,4e1,"a, b"\r\n', [100_000]),
+        ("\ufeffframe,id,left,top,width,height,label\n7.0,1,1,2,30,40,\"a, b\"\n", [7]),
+        ('{"id": 1.0, "frame": 7.0, "left": 1, "top": 2, "width": 30, "height": 4e1, '
+         '"label": "a, b"}\n', [7]),
+        ("frame,id,left,top,width,height\n7,car 1,1,2,30,40\n", "'car 1' is not a number"),
+        ("frame,id,left,top,width,height\n7,1.5,1,2,30,40\n", "'1.5' is no whole number"),
+        ("frame,id,left,top,width,height\n7,1,NA,2,30,40\n", "'NA' is not a number"),
+        ("frame,id,left,top,width,height\n7,1,\"1,5\",2,30,40\n", "'1,5' is not a number"),
+    ],
+)  # fmt: skip
+def test_rows_of_r_and_pandas_are_read_or_refused(
+    text: str, frames: list[int] | str, tmp_path: Path
+) -> None:
+    path = tmp_path / ("a.jsonl" if text.startswith("{") else "a.csv")
+    path.write_bytes(text.encode())
+    if isinstance(frames, str):
+        with pytest.raises(SourceError, match=frames):
+            registry.read(path, registry.recognized(path), FACTS)
+        return
+    found = registry.read(path, registry.recognized(path), FACTS)
+    [row] = [row for row in found if row.objects]
+    assert [row.frame] == frames
+    assert (row.objects[0].identity, row.objects[0].label) == (1, "a, b")
 
 
 @pytest.mark.parametrize(

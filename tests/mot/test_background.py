@@ -213,6 +213,9 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     (said,) = detector.unused_detections
     assert said.startswith(f"1 of 3 detections of {path} were not used: 1 out of the ")
     assert said.endswith("picture or unfit in size, 0 after frame 2")
+    until = RecordedDetections(path, end=1)  # the later ones are not asked for
+    assert [each.box for each in until(Frame(0, 0.0, pixels))] == [(0, 0, 5, 6)]
+    assert until.unused_detections == []
 
 
 @pytest.mark.parametrize("text", ["", "\n \n"])

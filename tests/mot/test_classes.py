@@ -93,8 +93,8 @@ def test_objects_are_followed_between_the_frames_of_a_slow_detector() -> None:
 
 
 def test_without_a_look_nothing_is_overdue() -> None:
-    """With a detector that looks and finds nothing, the object is occluded after 0.12 s."""
-    for every, status in ((1, Status.OCCLUDED), (8, Status.TRACKING)):
+    """With a detector that looks and finds nothing, the object is lost after 0.12 s."""
+    for every, status in ((1, Status.LOST), (8, Status.TRACKING)):
         there = [True]
         settings = replace(config(), detections=DetectionSelection(every=every))
         scene = Scene(lambda _, there=there: [Detection(BOX)] if there else [], settings)

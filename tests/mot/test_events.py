@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,9 +14,11 @@ import pytest
 from msgspec import structs
 
 from motes.core.errors import ConfigError
-from motes.core.track import Status
+from motes.core.geometry import Box, Ellipse
+from motes.core.track import Status, Track
 from motes.mot.analytics.events import BRIEF, EDGE, Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone, crossing
+from motes.mot.tracked_object import SceneTrack
 from sightings import seen, told
 
 
@@ -124,7 +128,11 @@ def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
     counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
     events = told(
-        counting, seen(0, (70, 40)), seen(5, (70, 40), Status.OCCLUDED), seen(7, (70, 40))
+        counting,
+        seen(0, (70, 40)),
+        seen(1, (70, 40)),
+        seen(5, (70, 40), Status.OCCLUDED),
+        seen(7, (70, 40)),
     )
     assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
 
@@ -133,12 +141,31 @@ def test_what_is_hidden_crosses_when_it_comes_up() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
     events = told(
         counting,
-        seen(0, (30, 40)),
-        seen(1, (60, 40), Status.OCCLUDED),
-        seen(2, (70, 40), Status.OCCLUDED),
-        *(seen(i, (80, 40)) for i in range(3, 6)),
+        *(seen(i, (26 + 2 * i, 40)) for i in range(3)),
+        seen(3, (60, 40), Status.OCCLUDED),
+        seen(4, (70, 40), Status.OCCLUDED),
+        *(seen(i, (80, 44)) for i in range(5, 8)),
     )
-    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (3, "crosses")]
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (5, "crosses")]
+    assert events[1].x == 50  # on the line, from (30, 40) to (80, 44)
+    assert events[1].y == pytest.approx(41.6)
+
+
+@pytest.mark.parametrize(("shown", "hidden", "crosses"), [(3, 33, 0), (6, 6, 1), (6, 7, 0)])
+def test_what_is_hidden_for_longer_than_it_was_seen_is_another_object(
+    shown: int, hidden: int, crosses: int
+) -> None:
+    """Whether frames without it have a row of it, or none."""
+    for status in (Status.OCCLUDED, None):
+        counting, feet = gate(), [*range(30, 30 + shown), *[0] * hidden, *range(70, 76)]
+        unseen = range(shown, shown + hidden)
+        for i, x in enumerate(feet):
+            gone = i in unseen
+            tracks = [seen(i, (x, 40), status or Status.LOST)] if gone else [seen(i, (x, 40))]
+            counting.update([] if gone and status is None else tracks, i / 4)
+        counting.finish()
+        kinds = Counter(kind for _, kind, *_ in counting.counts.elements())
+        assert (kinds["crosses"], kinds["appears"]) == (crosses, 1)
 
 
 def test_who_trembles_on_a_line_crosses_it_once() -> None:
@@ -270,7 +297,7 @@ def test_directions_have_the_lines_own_names() -> None:
 
 def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
     """An object 11 pixels high is on the line up to 1.1 pixels from it."""
-    assert crossings(gate(), [50.5, 53, 56, 59]) == [(1, "left")]
+    assert crossings(gate(), [50.5, 53, 56, 59]) == []  # not seen on the other side
     assert crossings(gate(), [49.5, 53, 56, 59]) == [(1, "left")]
     assert crossings(gate(), [50.5, 50.7, 51.2, 51.3, 51.4]) == []  # and hardly moves
     assert crossings(gate(), [52, 53, 56, 59]) == []  # and is clear of it at first
@@ -292,10 +319,10 @@ def test_a_box_that_jumps_has_not_walked() -> None:
     """It takes in a neighbor, 30 pixels away; and what was hidden meanwhile has walked."""
     assert crossings(gate(), [40, 41, 42, 43, 73, 74, 75, 76]) == []
     counting = gate()
-    tracks = [seen(i, (40 + i, 40)) for i in range(4)]
-    tracks += [seen(i, (0, 0), Status.OCCLUDED) for i in range(4, 12)]
-    events = told(counting, *tracks, *(seen(i, (61 + i, 40)) for i in range(12, 16)))
-    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (12, "crosses")]
+    tracks = [seen(i, (32 + i, 40)) for i in range(8)]
+    tracks += [seen(i, (0, 0), Status.OCCLUDED) for i in range(8, 16)]
+    events = told(counting, *tracks, *(seen(i, (57 + i, 40)) for i in range(16, 20)))
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (16, "crosses")]
 
 
 def test_the_end_of_a_film_settles_what_is_open() -> None:
@@ -341,6 +368,111 @@ def test_a_visit_to_the_edge_alone_is_left_out_and_said() -> None:
     assert visits(counting, [50, 58, 60.4, 59, 58, *[50] * 20]) == []
     assert counting.left_out["desk", EDGE] == 1
     assert counting.remarks() == ["desk: nothing entered it, visits to its edge alone left out: 1"]
+
+
+SWAY = [100 + 3 * math.sin(i / 10) for i in range(400)]
+"""A foot that sways across the edge at 100, with a period of 63 frames; its object is 40 high."""
+
+
+@pytest.mark.parametrize(
+    ("feet", "kinds", "touched"),
+    [
+        ([*range(60, 100, 2), *SWAY], [], 1),
+        ([*range(60, 100, 2), *SWAY, *range(100, 140, 2)], ["enters"], 0),
+        ([*range(140, 100, -2), *SWAY], ["enters"], 0),
+        ([*range(140, 100, -2), *SWAY, *range(100, 60, -2)], ["enters", "leaves"], 0),
+        ([103 - 0.01 * i for i in range(200)], ["enters"], 0),  # found at the edge, never outside
+        ([96] * 50 + [99.9] + [96] * 50, [], 0),
+        ([*range(96, 180)], ["enters", "leaves"], 0),
+        ([*range(160, 140, -2), *SWAY[:0], *[140] * 99], ["enters"], 0),
+    ],
+)
+def test_the_edge_of_a_zone_has_a_margin_in_the_objects_own_size(
+    feet: list[float], kinds: list[str], touched: int
+) -> None:
+    counting = EventCounter(Regions(zone=(Zone((100, 0, 150, 0, 150, 99, 100, 99), "desk"),)))
+    tracks = [high(i, (x, 50)) for i, x in enumerate(feet)]
+    events = [e.event for t in tracks for e in counting.update([t])] + [
+        e.event for e in counting.finish()
+    ]
+    assert [e for e in events if e != "appears"] == kinds
+    assert counting.left_out == ({("desk", EDGE): touched} if touched else {})
+
+
+def high(frame: int, foot: tuple[float, float], identity: int = 1) -> SceneTrack:
+    """Return a track, 25 frames a second, of an object 40 pixels high."""
+    ellipse = Ellipse(foot[0], foot[1] - 19.5, 10, 20)
+    track = Track(frame, frame / 25, ellipse, np.eye(5), 1.0, Status.TRACKING, 0.0, 1.0)
+    return SceneTrack(identity, track, None, True)
+
+
+@pytest.mark.parametrize(("size", "kinds"), [((200, 100), ["enters", "leaves"]), (None, [])])
+def test_the_edge_of_the_picture_is_no_edge_of_a_zone(
+    size: tuple[int, int] | None, kinds: list[str]
+) -> None:
+    """Somebody walks along the lower edge, which hides the feet."""
+    zone = Zone((100, 0, 150, 0, 150, 99.5, 100, 99.5), "desk")
+    counting = EventCounter(Regions(zone=(zone,)), size)
+    tracks = [high(i, (80 + 2 * i, 99)) for i in range(50)]
+    events = [e.event for t in tracks for e in counting.update([t])] + [
+        e.event for e in counting.finish()
+    ]
+    assert events == ["appears", *kinds]
+
+
+@pytest.mark.parametrize("gap", [0, 6])
+@pytest.mark.parametrize("hidden", [True, False])
+def test_an_identity_that_changes_in_a_zone_is_one_visit(gap: int, hidden: bool) -> None:
+    """The first one is hidden when the second begins, or gone."""
+    zone = Zone((100, 0, 300, 0, 300, 99, 100, 99), "desk", dwell=3)
+    counting, events = EventCounter(Regions(zone=(zone,))), list[Event]()
+    for i in range(150):
+        first, second = high(i, (80 + 2 * i, 50)), high(i, (80 + 2 * i, 50), 2)
+        lost = replace(first, track=structs.replace(first.track, status=Status.LOST))
+        tracks = [first] if i < 40 else [replace(lost, sought=True)] if hidden and i < 60 else []
+        tracks += [lost] if i == (60 if hidden else 40) else []
+        tracks += [second] if i >= 40 + gap else []
+        events += counting.update(tracks, i / 25)
+    events += counting.finish()
+    visit = [(e.event, e.identity, e.seconds) for e in events if e.place]
+    assert visit == [("enters", 1, None), ("stays", 2, 3.0), ("leaves", 2, 4.0)]
+
+
+@pytest.mark.parametrize("gap", [0, 6])
+def test_turns_are_from_the_first_line_to_the_last(gap: int) -> None:
+    """Also of an object that changes its identity between them."""
+    lines = Line((100, 0, 100, 999), "west"), Line((200, 0, 200, 999), "east")
+    counting = EventCounter(Regions(lines))
+    for i in range(90):
+        ways = {1: 80 + 2 * i, 3: 220 - 2 * i, 4: 80 + i}
+        ways |= {2: ways.pop(1)} if i >= 40 else {}
+        tracks = [high(i, (x, 60 * max(n, 2)), n) for n, x in ways.items()]
+        if 40 <= i < 40 + gap:
+            tracks = [each for each in tracks if each.identity != 2]
+        if i == 40:
+            last = high(i, (0, 0)).track
+            tracks.insert(0, SceneTrack(1, structs.replace(last, status=Status.LOST)))
+        counting.update(tracks, i / 25)
+    counting.finish()
+    assert counting.turns == {("west", "east"): 1, ("east", "west"): 1, ("west", ""): 1}
+
+
+def test_the_speed_of_a_cut_object_is_that_of_before() -> None:
+    """It goes 2 pixels a frame; while an edge of the picture cuts its box, its middle goes 1."""
+    zone = Zone((0, 0, 199, 0, 199, 99, 0, 99), "road")
+    counting, events = EventCounter(Regions(zone=(zone,)), (200, 100)), list[Event]()
+    for i in range(1, 120):
+        left, right = max(2.0 * i - 40, 0), min(2.0 * i, 200)
+        status = Status.TRACKING if right - left > 2 else Status.LOST
+        ellipse = Ellipse.from_box(Box(left, 40, max(right - left, 2), 20))
+        track = structs.replace(high(i, (0, 0)).track, ellipse=ellipse, status=status)
+        events += counting.update([SceneTrack(1, track, None, True)], i / 25)
+    events += counting.finish()
+    found = [(e.event, e.speed) for e in events]
+    assert found == [
+        ("appears", None), ("enters", None), ("disappears", pytest.approx(50)),
+        ("leaves", pytest.approx(50)),
+    ]  # fmt: skip
 
 
 def test_what_flickers_is_left_out_and_said() -> None:

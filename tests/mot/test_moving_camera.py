@@ -162,7 +162,7 @@ def test_without_opencv_it_is_said_that_nobody_sees_whether_the_camera_moves(
     monkeypatch.setattr(moving_camera, "opencv", lambda: None)
     scene = Scene(lambda frame: [])
     scene.update(walkers(0)[0])
-    assert "Without OpenCV" in scene.warnings["camera"]
+    assert "Without OpenCV" in scene.warnings["unseen"]
     still = Scene(lambda frame: [], replace(scene_config(), camera="still"))
     still.update(walkers(0)[0])
     assert not still.warnings

@@ -114,6 +114,10 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
         ("camera_matrix: !!opencv-matrix\n data: [ 1e999 ]\n", "not finite, or too large"),
         ("camera_matrix: !!opencv-matrix\n data: [ .nan ]\n", "holds a value that is not"),
         ("image_width: nan\n", "image_width holds a number that is not finite"),
+        (
+            LENS.replace("   data: [ 0,", "   rows: 2\n   cols: 5\n   data: [ 0, 0,"),
+            "has 5 numbers, not the 2 x 5",
+        ),
         (LENS.replace("[ 9,", "[ 0,"), "needs focal lengths above 0"),
         (f"image_width: -640\nimage_height: 480\n{LENS}", "Pictures of -640x480 pixels"),
         (f"image_width: 1e12\nimage_height: 480\n{LENS}", "Pictures of 1000000000000x480"),

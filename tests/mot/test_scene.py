@@ -78,11 +78,12 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
         assert track.track.box == pytest.approx(walker(i))
     for _ in range(60):
         stage.show([walker(19)])
-    statuses = [[t.track.status for t in stage.show([None])] for _ in range(90)]
-    assert statuses[0] == [Status.OCCLUDED]  # the appearance rule sees that nothing is there
-    last = statuses.index([Status.LOST])
+    tracks = [stage.show([None]) for _ in range(90)]
+    last = [[each.gone for each in found] for found in tracks].index([True])
+    # The appearance rule sees that nothing is there, and nothing hides it.
+    assert {each.track.status for found in tracks for each in found} == {Status.LOST}
     assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
-    assert all(each == [] for each in statuses[last + 1 :])
+    assert all(found == [] for found in tracks[last + 1 :])
     assert (stage.scene.created, stage.scene.terminated) == (1, 1)
 
 
@@ -170,9 +171,28 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
         visible = not 20 <= i < 35
         said.append(stage.show([walker(i) if visible else None]))
     assert {t.identity for each in said for t in each} == {1}
-    assert said[25][0].track.status is Status.OCCLUDED
+    assert (said[25][0].track.status, said[25][0].sought) == (Status.LOST, True)
     assert said[25][0].occluded_by is None
     assert said[40][0].track.status is Status.TRACKING
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
+    """The same thing goes on in another picture."""
+    found, tracks = list[Detection](), list[list[tuple[int, bool]]]()
+    scene = Scene(lambda _: found)
+    for i in range(30):
+        patches = np.random.default_rng(cut and i >= 15).integers(0, 250, (5, 8, 3))
+        pixels = patches.astype(np.uint8).repeat(24, axis=0).repeat(24, axis=1)
+        found[:] = [Detection(walker(i))]
+        pixels[30:60, 20 + 3 * i : 36 + 3 * i] = COLORS[0]
+        told = scene.update(Frame(i, i / 25, pixels))
+        tracks.append([(each.identity, each.gone) for each in told])
+    assert scene.doubts == ({"cut": 15} if cut else {})
+    assert tracks[14:18] == (
+        [[(1, False)], [(1, True)], [], [(2, False)]] if cut else [[(1, False)]] * 4
+    )
+    assert (scene.created, scene.terminated) == (1 + cut, cut)
 
 
 def test_tracks_of_one_object_do_not_depend_on_others() -> None:

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import pytest
 from PIL import Image
 
-from motes import open_source
+from motes import open_source, read_track
 from motes.cli import main
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
@@ -123,12 +123,51 @@ def test_a_label_that_no_tool_takes(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
+                                     "track FILM --at 2=60,40,20,30", "watch FILM"])  # fmt: skip
+def test_rows_keep_a_label(go: Go, command: str) -> None:
+    assert go(f"{command} --label sea-bird -o a.csv")[0] == 0
+    assert {*read_track("a.csv")["label"]} == {"sea-bird"}
+    if command == f"track FILM {BOX}":
+        assert go("smooth a.csv -o b.csv")[0] == 0
+        assert {*read_track("b.csv")["label"]} == {"sea-bird"}
+    if "--at" in command:
+        assert go("refine FILM a.csv --at 4=62,41,20,30")[0] == 0
+        assert {*read_track("a.csv")["label"]} == {"sea-bird"}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "track FILM --init 60,20,180,130 --preset mean_shift -o a.csv",
+        "track FILM --init 5,5,20,20 --init 60,20,180,130 --preset mean_shift -o a.csv",
+        "track FILM --init 60,20,180,130 --preset nummiaro --save-histogram a.json",
+        "track FILM --at 2=60,20,180,130 --preset mean_shift -o a.csv",
+        "refine FILM b.csv --at 2=60,20,180,130",
+        "watch FILM --like 60,20,180,130 -o a.csv",
+    ],
+)
+def test_corners_that_were_given_as_a_box_get_a_line(go: Go, line: str) -> None:
+    assert go(f"track FILM {BOX} -o b.csv")[0] == 0
+    code, _, error = go(line)
+    assert code in (0, 4)  # 4 is of `watch`, which finds nothing like it
+    told = [each for each in error.splitlines() if "corners x1,y1,x2,y2" in each]
+    assert len(told) == 1
+    assert "give 60,20,120,110 (x,y,width,height)" in told[0]
+    assert "corners" not in go(f"track FILM {BOX} -o c.csv")[2]
+
+
+@pytest.mark.parametrize("options", ["-o a.txt", "-o a.json --format mot", "--overlay a.mkv"])
+def test_other_outputs_have_no_label(go: Go, options: str) -> None:
+    code, _, error = go(f"track FILM {BOX} {options} --label bird")
+    assert (code, "error: --label" in error) == (2, True)
+    assert here() == set()
+
+
 @pytest.mark.parametrize(
     "options", ["-o a.csv", "-o a.txt", "-o a.json --format csv", "--overlay a.mkv"]
 )
-def test_rows_have_no_label_and_no_keyframes(go: Go, options: str) -> None:
-    code, _, error = go(f"track FILM {BOX} {options} --label bird")
-    assert (code, "--label is for documents" in error) == (2, True)
+def test_rows_have_no_keyframes(go: Go, options: str) -> None:
     code, _, error = go(f"track FILM {BOX} {options} --keyframe-error 3")
     assert (code, "--keyframe-error is for CVAT, Label Studio" in error) == (2, True)
     assert here() == set()
@@ -184,8 +223,11 @@ def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
 
 
-@pytest.mark.parametrize("command", [f"track FILM {BOX}", "watch FILM"])
-def test_a_disk_that_is_full_at_the_end_keeps_the_rows(go: Go, command: str) -> None:
+@pytest.mark.parametrize(
+    ("command", "images"),
+    [(f"track FILM {BOX}", FRAMES), ("watch FILM", 8)],  # then an object is lost, in plain sight
+)
+def test_a_disk_that_is_full_at_the_end_keeps_the_rows(go: Go, command: str, images: int) -> None:
     Path("a.json").symlink_to("/dev/full")
     code, _, error = go(f"{command} -o a.json")
     assert code == 5
@@ -195,7 +237,7 @@ def test_a_disk_that_is_full_at_the_end_keeps_the_rows(go: Go, command: str) -> 
     assert line.endswith("Make room, then: motes convert a.json.rows.jsonl -o a.json")
     assert go("convert a.json.rows.jsonl -o a.json")[0] == 5
     assert go("convert a.json.rows.jsonl -o b.json")[0] == 0
-    assert len(json.loads(Path("b.json").read_text())["images"]) == FRAMES
+    assert len(json.loads(Path("b.json").read_text())["images"]) == images
 
 
 class Full:

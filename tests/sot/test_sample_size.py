@@ -99,6 +99,15 @@ def test_a_change_of_number_needs_a_selection() -> None:
     assert len(set(chosen)) > 1
 
 
+@pytest.mark.parametrize(("limits", "first"), [((300, 500), 300), ((10, 40), 40), ((50, 500), 100)])
+def test_the_first_frame_is_within_the_budget(limits: tuple[int, int], first: int) -> None:
+    tracker = Tracker(config(budget=KldSampling(min=limits[0], max=limits[1])))
+    tracker.init(CLIP[0], REGION)
+    assert len(tracker.info.weights) == first
+    tracker.update(CLIP[1])
+    assert limits[0] <= len(tracker.info.weights) <= limits[1]
+
+
 def test_a_lost_target_gets_more_particles() -> None:
     rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
     tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))

@@ -26,6 +26,7 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from disks import fill
+from motes.core.addresses import address_of
 from motes.core.errors import FormatError, SourceError
 from motes.core.system import system
 from motes.core.worker import Answer, Failed, Worker, WorkerLine, do_tasks, receive
@@ -335,9 +336,9 @@ def test_a_sample_film_that_meets_a_full_disk_leaves_nothing(
 
 def test_the_address_that_is_printed_can_be_opened_by_others() -> None:
     here = socket.gethostname()
-    assert serve.address_of("0.0.0.0", 80) == serve.address_of("::", 80) == f"http://{here}:80/"
-    assert serve.address_of("::1", 80) == "http://[::1]:80/"
-    assert serve.address_of("127.0.0.1", 80) == "http://127.0.0.1:80/"
+    assert address_of("0.0.0.0", 80) == address_of("::", 80) == f"http://{here}:80/"
+    assert address_of("::1", 80) == "http://[::1]:80/"
+    assert address_of("127.0.0.1", 80) == "http://127.0.0.1:80/"
 
 
 def test_hosts_are_checked_on_this_computer_alone() -> None:
@@ -357,6 +358,7 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
             '{"type":"undo","id":1,"more":"' + "x" * protocol.LARGEST_MESSAGE + '"}',
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[1,2]}',
             '{"type":"add_object","id":1,"name":"a","color":"url(x)","frame":0,"region":[1,2,3,4]}',
+            '{"type":"add_object","id":1,"name":"a","color":"#000000\\n","frame":0,"region":[9,9,9,9]}',
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[NaN,2,3,4]}',
             '"' + "x" * protocol.LARGEST_MESSAGE + '"', '{"a":' + DEEP,
         ):  # fmt: skip

@@ -470,6 +470,19 @@ def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
     assert "ftp:// is not known" in error_of("ftp://example.org/a.mp4")
 
 
+@pytest.mark.parametrize("text", ["ffconcat version 1.0\nfile whole.mp4\n",
+                                  "\ufeff#EXTM3U\n#EXTINF:1,\nwhole.mp4\n"])  # fmt: skip
+def test_a_playlist_that_passes_for_a_film_is_refused(tmp_path: Path, text: str) -> None:
+    clip(tmp_path / "whole.mp4", 5)
+    for name in ("list.mp4", "list.MKV", "list"):
+        (tmp_path / name).write_text(text)
+        assert "is a playlist, which names other files" in error_of(tmp_path / name)
+    if text.startswith("ffconcat"):
+        (tmp_path / "list.ffconcat").write_text(text)
+        with open_source(tmp_path / "list.ffconcat") as film:
+            assert len([*film]) == 5
+
+
 def test_the_cover_of_a_record_is_no_video(tmp_path: Path) -> None:
     path = tmp_path / "record.flac"
     with av.open(str(path), "w") as container:
@@ -585,6 +598,50 @@ def test_a_16_bit_rgb_image_keeps_its_high_bytes(tmp_path: Path) -> None:
     (tmp_path / "deep.ppm").write_bytes(data)
     out = read_image(tmp_path / "deep.ppm").astype(int)
     assert np.abs(out - deep / 257).max() <= 1
+
+
+@pytest.mark.parametrize("kind", ["deep.tif", "folder", "gray16le", "rgb48le"])
+def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path, kind: str) -> None:
+    """Cameras of 10 to 12 bits are not read by their high byte, nor by a dark first picture."""
+    shades = np.arange(48 * 64, dtype=np.uint16).reshape(48, 64)
+    pages = [np.zeros_like(shades), *[shades] * 7, shades * 4]
+    source = tmp_path / kind
+    if kind == "deep.tif":
+        first, *rest = map(Image.fromarray, pages)
+        first.save(source, save_all=True, append_images=rest)
+    elif kind == "folder":
+        source.mkdir()
+        for number, page in enumerate(pages[:-1]):
+            Image.fromarray(page).save(source / f"{number}.png")
+    else:
+        source = source.with_suffix(".mkv")
+        with av.open(str(source), "w") as container:
+            stream = container.add_stream("ffv1", rate=25)
+            stream.width, stream.height, stream.pix_fmt = 64, 48, kind
+            for number, page in enumerate(pages[:-1]):
+                values = page if kind == "gray16le" else np.repeat(page[:, :, None], 3, axis=2)
+                frame = av.VideoFrame.from_ndarray(values, format=kind)
+                frame.pts, frame.time_base = number, Fraction(1, 25)
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
+    bits = 14 if kind == "deep.tif" else 12
+    with open_source(source) as opened:
+        frames = list(opened)
+    assert not frames[0].pixels.any()
+    np.testing.assert_array_equal(frames[1].pixels[:, :, 0], shades >> (bits - 8))
+    assert f"use {bits} of 16 bits" in (opened.report.assumption or "")
+    assert opened.report.problems is None
+    with open_source(source, start=3) as opened:
+        np.testing.assert_array_equal(next(opened).pixels, frames[3].pixels)
+
+
+def test_pictures_that_are_too_bright_for_the_depth_are_counted(tmp_path: Path) -> None:
+    for number in range(40):
+        shade = 60000 if number == 17 else 900
+        Image.fromarray(np.full((4, 4), shade, np.uint16)).save(tmp_path / f"{number}.png")
+    with open_source(tmp_path) as source:
+        assert {int(frame.pixels.max()) for frame in source} == {255, 900 >> 2}
+    assert "1 picture(s) too bright for 10 bits" in (source.report.problems or "")
 
 
 def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.input_checks import prepare_folder
+from motes.cli.input_checks import prepared_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, Overwrite, options
 from motes.core import interrupts
@@ -77,13 +77,15 @@ class ResultOptions:
         FormatError
             If the results cannot be written, which is checked first.
         """
+        older = [] if self.out is None else [path.name for path in self.out.glob(f"{name}-*.csv")]
+        files = [f"{name}.{ending}" for ending in ("md", "csv", "png")]
+        with prepared_folder(self.out, [*files, *older], self.overwrite):
+            return self._run(name, steps, problems)
+
+    def _run(self, name: str, steps: Experiment, problems: Sequence[Problem]) -> int:
         from rich.console import Console
         from rich.text import Text
 
-        if self.out is not None:
-            older = (path.name for path in self.out.glob(f"{name}-*.csv"))
-            files = [f"{name}.{ending}" for ending in ("md", "csv", "png")]
-            prepare_folder(self.out, [*files, *older], self.overwrite)
         result: Result | None = None
         start = time.monotonic()
         try:

@@ -30,7 +30,13 @@ NOWHERE = (nan, nan)
 def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
     """Return what paints several objects, the time, and the crossings, entries and exits so far."""
     painter = ScenePainter(places)
-    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
+
+    def painted(moment: Moment) -> Draw:
+        every = moment.places.items()
+        speeds = {identity: place.speed for identity, place in every if isfinite(place.speed)}
+        return painter.painted(moment.frame, moment.tracks, moment.events, speeds)
+
+    return painted
 
 
 def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:

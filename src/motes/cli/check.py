@@ -27,6 +27,7 @@ from motes.correction.suspects import Doubt, compare, doubts
 from motes.output.contact_sheet import contact_sheet
 from motes.output.overlay import png
 from motes.rows.writer import check_writable
+from motes.video.cuts import cuts_in
 from motes.video.film import Film
 
 COUNT = 20
@@ -78,7 +79,8 @@ def check(
     table, film, history = corrected_run(app, source, rows, tracker, settings)
     point_out_unfinished(rows, history)
     tracks = table.tracks if table.hindsight else _compared(film, table, history)
-    found = doubts(tracks, history.keys, count)
+    cuts = cuts_in(film.forward(tracks[0].frame, tracks[-1].frame))
+    found = doubts(tracks, history.keys, count, cuts)
     by_frame = {track.frame: track for track in tracks}
     # Files come first: a reader of the list, such as `head`, may end it early.
     if output is not None:

@@ -190,7 +190,7 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = given = _sides(size)
-    name, files = "unknown", list[str]()
+    name, files, known_frames = "unknown", list[str](), None
     if video is not None:
         from motes.video.sources import open_source
 
@@ -198,12 +198,14 @@ def _facts(
             say_rate(film)
             if known is not None:
                 known.check(film)
-            name, fps, frames = film.name, film.fps, frames or film.frame_count
+            name, fps, known_frames = film.name, film.fps, film.frame_count
             files = film.files
             width, height = film.width, film.height
     elif known is not None:
-        name, fps, frames = known.film, fps or known.fps, frames or known.frames
+        name, fps, known_frames = known.film, fps or known.fps, known.frames
         width, height = known.width, known.height
+    if frames and known_frames and frames > known_frames:
+        raise ConfigError(f"--frames is {frames}, and {name} has {known_frames}; omit it.")
     if size and given != (width, height):
         raise ConfigError(f"--size is {size}, and the film has {width}x{height}; omit it.")
     run = None
@@ -211,8 +213,8 @@ def _facts(
         told = known.last if known.places is not None else None
         run = range(known.start, 0 if told is None else told + 1, known.stride)
     return FilmFacts(
-        source=name, width=width, height=height, frames=frames, fps=fps, label=label, files=files,
-        run=run,
+        source=name, width=width, height=height, frames=frames or known_frames, fps=fps,
+        label=label, files=files, run=run,
     )  # fmt: skip
 
 

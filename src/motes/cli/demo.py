@@ -29,7 +29,7 @@ from rich.console import Console
 from rich.table import Table
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_counts, prepare_folder
+from motes.cli.input_checks import check_counts, prepared_folder
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, RUN, Overwrite
 from motes.cluster.local import LocalPool
@@ -134,11 +134,13 @@ def demo(
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
     if frames is not None:
         check_counts(frames=frames)
-    prepare_folder(out, FILES, overwrite)
     console = Console()
     plays: dict[int, Played] = {}
     # A film's files appear together, when all are done.
-    with tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder:
+    with (
+        prepared_folder(out, FILES, overwrite),
+        tempfile.TemporaryDirectory(prefix=".demo-", dir=out) as partial_folder,
+    ):
         folder = Path(partial_folder)
         play = partial(_played, seed=seed, frames=frames, folder=folder)
         tasks = [Task(story.name, play, number) for number, story in enumerate(STORIES)]

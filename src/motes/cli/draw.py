@@ -15,7 +15,7 @@ from motes.cli.input_checks import (
     check_not_source,
     point_out_leftovers,
     point_out_unfinished,
-    prepare_folder,
+    prepared_folder,
     refuse,
 )
 from motes.cli.known_run import beside
@@ -114,13 +114,15 @@ def draw(
     point_out_unfinished(rows, known)
     if fps is not None and known is not None and known.fps not in (None, fps):
         raise ConfigError(f"--fps is {fps:g}, and the rows are of {known.fps:g}; omit it.")
-    with _opened(source, fps, known) as film:
+    with (
+        _opened(source, fps, known) as film,
+        prepared_folder(figures, [], outputs.overwrite),
+        prepared_folder(masks and masks.parent, [], outputs.overwrite),
+    ):
         say_rate(film)
         given = rows_in(rows, from_, film, source, known)
         plane = _units(rows, units, known)
         check_size(plane, film)
-        if figures is not None:
-            prepare_folder(figures, [], outputs.overwrite)
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
             return run(film, opened, target_moments(film, given, plane), Tally())

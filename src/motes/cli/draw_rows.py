@@ -18,7 +18,13 @@ from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
 from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.real_units import PIXELS, GroundPlace, RealUnits, motion_in_hindsight
+from motes.mot.analytics.real_units import (
+    PIXELS,
+    GroundMotions,
+    GroundPlace,
+    RealUnits,
+    motion_in_hindsight,
+)
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
@@ -138,7 +144,11 @@ def _measured(given: Given, units: RealUnits) -> dict[int, GroundPlace | None]:
 
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
-    counter = EventCounter(regions)
+    counter = EventCounter(regions, (film.width, film.height))
+    ground, motions = regions.ground, None
+    if ground is not None:
+        motions = GroundMotions(RealUnits(ground), (film.width, film.height))
+    ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
         for frame in _checked(frames, given, film):
@@ -147,10 +157,14 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
-                tracks.append(SceneTrack(each.identity, track, each.occluded_by, label=each.label))
+                found = SceneTrack(
+                    each.identity, track, each.occluded_by, label=each.label,
+                    sought=frame.index < ends[each.identity],
+                )  # fmt: skip
+                tracks.append(found)
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter)
+    return lambda frames: counted_moments(objects(frames), counter, motions)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
@@ -16,7 +16,7 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.core.track import Status, Track
-from motes.mot.analytics.events import Event
+from motes.mot.analytics.event import Event
 from motes.mot.analytics.real_units import GroundPlace
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow, object_rows
@@ -47,6 +47,10 @@ class Moment:
     tracks: Sequence[SceneTrack] = ()
     events: Sequence[Event] = ()
     """Several objects, and what they do."""
+    undecided: int | None = None
+    """The first frame that may still get an event; None if no frame so far may."""
+    places: Mapping[int, GroundPlace] = field(default_factory=dict)
+    """The places on the ground of these objects, by identity, where they are measured and seen."""
     single: bool = True
     """Whether it is of one target, which `tracks` does not have."""
 
@@ -54,7 +58,9 @@ class Moment:
     def picture(self) -> FrameRow:
         """The rows of the frame."""
         if not self.single:
-            return FrameRow(self.frame.index, self.frame.time, object_rows(self.tracks))
+            return FrameRow(
+                self.frame.index, self.frame.time, object_rows(self.tracks, self.places)
+            )
         known = hindsight(self.info.track) if isinstance(self.info, Hindsight) else {}
         further = known if self.place is None else known | self.place.columns
         target = ObjectRow.of_target(self.track, further)

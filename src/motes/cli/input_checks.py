@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 
 from motes.cli.messages import log
 from motes.cluster.resources import cores
+from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
+from motes.core.geometry import of_corners
 
 if TYPE_CHECKING:
     from motes.cli.options import OutputOptions
@@ -59,6 +61,16 @@ def check_counts(**counts: int) -> None:
             raise ConfigError(f"--{name} is {count}; give 1 or more.")
         if count > MOST:
             raise ConfigError(f"--{name} is {count}; give {MOST} or fewer.")
+
+
+def point_out_corners(region: Sequence[float] | None, width: int, height: int) -> None:
+    """Say if the numbers of a box x,y,width,height may be its corners."""
+    meant = None if region is None else of_corners(region, width, height)
+    if meant is not None:
+        log(
+            f"The box leaves the picture of {width}x{height}; if its numbers are corners "
+            f"x1,y1,x2,y2, give {','.join(f'{value:g}' for value in meant)} (x,y,width,height)."
+        )
 
 
 def refuse(options: Mapping[str, object], why: str) -> None:
@@ -179,16 +191,20 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
     ConfigError
         If the name is empty or unprintable, or the output has no classes.
     """
-    from motes.cli.watch_outputs import is_document
+    from motes.cli.watch_outputs import format_of
 
     if label is None:
         return
-    if output is None or not is_document(output, form):
+    if output is None:
+        raise ConfigError("--label is for rows and documents; name one with -o, or omit it.")
+    if format_of(output, form) == "mot":
         raise ConfigError(
-            "--label is for documents, as .json or .xml; rows have no class: omit it."
+            "--label: rows of the MOTChallenge have no class; omit it, or choose .csv or .json."
         )
-    if not (label.strip() and label.isprintable()):
-        raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
+    try:
+        labels.check_label(label)
+    except ConfigError as error:
+        raise ConfigError(f"--label: {error}.") from None
 
 
 def check_keyframe_error(error: float | None, output: str | None, form: str | None = None) -> None:
@@ -218,8 +234,11 @@ def check_guesses(output: str | None, form: str | None = None, *, wanted: bool) 
         )
 
 
-def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
-    """Make a folder, and check that these files can be written there.
+@contextlib.contextmanager
+def prepared_folder(out: Path | None, files: Iterable[str], overwrite: bool) -> Iterator[None]:
+    """Make a folder, if one is asked for, and check that these files can be written there.
+
+    At the end it is removed again if it was made here and nothing is in it.
 
     Raises
     ------
@@ -228,12 +247,22 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
     """
     from motes.rows.writer import check_writable
 
+    if out is None:
+        yield
+        return
+    made = [path for path in (out, *out.parents) if not path.exists()]
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FormatError(
             f"The folder {out} cannot be made: {error.strerror}; choose another name."
         ) from None
-    for name in files:
-        check_writable(out / name, overwrite)
-        point_out_leftovers(out / name)
+    try:
+        for name in files:
+            check_writable(out / name, overwrite)
+            point_out_leftovers(out / name)
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # what is not empty stays
+            for path in made:
+                path.rmdir()

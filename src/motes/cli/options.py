@@ -182,7 +182,8 @@ class OutputOptions:
     keyframe_error: KeyframeError = None
     with_guesses: WithGuesses = False
     label: str | None = None
-    """Class of the objects in a .json or .xml document. [default: object]"""
+    """Class of the objects whose detector tells none. [default: none in rows, object in
+    documents]"""
     overlay: Path | None = None
     """Video with the tracks drawn: .mp4, .mkv, .mov or .m4v."""
     show: Annotated[bool, FLAG] = False

@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.input_checks import prepare_folder
+from motes.cli.input_checks import point_out_leftovers
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.files import write_whole, writing
@@ -218,8 +218,8 @@ class Figures(_Pictures):
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
         optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
         names = {name: folder / name for name in files_of(config)}
-        prepare_folder(folder, names, overwrite)
         super().__init__(names, overwrite)
+        point_out_leftovers(*names.values())
         self._folder, self._config = folder, config
         self._numbers = array("d")
         self._tracked = self._samples = 0
@@ -282,7 +282,6 @@ class Masks(DocumentOutput):
         if path.suffix and path.suffix.lower() != ".json":
             raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
         form = "coco" if path.suffix else "masks"
-        prepare_folder(path.parent, [], overwrite)
         super().__init__(str(path), form, film, label, overwrite)
         self._segmenter = Segmenter()
 

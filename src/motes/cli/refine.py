@@ -8,7 +8,7 @@ from cyclopts import App
 
 from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source
+from motes.cli.input_checks import check_not_source, point_out_corners
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
 from motes.cli.options import FileName, OutputFile, Overwrite
@@ -66,6 +66,8 @@ def refine(
     if not history.unfinished:  # else those that are not there yet are made now
         table.check_whole()
     after = history.corrected(new)
+    for frame in dict(new):
+        point_out_corners(after.keys.get(frame), film.width, film.height)
     made, interrupted = refine_rows(film, table, history, after, goal)
     log(
         f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "

@@ -103,7 +103,7 @@ class Request(Generic[Configuration]):
         writer = TrackWriter(
             name, kind, overwrite=options.overwrite, resume=self.resume, further=further
         )
-        return [RowsOutput(writer, resume=self.resume)]
+        return [RowsOutput(writer, options.label, resume=self.resume)]
 
     def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""

@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source, point_out_leftovers, refuse
+from motes.cli.input_checks import (
+    check_not_source,
+    point_out_corners,
+    point_out_leftovers,
+    refuse,
+)
 from motes.cli.messages import log
 from motes.cli.options import FrameOptions
 from motes.cli.track_options import TargetOptions, TrackOutputs
@@ -64,6 +69,7 @@ def save_histogram(
     with open_source(source, start=frames.start, end=frames.start + 1) as film:
         picture = next(film)
     region = region_within(regions[0], picture.width, picture.height)
+    point_out_corners(regions[0], picture.width, picture.height)
     known = KnownTarget.learn(color, picture, region)
     known.save(output)
     histogram = known.model.histogram

@@ -14,7 +14,7 @@ from motes.cli.messages import counted, log
 from motes.cli.watch_options import WatchOutputs
 from motes.core.addresses import parts_of, without_password
 from motes.core.errors import ConfigError
-from motes.mot.analytics.events import Event
+from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.output import home_assistant
 from motes.output.delivery import Delivery, Receiver

@@ -9,6 +9,7 @@ from cyclopts import App
 from motes.cli.exit_codes import DONE
 from motes.cli.messages import log
 from motes.cli.options import ObjectPreset
+from motes.core.addresses import address_of
 from motes.core.errors import ConfigError, SourceError
 
 app = App(name="serve", help_format="plaintext", help="Track for annotation tools.")
@@ -46,6 +47,7 @@ def label_studio(
     if not 0 < port < 65536:
         raise ConfigError(f"--port is {port}; give 1 to 65535.")
     with server(host, port, files, preset) as answering:
-        log(f"Label Studio finds the tracker at http://{host}:{port}; Ctrl-C ends it.")
+        address = address_of(host, port).rstrip("/")
+        log(f"Label Studio finds the tracker at {address}; Ctrl-C ends it.")
         answering.serve_forever()
     return DONE

@@ -63,7 +63,7 @@ def smooth(
     further = HINDSIGHT if plane is None else (*HINDSIGHT, *GROUND)
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track, place in zip(tracks, places, strict=True):
-            writer.write(track.frame, track.time, track, {} if place is None else place.columns)
+            writer.add(table.row(track, place))
     if not streamed:
         hand_on(known, Path(output))
     states = Counter(str(track.status) for track in tracks)

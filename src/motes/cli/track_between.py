@@ -16,6 +16,7 @@ from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Hindsight, Moment, Sink, Tally, summarize
+from motes.cli.input_checks import point_out_corners
 from motes.cli.messages import counted
 from motes.cli.options import say_rate
 from motes.cli.progress import FrameProgress
@@ -56,6 +57,8 @@ def track_between(
         marks = [(film.frames.start, region), *marks]
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
+    for mark in history.keys.values():
+        point_out_corners(mark, film.width, film.height)
     check_size(asked.units, film)
     path, units = asked.history_file, asked.units
     if path is not None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
+from motes.cli.input_checks import point_out_corners, prepared_folder
 from motes.cli.options import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
@@ -26,6 +27,7 @@ from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
+from motes.video.cuts import PictureChanges
 
 EVENTS = 6
 """Most losses and recoveries that are listed."""
@@ -45,7 +47,10 @@ def track_one(
     form = None if output is None else format_of(output, asked.outputs.format)
     if asked.resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
-    with asked.frames.open(asked.source) as film:
+    with (
+        asked.frames.open(asked.source) as film,
+        prepared_folder(figures, [], asked.overwrite),
+    ):
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
@@ -89,8 +94,11 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in pictures:
             clock = time.perf_counter()
-            tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
+            begun = bool(trackers.each)
+            tracks = trackers.update(frame) if begun else trackers.init(frame, regions)
             seconds = time.perf_counter() - clock
+            for region in () if begun else regions:
+                point_out_corners(region, frame.width, frame.height)
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, None, seconds, tracks=each, single=False)
 
@@ -117,6 +125,7 @@ class TargetTally(Tally):
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
         self._events: list[str] = []
+        self._changes, self._cuts = PictureChanges(), list[str]()
 
     @property
     def missing(self) -> str | None:
@@ -129,6 +138,8 @@ class TargetTally(Tally):
         """Count a frame; return the state of the target."""
         super().add(moment)
         self._tracked += moment.status is Status.TRACKING
+        if self._changes.update(moment.frame) == "cut":
+            self._cuts.append(str(moment.frame.index))
         if self._before is not None:
             if self._before.info is not None:  # the first frame includes the start
                 self._updates += 1
@@ -151,6 +162,8 @@ class TargetTally(Tally):
             (least, most), mean = self._range, self._particles / self._updates
             varied = f"{least} to {most} particles, {mean:.0f} on average"
             parts.append(varied if least < most else f"{most} particles")
+        if self._cuts:
+            parts.append(f"in doubt from the film's cut at frame {' and '.join(self._cuts)} on")
         parts += self._events[:EVENTS]
         if len(self._events) > EVENTS:
             parts.append(f"{len(self._events) - EVENTS} more changes")

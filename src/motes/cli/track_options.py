@@ -5,12 +5,13 @@ Annotations are evaluated here: the parser would look for their names in the mod
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import REGION, error_context, numbers_of
+from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_corners
 from motes.cli.load_config import load_target
 from motes.cli.options import (
     FLAG,
@@ -112,7 +113,7 @@ class TargetOptions:
             )
         if self.init:
             region = self.regions()[0]
-            return lambda tracker, frame: tracker.init(frame, region)
+            return partial(_begin_at, region)
         if known is None:
             from motes.mot.detection.pretrained import FaceDetector
 
@@ -131,6 +132,13 @@ class TargetOptions:
                 places = load_places(self.places)
         background = None if self.background is None else read_image(self.background)
         return lambda tracker, frame: tracker.search(frame, known, places, background)
+
+
+def _begin_at(region: Sequence[float], tracker: "Tracker", frame: "Frame") -> "Track":
+    """Start a tracker on a region, and say if it may be given by corners."""
+    track = tracker.init(frame, region)
+    point_out_corners(region, frame.width, frame.height)
+    return track
 
 
 @options(KEYFRAMES)

@@ -10,7 +10,7 @@ from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
-from motes.cli.input_checks import checked_output
+from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import watch_config
 from motes.cli.options import (
     Cluster,
@@ -64,9 +64,9 @@ def watch(
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
-    An object keeps its identity from entry to exit, also while it is occluded. Without any output
-    the rows go to standard output; if that is a terminal, they go to a file named
-    after the source. At the end the events of each minute are printed.
+    An object keeps its identity from entry to exit, unless it is not recognized after an occlusion.
+    Without any output the rows go to standard output; if that is a terminal, they go to a file
+    named after the source. At the end the events of each minute are printed.
 
     Parameters
     ----------
@@ -119,26 +119,31 @@ def watch(
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
+    from motes.rows.schema import GROUND
     from motes.video.sources import is_recorded
 
-    counter = EventCounter(where)
     sending = [SentEvents(outputs, source, where)] if sends else []
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),
         units=None if where.ground is None else RealUnits(where.ground),
     )  # fmt: skip
-    scene = Scene(_detector(objects, config), config, values.seed)
+    scene = Scene(_detector(objects, config, frames.end), config, values.seed)
     if isinstance(scene.detector, PreparedDetector) and is_recorded(source):
         with frames.open(source) as film:
             scene.detector.prepare(film)
     with frames.open(source) as film:
         where.check(film.width, film.height)
+        counter = EventCounter(where, (film.width, film.height))
         say_rate(film)
+        if objects.like is not None:
+            region = numbers_of("--like", objects.like, "x,y,width,height")
+            point_out_corners(region, film.width, film.height)
         opened = asked.pictures(film, lambda: painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
         opened += [*sending, *_drawn_events(outputs, where)]
-        return watch_scene(film, scene, counter, [*opened, *asked.remembered_rows(film)])
+        opened += asked.remembered_rows(film, () if asked.units is None else GROUND)
+        return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
 
 def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], bool]:
@@ -159,14 +164,17 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     return output, written, bool(sent)
 
 
-def _detector(objects: ObjectOptions, config: WatchConfig) -> Detector:
-    """Return the detector."""
+def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> Detector:
+    """Return the detector for the frames before `end`."""
     from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.detection.pretrained import RecordedConfig, RecordedDetections
     from motes.mot.pipeline_config import lookalike_detector
 
     if objects.like is not None and objects.detector is not None:
         assert isinstance(config.detector, LookalikeConfig)
         detector: Detector = lookalike_detector(config.detector, objects.detector)
+    elif isinstance(config.detector, RecordedConfig):
+        detector = RecordedDetections(config.detector.file, end)
     else:
         detector = config.detector.detector()
     check_classes(detector, config.detector, config.detections.classes)

@@ -11,26 +11,40 @@ from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.messages import counted, log
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
-from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS
 from motes.mot.analytics.events import MINUTE, EventCounter
-from motes.mot.scene import Scene
+from motes.mot.analytics.real_units import GroundMotions, RealUnits
+from motes.mot.scene import DOUBTS, Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.video.sources import Source
 
 
-def watch_scene(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Sink]) -> int:
-    """Track the objects of the film, write the outputs and print a summary."""
+def watch_scene(
+    film: Source,
+    scene: Scene,
+    counter: EventCounter,
+    outputs: Sequence[Sink],
+    units: RealUnits | None = None,
+    *,
+    turns: bool = False,
+) -> int:
+    """Track the objects of the film, write the outputs and print a summary, with a table of turns.
+
+    With units, the objects have their places on the ground.
+    """
+    motions = None if units is None else GroundMotions(units, (film.width, film.height))
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            yield from counted_moments(watched, counter)
+            yield from counted_moments(watched, counter, motions)
 
-    return run(film, outputs, moments, SceneTally(scene, counter))
+    return run(film, outputs, moments, SceneTally(scene, counter, turns=turns))
 
 
 def counted_moments(
-    found: Iterable[tuple[Frame, Sequence[SceneTrack]]], counter: EventCounter
+    found: Iterable[tuple[Frame, Sequence[SceneTrack]]],
+    counter: EventCounter,
+    motions: GroundMotions | None = None,
 ) -> Generator[Moment, None, None]:
     """Yield the objects of each frame with their events; the last one ends all that is open.
 
@@ -41,8 +55,12 @@ def counted_moments(
     end: MotesError | KeyboardInterrupt | None = None
     try:
         for frame, tracks in found:
-            events = counter.update([each for each in tracks if each.identity != ANONYMOUS])
-            before, last = last, Moment(frame, tracks=tracks, events=events, single=False)
+            named = [each for each in tracks if each.identity != ANONYMOUS]
+            events = counter.update(named, frame.time)
+            before, last = last, Moment(
+                frame, tracks=tracks, events=events, undecided=counter.undecided, single=False,
+                places={} if motions is None else motions.update(tracks),
+            )  # fmt: skip
             if before is not None:
                 yield before
     except (MotesError, KeyboardInterrupt) as raised:
@@ -60,24 +78,27 @@ class SceneTally(Tally):
     ----------
     scene, counter
         The scene, and the counter of its events.
+    turns
+        Whether the summary has a table of turns.
     """
 
-    def __init__(self, scene: Scene, counter: EventCounter) -> None:
+    def __init__(self, scene: Scene, counter: EventCounter, *, turns: bool = False) -> None:
         super().__init__()
-        self._scene, self._counter = scene, counter
+        self._scene, self._counter, self._turns = scene, counter, turns
         self._printed = set[str]()
-        self._came = self._gone = 0
+        self._came = self._gone = self._last = 0
         self._counts = Counter[tuple[int, str, str, str, str]]()
 
     def add(self, moment: Moment) -> str:
         """Count a frame; return how many objects are there, came and went."""
         super().add(moment)
+        self._last = moment.frame.index
         for kind, text in self._scene.warnings.items():
             if kind not in self._printed:
                 self._printed.add(kind)
                 log(text)
         self._came = max([self._came, *(each.identity for each in moment.tracks)])
-        self._gone += sum(each.track.status is Status.LOST for each in moment.tracks)
+        self._gone += sum(each.gone for each in moment.tracks)
         for event in moment.events:
             parts = event.event, event.place or "", event.direction or "", event.label or ""
             self._counts[(int(event.time // MINUTE), *parts)] += 1
@@ -87,7 +108,13 @@ class SceneTally(Tally):
     def remarks(self) -> Sequence[str]:
         """Return the events of each minute, and what is to be known of them."""
         unused = getattr(self._scene.detector, "unused_detections", [])
-        return [*table(self._counts), *self._counter.remarks(), *unused]
+        turns = turn_table(self._counter.turns) if self._turns else []
+        doubts = [
+            f"counts are in doubt from frame {first} on: {DOUBTS[kind]}"
+            for kind, first in sorted(self._scene.doubts.items(), key=lambda pair: pair[1])
+            if first <= self._last
+        ]
+        return [*table(self._counts), *turns, *doubts, *self._counter.remarks(), *unused]
 
     @property
     def missing(self) -> str | None:
@@ -113,3 +140,20 @@ def table(counts: Counter[tuple[int, str, str, str, str]]) -> list[str]:
         what = " ".join(part for part in parts if part)
         minutes.setdefault(minute, []).append(f"{what} {count}")
     return [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]
+
+
+def turn_table(turns: Counter[tuple[str, str]]) -> list[str]:
+    """Return the lines of a table of how many objects went from each line to each other one.
+
+    Parameters
+    ----------
+    turns
+        Their number for each (first, last) line, as `EventCounter.turns`.
+    """
+    starts = sorted({start for start, _ in turns})
+    ends = [*sorted({end for _, end in turns if end}), *[""] * any(not end for _, end in turns)]
+    rows = [["from / to", *(end or "no other" for end in ends)]]
+    rows += [[start, *(str(turns[start, end]) for end in ends)] for start in starts]
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join([row[0].ljust(wide[0]), *map(str.rjust, row[1:], wide[1:])]) for row in rows]
+    return ["objects from line to line:", *lines] if turns else ["objects from line to line: none"]

@@ -83,7 +83,10 @@ class CountingOptions:
     [ground], for speeds in metres per second: scale, homography (three rows of three), or points
     (four or more [x, y, X, Y])."""
     scale: float | None = None
-    """Pixels per metre, for speeds in metres per second."""
+    """Pixels per metre, for places in metres and speeds in metres per second."""
+    turns: Annotated[bool, FLAG] = False
+    """Count the objects that go from each line to each other one, and print a table of them at the
+    end."""
 
     def regions(self) -> "Regions":
         """Return the lines, the zones and the ground of the options and of the file.
@@ -116,13 +119,16 @@ class CountingOptions:
                 raise ConfigError(f"--scale and [ground] in {self.places} contradict each other.")
             with error_context("--scale"):
                 ground = Ground(self.scale)
+        lines_given = given.line + added.line
+        if self.turns and len(lines_given) < 2:
+            raise ConfigError("--turns counts from line to line; give two with --line or --places.")
         zones = given.zone + added.zone
         if self.dwell is not None:
             if not zones:
                 raise ConfigError("--dwell is for zones; give one with --zone or --places.")
             with error_context("--dwell"):
                 zones = tuple(replace(zone, dwell=zone.dwell or self.dwell) for zone in zones)
-        return Regions(given.line + added.line, zones, ground)
+        return Regions(lines_given, zones, ground)
 
 
 def _corners(text: str) -> list[float]:
@@ -167,7 +173,7 @@ class WatchOutputs(OutputOptions):
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
         for name in events:
-            if "://" in name and name not in sent:
+            if ("://" in name or is_sent(name.replace(":", "://", 1))) and name not in sent:
                 raise ConfigError(
                     f"--events {name}: such addresses are not known; give a file, -, or an address "
                     f"with https://, http://, mqtts:// or mqtt://."

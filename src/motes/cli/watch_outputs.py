@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
+from bisect import bisect_left
+from contextlib import suppress
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -18,6 +20,7 @@ from motes.formats.registry import FORMATS, Written, check_folder, check_images,
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
+from motes.mot.analytics.event import Event
 from motes.rows.journal import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 from motes.video.film import Film
@@ -58,14 +61,19 @@ def check_several(name: str, form: str | None) -> None:
 
 
 class RowsOutput(Sink):
-    """Rows of motes in a file or on standard output."""
+    """Rows of motes in a file or on standard output; objects without a class get `label`."""
 
-    def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
-        self._writer, self._resume, self._complete = writer, resume, False
+    def __init__(self, writer: TrackWriter, label: str | None, *, resume: bool) -> None:
+        self._writer, self._label = writer, label
+        self._resume, self._complete = resume, False
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        self._writer.add(moment.picture)
+        picture = moment.picture
+        if self._label is not None:
+            objects = [replace(each, label=each.label or self._label) for each in picture.objects]
+            picture = replace(picture, objects=tuple(objects))
+        self._writer.add(picture)
 
     @property
     def result(self) -> str | None:
@@ -280,8 +288,28 @@ def _usual_format(name: str) -> list[str]:
 
 
 class Events(Lines):
-    """A line of JSON for each event."""
+    """A line of JSON for each event, in the order of frames.
+
+    An event waits until no earlier one may come any more.
+    """
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        super().__init__(name, overwrite)
+        self._waiting: list[Event] = []
 
     def write(self, moment: Moment) -> None:
         """Add a frame's events."""
-        self.put([event.json() for event in moment.events])
+        waiting = sorted([*self._waiting, *moment.events], key=lambda event: event.frame)
+        done = len(waiting)
+        if moment.undecided is not None:
+            done = bisect_left(waiting, moment.undecided, key=lambda event: event.frame)
+        self._waiting = waiting[done:]
+        self.put([event.json() for event in waiting[:done]])
+
+    def __exit__(self, *exception: object) -> None:
+        """Write the events that wait, and close the file."""
+        try:
+            with suppress(BrokenPipeError):  # whoever reads standard output has left
+                self.put([event.json() for event in self._waiting])
+        finally:
+            super().__exit__(*exception)  # type: ignore[arg-type]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Literal
 
 import msgspec
 from msgspec.structs import astuple, replace
 
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import as_ellipse
 from motes.core.type_words import words
 from motes.sot.presets import preset
@@ -90,9 +91,23 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     Raises
     ------
     ConfigError
-        If a column is unknown, or a value cannot be used.
+        If columns are unknown, or values cannot be used; it names all of them.
     """
     check_columns(row)
+    job, mistakes = read_job(row, name)
+    if mistakes:
+        raise ConfigError(" ".join(mistakes))
+    return job
+
+
+def read_job(row: Mapping[str, Any], name: str) -> tuple[Job, list[str]]:
+    """Return the job of a row of known columns, and all that is wrong with it but for its files.
+
+    Raises
+    ------
+    ConfigError
+        If values have other types than their columns.
+    """
     given = {key: value for key, value in row.items() if value not in (None, "")}
     if "init" in given:
         given["init"] = _regions(given["init"])
@@ -108,19 +123,19 @@ def job_of(row: Mapping[str, Any], name: str) -> Job:
     if wrong:
         raise ConfigError("; ".join(wrong) + ".")
     job = Job(**given)
-    if not job.source:
-        raise ConfigError("it has no source; name a film.")
-    _check(job)
-    return job.with_files(_absolute)
+    return job.with_files(_absolute), _mistakes(job)
 
 
 def check_columns(columns: Iterable[str]) -> None:
-    """Raise a ConfigError, with the nearest known name, if a column is unknown."""
+    """Raise a ConfigError, with the nearest known names, if columns are unknown."""
+    wrong = list[str]()
     for name in columns:
         if name not in COLUMNS:
             near = difflib.get_close_matches(str(name), COLUMNS, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(COLUMNS)}."
-            raise ConfigError(f"There is no column {name!r}; {hint}")
+            wrong.append(f"There is no column {name!r}; {hint}")
+    if wrong:
+        raise ConfigError(" ".join(wrong))
 
 
 def _absolute(path: str) -> str:
@@ -137,17 +152,33 @@ def _regions(value: Any) -> Any:
     return value
 
 
-def _check(job: Job) -> None:
-    """Check what a job needs, without its files; raise a ConfigError."""
+@contextlib.contextmanager
+def noted(mistakes: list[str]) -> Iterator[None]:
+    """Add the message of a MotesError to some mistakes, and go on after the block."""
+    try:
+        yield
+    except MotesError as error:
+        mistakes.append(str(error))
+
+
+def _mistakes(job: Job) -> list[str]:
+    """Return all that is wrong with a job, but for its files."""
+    wrong = list[str]()
+    if not job.source:
+        wrong.append("it has no source; name a film.")
     for region in job.init:
-        as_ellipse(region)
-    if job.preset is not None:
-        preset(job.preset)
-    check_rate(job.fps)
+        with noted(wrong):
+            as_ellipse(region)
+    with noted(wrong):
+        check_rate(job.fps)
     if job.seed < 0 or job.start < 0 or job.stride < 1:
-        raise ConfigError("seed and start are 0 or more, and stride is 1 or more.")
+        wrong.append("seed and start are 0 or more, and stride is 1 or more.")
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):
-        raise ConfigError(f"{job.source} is live and has no end; motes watch is for it.")
+        wrong.append(f"{job.source} is live and has no end; motes watch is for it.")
+    with noted(wrong):
+        used = preset(job.preset or "default")
+        if job.do == "track" and job.network and "network" not in used.__struct_fields__:
+            wrong.append(f"preset {job.preset} takes no network; empty one of the two columns.")
     ways = {
         "track": ("init", "keyframes", "detect", "network"),
         "watch": ("detector", "places"),
@@ -155,14 +186,11 @@ def _check(job: Job) -> None:
     }
     for column in ("init", "detect", "keyframes", "detector", "network", "places", "rows"):
         if getattr(job, column) and column not in ways[job.do]:
-            raise ConfigError(f"{job.do} takes no {column}; empty that column.")
+            wrong.append(f"{job.do} takes no {column}; empty that column.")
     if job.do == "refine" and not (job.keyframes and job.rows):
-        raise ConfigError("refine needs rows and keyframes; fill both columns.")
-    if job.do != "track":
-        return
-    if sum(map(bool, (job.init, job.keyframes, job.detect))) != 1:
-        raise ConfigError("track takes one of init, keyframes and detect; fill one of them.")
-    if job.keyframes and job.stride != 1:
-        raise ConfigError("stride is not for keyframes; empty that column.")
-    if job.network and "network" not in preset(job.preset or "default").__struct_fields__:
-        raise ConfigError(f"preset {job.preset} takes no network; empty one of the two columns.")
+        wrong.append("refine needs rows and keyframes; fill both columns.")
+    if job.do == "track" and sum(map(bool, (job.init, job.keyframes, job.detect))) != 1:
+        wrong.append("track takes one of init, keyframes and detect; fill one of them.")
+    if job.do == "track" and job.keyframes and job.stride != 1:
+        wrong.append("stride is not for keyframes; empty that column.")
+    return wrong

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from motes.cluster.jobs import Job, job_of
+from motes.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted, read_job
 from motes.core.config import from_toml
-from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.core.errors import MotesError, SourceError
 from motes.core.optional import optional
 from motes.rows.journal import text_name
 
@@ -57,18 +57,21 @@ class JobTable:
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs of a table that was checked."""
         for _, row in self.rows():
-            yield self._job(row)
+            yield job_of(*self._columns(row))
 
-    def _job(self, row: Mapping[str, Any]) -> Job:
+    def _columns(self, row: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
+        """Return the columns of a row with the defaults, and the name of a job without one."""
         given = {key: value for key, value in row.items() if value not in (None, "")}
         source = Path(str(given.get("source", "")))
         named = source.parent.name if glob.has_magic(source.name) else source.stem
-        return job_of({**self.defaults, **given}, named)
+        return {**self.defaults, **given}, named
 
     def problems(
         self, missing: Callable[[str], bool], check: Callable[[Job], None]
     ) -> tuple[int, int, list[str]]:
-        """Return the number of jobs, of problems, and the first problems with their rows.
+        """Return the number of jobs, of those with problems, and the first problems.
+
+        Each has its rows; one that several rows have is there once.
 
         Parameters
         ----------
@@ -78,29 +81,47 @@ class JobTable:
             Raises a MotesError for a job that cannot be used.
         """
         names: dict[str, int] = {}
-        found, jobs, count = list[str](), 0, 0
+        found: dict[str, list[int]] = {}
+        jobs = count = 0
         for number, row in self.rows():
             jobs += 1
-            try:
-                _check_files(job := self._job(row), missing)
-                check(job)
+            wrong = list[str]()
+            with noted(wrong):
+                check_columns(row)
+            with noted(wrong):
+                known = {name: value for name, value in row.items() if name in COLUMNS}
+                job, mistakes = read_job(*self._columns(known))
+                wrong += [*mistakes, *(_wrong_files(job, missing) if job.source else ())]
                 if (other := names.setdefault(job.name, number)) != number:
-                    raise ConfigError(
+                    wrong.append(
                         f"row {other} has the name {job.name!r} too; give each job its own."
                     )
-            except MotesError as error:
-                count += 1
-                if count <= SHOWN:
-                    found.append(f"{self.name}, row {number}: {error}")
-        return jobs, count, found
+                if not wrong:
+                    check(job)
+            count += bool(wrong)
+            for text in wrong:
+                if text in found or len(found) < SHOWN:
+                    found.setdefault(text, []).append(number)
+        return jobs, count, [f"{self.name}, {_rows(rows)}: {text}" for text, rows in found.items()]
 
 
-def _check_files(job: Job, missing: Callable[[str], bool]) -> None:
+def _wrong_files(job: Job, missing: Callable[[str], bool]) -> Iterator[str]:
+    """Yield what is wrong with the names of a job's files."""
     for column, path in job.files:
         if missing(path):
-            raise ConfigError(f"the {column} {path} is missing; check the name.")
-        if text_name(path) != path:  # the list of jobs could not hold it
-            raise ConfigError(f"the name {path} has bytes that are no text; rename the file.")
+            yield f"the {column} {path} is missing; check the name."
+        elif text_name(path) != path:  # the list of jobs could not hold it
+            yield f"the name {path} has bytes that are no text; rename the file."
+
+
+def _rows(numbers: list[int]) -> str:
+    """Return some rows by their numbers: three of them, and how many more there are."""
+    if len(numbers) == 1:
+        return f"row {numbers[0]}"
+    named = [str(number) for number in numbers[:3]]
+    if more := len(numbers) - len(named):
+        named.append(f"{more} more")
+    return f"rows {', '.join(named[:-1])} and {named[-1]}"
 
 
 def _csv(path: Path) -> Iterator[Row]:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import socket
 from urllib.parse import SplitResult, urlsplit
 
 from motes.core.errors import ConfigError
 
 LOCAL = ("localhost", "127.0.0.1", "::1")
 """Names of this computer that no other one reaches."""
+EVERYWHERE = ("0.0.0.0", "::")
+"""What stands for all addresses of this computer."""
+
+
+def address_of(host: str, port: int) -> str:
+    """Return the address of a server that listens at a host, as a browser opens it."""
+    name = socket.gethostname() if host in EVERYWHERE else host
+    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
 
 
 def parts_of(url: str) -> SplitResult:

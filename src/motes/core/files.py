@@ -88,6 +88,11 @@ def read_text(
         raise kind(f"{path} cannot be read: {reason}; check the name.") from None
 
 
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text; no character but the line feed ends one."""
+    return text.removesuffix("\n").split("\n")
+
+
 def check_ended(text: str) -> None:
     """Raise a ValueError if the last line of a text has no end: the file may be cut off in it."""
     if text.rpartition("\n")[2].strip():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Hashable
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -18,6 +20,10 @@ LARGEST_VIEW = 2**31 - 1
 """Bytes from the first to the last row of an image that is read where it lies."""
 WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
 """The types of whole numbers and of numbers that users may give."""
+DEPTHS = (8, 10, 12, 14, 16)
+"""The bits of cameras whose pictures are held in 16."""
+OUTLIERS = 1e-4
+"""Share of the pixels that may be brighter than the depth holds, as a sensor's stuck ones are."""
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
@@ -40,13 +46,21 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     """Features that cues have computed from the pixels, each under its own key."""
     arrived: float | None = None
     """The reading of `time.monotonic` when a live source sent the picture, else None."""
+    depth: int | None = None
+    """The bits that the film uses of pixels in uint16; None to find them in this frame."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.index, WHOLE):
             raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
         if not isinstance(self.time, NUMBER):
             raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
-        pixels = as_rgb(self.pixels)
+        depth = self.depth
+        if depth is None and getattr(self.pixels, "dtype", None) == np.uint16:
+            depth = depth_of(np.asarray(self.pixels, np.uint16))
+            msgspec.structs.force_setattr(self, "depth", depth)
+            if depth < DEPTHS[-1]:
+                _say_depth(depth)
+        pixels = as_rgb(self.pixels, depth)
         if pixels is not self.pixels:
             msgspec.structs.force_setattr(self, "pixels", pixels)
 
@@ -64,11 +78,28 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         return f"Frame(index={self.index}, time={self.time:.3f} s, {self.width}x{self.height})"
 
 
-def as_rgb(pixels: NDArray[Any]) -> Bytes:
+def depth_of(values: NDArray[np.uint16]) -> int:
+    """Return the least of `DEPTHS` that holds all values of pictures but a few `OUTLIERS`."""
+    level = int(np.quantile(values, 1 - OUTLIERS, method="higher")) if values.size else 0
+    return next(depth for depth in DEPTHS if level < 1 << depth)
+
+
+def depth_note(depth: int) -> str:
+    """Return one line about the depth of pictures in 16 bits."""
+    return f"the pictures use {depth} of 16 bits: 0 to {(1 << depth) - 1} become 0 to 255."
+
+
+@lru_cache
+def _say_depth(depth: int) -> None:
+    """Log a depth, once for all films."""
+    logging.getLogger("motes").warning(depth_note(depth))
+
+
+def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
     """Return an image as RGB uint8 (H, W, 3), where it lies in memory if that is possible.
 
-    Takes gray (H, W) or (H, W, 1), RGB and RGBA (alpha is dropped), as uint8, uint16 (the high
-    byte is kept), bool, or float in [0, 1].
+    Takes gray (H, W) or (H, W, 1), RGB and RGBA (alpha is dropped), as uint8, uint16 (of which
+    `depth` bits are used, by default as `depth_of` finds), bool, or float in [0, 1].
 
     The result is a view of every uint8 image whose pixels, and rows, lie one after the other, with
     or without gaps: parts of images, gray and RGBA, and BGR as `bgr[:, :, ::-1]`. All else is
@@ -93,7 +124,10 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
             f"An image has shape (height, width), or (height, width, 1, 3 or 4); got {image.shape}."
         )
     if image.dtype == np.uint16:
-        image = (image >> 8).astype(np.uint8)
+        used = depth_of(image) if depth is None else depth
+        if used not in DEPTHS:
+            raise SourceError(f"A depth is one of {DEPTHS} bits; got {used}.")
+        image = (image >> (used - 8)).clip(max=255).astype(np.uint8)
     elif image.dtype == np.bool_:
         image = image.astype(np.uint8) * np.uint8(255)
     elif np.issubdtype(image.dtype, np.floating):

@@ -139,6 +139,17 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
 
 
+def check_angle(theta: float) -> None:
+    """Raise a ConfigError if an angle with which an object begins is beyond a turn.
+
+    Later angles may be, as of an object that goes on turning.
+    """
+    if abs(theta) > 2 * math.pi:
+        raise ConfigError(
+            f"theta begins with {theta:g}; it is in radians, and a turn is {2 * math.pi:.2f}"
+        )
+
+
 def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
     """Return a region as an ellipse, checked against the size of its frame.
 
@@ -148,19 +159,38 @@ def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
     Raises
     ------
     ConfigError
-        If the region breaks one of these rules; the message names the rule.
+        If the region breaks one of these rules; the message names the rule, and the box that is
+        meant if the numbers are corners.
     """
     ellipse = as_ellipse(region)
+    corners = of_corners(region, width, height)
+    other = "" if corners is None else f", or {_numbers(corners)} if these numbers are corners"
     box = ellipse.box
     named = f"The region at x={box.x:g}, y={box.y:g}, {box.width:g}x{box.height:g},"
     frame = f"the frame of {width}x{height}"
     if not (-0.5 <= ellipse.x <= width - 0.5 and -0.5 <= ellipse.y <= height - 0.5):
-        raise ConfigError(f"{named} has its center outside {frame}; choose one inside.")
+        raise ConfigError(f"{named} has its center outside {frame}; choose one inside{other}.")
     if box.width > width or box.height > height:
-        raise ConfigError(f"{named} is larger than {frame}; choose a smaller one.")
+        raise ConfigError(f"{named} is larger than {frame}; choose a smaller one{other}.")
     if min(ellipse.a, ellipse.b) < 1:
         raise ConfigError(f"{named} is less than two pixels wide or high; choose a larger one.")
     return ellipse
+
+
+def of_corners(region: Sequence[float], width: int, height: int) -> Box | None:
+    """Return the box whose corners x1, y1, x2, y2 were perhaps given as x, y, width, height.
+
+    That is where the box of these numbers leaves the frame, and that of the corners does not; None
+    for all other regions.
+    """
+    if isinstance(region, Ellipse) and not region.theta:
+        region = region.box
+    if len(region) != 4:
+        return None
+    x, y, right, bottom = region
+    leaves = x + right > width or y + bottom > height
+    fits = 0 <= x < right <= width and 0 <= y < bottom <= height
+    return Box(x, y, right - x, bottom - y) if leaves and fits else None
 
 
 def _numbers(values: Sequence[float]) -> str:

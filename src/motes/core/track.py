@@ -20,9 +20,10 @@ class Status(StrEnum):
     TRACKING = "tracking"
     """The target is followed."""
     OCCLUDED = "occluded"
-    """The target is hidden; the ellipse is its predicted place. Only a `Scene` reports it."""
+    """Another object hides it; the ellipse is its predicted place. Only a `Scene` reports it."""
     LOST = "lost"
-    """This frame ended the tracking; from the next one on the target is searched for."""
+    """This frame ended the tracking; from the next one on the target is searched for. Of an object
+    of a `Scene`: it is not seen, though nothing hides it (`SceneTrack.sought`)."""
     INTERPOLATED = "interpolated"
     """Not seen, but between frames in which it was: a smoother has bridged them."""
     ABSENT = "absent"

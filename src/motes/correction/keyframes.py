@@ -20,8 +20,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
-from motes.core.files import check_ended, read_text
-from motes.core.geometry import Ellipse, as_ellipse, region_within
+from motes.core.files import check_ended, lines_of, read_text
+from motes.core.geometry import Ellipse, as_ellipse, check_angle, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
 """The target's region in each marked frame, in order of the frames; None where it is absent."""
@@ -117,7 +117,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     text = read_text(path, InputError)
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     size: int | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         fields = [field.strip().strip('"') for field in line.split(",")]
         if number == 1 and fields[0] in ("frame", "film"):
             size = _size_of_titles(path, fields)
@@ -132,6 +132,8 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
                 raise ConfigError("it has no region; give x,y,width,height or absent.")
             here = marks_of(fields[0], ",".join(fields[1:]))
             if here[0][1] is not None:
+                if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):
+                    check_angle(here[0][1][4])
                 size = size or len(fields) - 1
                 _check_size(len(fields) - 1, size)
             marks.setdefault(film, []).extend(here)

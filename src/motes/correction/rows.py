@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, InputError
-from motes.core.files import read_text, write_whole, writing
+from motes.core.files import lines_of, read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
@@ -89,7 +89,7 @@ class KnownRows:
             raise InputError(
                 f"{path} has a frame twice, out of order, or below 0; correct its first column."
             )
-        lines = text.splitlines(keepends=True)
+        lines = [f"{each}\n" for each in lines_of(text)]
         self._head = lines[: self._form == "csv"]
         kept = [text for text in lines[len(self._head) :] if text.strip()]
         if len(kept) != len(frames):
@@ -172,6 +172,12 @@ class KnownRows:
         """Whether the rows have places and speeds in metres."""
         return set(GROUND) <= set(self.columns)
 
+    def row(self, track: Track, place: GroundPlace | None) -> FrameRow:
+        """Return a row of the target in hindsight, with its identity, its class and its metres."""
+        further = hindsight(track) if place is None else hindsight(track) | place.columns
+        target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)
+        return FrameRow(track.frame, track.time, (target,))
+
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
 
@@ -197,11 +203,8 @@ class KnownRows:
             places = motion_in_hindsight(units, map(as_read, self.tracks))
         for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
-                further = hindsight(track) if place is None else hindsight(track) | place.columns
-                target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)
-                values = FrameRow(track.frame, track.time, ()).values(
-                    target, columns[len(COLUMNS) :]
-                )
+                row = self.row(track, place)
+                values = row.values(row.objects[0], columns[len(COLUMNS) :])
                 self._lines[track.frame] = line(self._form, columns, values) + "\n"
 
     def write(self, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Doubtful frames of a track, with the reasons: jumps, leaps of the size, disagreement, losses."""
+"""Doubtful frames of a track, with the reasons: cuts, jumps, leaps of size, dissent, losses."""
 
 from __future__ import annotations
 
@@ -38,7 +38,12 @@ class Doubt(NamedTuple):
     """Why the frame is in doubt."""
 
 
-def doubts(tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20) -> list[Doubt]:
+def doubts(
+    tracks: Sequence[Track],
+    keyframes: Iterable[int],
+    count: int = 20,
+    cuts: Iterable[int] = (),
+) -> list[Doubt]:
     """Return doubtful frames of a track, each to be corrected after those before it.
 
     The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
@@ -53,6 +58,9 @@ def doubts(tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20) -
         The frames that the user has marked.
     count
         Number of frames; there are fewer if others have no gain.
+    cuts
+        The frames with which the film is cut to another picture: what is followed from there on may
+        be anything.
 
     Raises
     ------
@@ -61,17 +69,19 @@ def doubts(tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20) -
     """
     only = Course.of(tracks)
     outlier = only.outlier
-    keys = np.isin([track.frame for track in tracks], [*keyframes])
+    frames = [track.frame for track in tracks]
+    keys, cut = np.isin(frames, [*keyframes]), np.isin(frames, [*cuts])
     tracking = only.where(Status.TRACKING, Status.INTERPOLATED)
     absent = only.where(Status.ABSENT)
     jumps, leaps = _jumps(only, tracking)
     confidence = np.where(outlier, np.minimum(only.confidence, EITHER), only.confidence)
-    for start in np.flatnonzero(jumps & ~outlier & ~keys):
+    for start in np.flatnonzero((jumps & ~outlier | cut) & ~keys):
         following = np.flatnonzero(keys[start:])
         stop = start + (int(following[0]) if len(following) else len(keys))
         confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
     named = {
         "a tracker was elsewhere": outlier,
+        "cut": cut,
         "jump": jumps,
         "leap of the size": leaps,
         **{str(each): only.where(each) for each in DOUBTFUL},

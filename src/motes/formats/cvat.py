@@ -171,7 +171,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 if shape.tag in SHAPES
             ]
     end = next(filter(None, (_whole(root.findtext(f"{place}/size")) for place in METAS)), None)
-    count = facts.frames or end or 0
+    count = end or len(facts.seen(max((frame for frame, _ in objects), default=-1)))
     if count > MOST_FRAMES:
         raise FormatError(f"its size is {count} frames, which no film has")
     times = dict.fromkeys(range(count))

@@ -12,19 +12,18 @@ of ten numbers have world coordinates instead of a class, as in Leal-Taixé et a
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
 from motes.core.errors import FormatError
-from motes.core.files import check_ended
+from motes.core.files import check_ended, lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
-from motes.formats.text import number, read_text
+from motes.formats.text import counted, fields_of, number, read_text
 from motes.formats.visibility import shown, visible
 from motes.rows.journal import ObjectRow
 
@@ -40,11 +39,12 @@ CLASSES = {
     "occluder on the ground": 10, "full occluder": 11, "reflection": 12, "crowd": 13,
 }  # fmt: skip
 """Numbers of classes in the MOTChallenge (Milan et al., MOT16, 2016, table 3)."""
+LABELS = "labels.txt"
+"""The file beside a truth that has the names of its classes."""
 SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
 _NAMES = {number: name for name, number in CLASSES.items()}
 
 _NEEDED, _MOST = 7, 10
-_SEPARATOR = re.compile(r"[ \t]*[,;][ \t]*|[ \t]+")
 
 
 def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
@@ -71,10 +71,10 @@ def line_of(kind: Kind, frame: int, each: ObjectRow) -> str:
     if kind == "detections":
         return f"{frame + 1},-1,{box},{sure},-1,-1,-1"
     if kind == "results":
-        return f"{frame + 1},{each.identity},{box},{sure},{_class(each)},1,-1"
+        return f"{frame + 1},{each.identity},{box},{sure},{number_of(each.label)},1,-1"
     hidden = each.status is Status.OCCLUDED
     flag = int(hidden or each.confidence > 0)
-    return f"{frame + 1},{each.identity},{box},{flag},{_class(each)},{1 - hidden}"
+    return f"{frame + 1},{each.identity},{box},{flag},{number_of(each.label)},{1 - hidden}"
 
 
 def _box(each: ObjectRow) -> str:
@@ -82,10 +82,11 @@ def _box(each: ObjectRow) -> str:
     return f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
 
 
-def _class(each: ObjectRow) -> int:
-    if each.label is None:
+def number_of(label: str | None) -> int:
+    """Return the number of a class; that of a pedestrian for none, and -1 for another one."""
+    if label is None:
         return CLASSES["pedestrian"]
-    name = each.label.lower()
+    name = label.lower()
     return CLASSES.get(SYNONYMS.get(name, name), UNKNOWN)
 
 
@@ -93,27 +94,74 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a file.
 
     The confidence of truth is its flag, and visibility 0 is occluded. Detections have no identity.
-    A score that is no probability, as many detectors' are not, is read as 1.
+    A score that is no probability, as many detectors' are not, is read as 1. Truth has the classes
+    that `class_names` finds beside it.
     """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
-    objects = [*_objects(lines, facts.label)]
+    names = _NAMES if kind != "truth" else class_names(path.parent) or _NAMES
+    objects = [*_objects(lines, kind, names, facts.label)]
+    scores = sum(not 0 <= line[6] <= 1 for line in lines)
+    left_out = ["the numbers after the score"] * (bool(lines) and _has_more(path, kind))
+    left_out += [f"{counted(scores, 'score')} that are no probabilities, and read as 1"] * bool(
+        scores
+    )
     # One target of results may be lost where it has no line.
     told = kind != "results" or len({each.identity for _, each in objects}) > 1
-    return recording_of(facts, objects, told=facts.every if told else range(0))
+    last = max((frame for frame, _ in objects), default=-1)
+    seen = facts.seen(last) if told else range(0)
+    return recording_of(facts, objects, told=seen, left_out=left_out)
 
 
-def _objects(lines: Iterable[list[float]], usual: str) -> Iterator[tuple[int, ObjectRow]]:
+def _has_more(path: Path, kind: Kind) -> bool:
+    """Return whether the lines have further numbers that are not read, such as places in metres."""
+    line = next(line for line in lines_of(read_text(path)) if line.strip())
+    more = fields_of(line)[_NEEDED:]
+    return not _has_classes(more, kind) and any(number(each) != UNKNOWN for each in more)
+
+
+def _has_classes(more: list[str], kind: Kind) -> bool:
+    """Return whether class and visibility follow the score: in truth, and in results of motes."""
+    ours = kind == "results" and len(more) == 3 and more[-2:] == ["1", "-1"]
+    return ours or (kind == "truth" and len(more) in (1, 2))
+
+
+def class_names(folder: Path) -> dict[int, str]:
+    """Return the names of classes by number, of a `labels.txt` of CVAT or Datumaro; empty without.
+
+    The first line is class 1.
+    """
+    path = folder / LABELS
+    if not path.is_file():
+        return {}
+    names = lines_of(read_text(path))
+    return {number: name.strip() for number, name in enumerate(names, start=1) if name.strip()}
+
+
+def _objects(
+    lines: Iterable[list[float]], kind: Kind, names: Mapping[int, str], usual: str
+) -> Iterator[tuple[int, ObjectRow]]:
     for frame, identity, x, y, width, height, score, label, share in lines:
+        if kind != "detections" and identity < ANONYMOUS:
+            raise FormatError(f"{identity:.0f} is no identity; they count from 0, and -1 is none")
         yield (
             int(frame) - 1,
             ObjectRow(
-                int(identity) if identity > 0 else ANONYMOUS,
+                ANONYMOUS if kind == "detections" else int(identity),
                 Ellipse.from_box((x - 1, y - 1, width, height)),
                 score if 0 <= score <= 1 else 1.0,
                 Status.OCCLUDED if share == 0 else Status.TRACKING,
-                label=label_or_none(_NAMES.get(int(label)), usual),
+                label=label_or_none(_class_name(int(label), names), usual),
             ),
         )
+
+
+def _class_name(label: int, names: Mapping[int, str]) -> str | None:
+    """Return the name of a class; None where a line has none."""
+    if label == UNKNOWN or label in names:
+        return names.get(label)
+    if names is not _NAMES:
+        raise FormatError(f"class {label} is none of the {len(names)} of {LABELS}; add its name")
+    return f"class {label}"
 
 
 def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
@@ -149,12 +197,12 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
     count = 0
-    for place, line in enumerate(text.splitlines(), 1):
+    for place, line in enumerate(lines_of(text), 1):
         if not line.strip():
             continue
-        fields = _SEPARATOR.split(line.strip())
-        count = count or len(fields)
         try:
+            fields = fields_of(line)
+            count = count or len(fields)
             if len(fields) != count:
                 raise ValueError(f"{len(fields)} fields, and the lines before it have {count}")
             row = _parse_row(fields, frames, kind)
@@ -191,9 +239,11 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
     if not 1 <= frame <= frames:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
-    ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
-    if not ours and (kind != "truth" or len(fields) not in (8, 9)):
+    if not _has_classes(more, kind):
         return [*values, UNKNOWN, 1]
-    if (label := further[0]) not in (UNKNOWN, *_NAMES):
-        raise ValueError(f"{more[0]} is not a class; classes are 1 to {max(_NAMES)}")
-    return [*values, label, further[1] if len(further) > 1 else 1]
+    label, share = further[0], further[1] if len(further) > 1 else 1
+    if not label.is_integer() or (label < 1 and label != UNKNOWN):
+        raise ValueError(f"{more[0]} is not a class; classes count from 1")
+    if not 0 <= share <= 1 and share != UNKNOWN:
+        raise ValueError(f"the visibility {more[1]} is no share, 0 to 1")
+    return [*values, label, share]

@@ -11,6 +11,7 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
+from motes.core.labels import check_label
 from motes.formats.regions import MAX_FRAME
 from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
@@ -68,10 +69,15 @@ class FilmFacts:
     """The frames that a scene's run has seen; none of a target's run, or of one that was killed;
     None without a run."""
 
-    @property
-    def every(self) -> range:
-        """All frames of the film, as far as their number is known."""
-        return range(self.frames or 0)
+    def seen(self, last: int) -> range:
+        """Return the frames that somebody has looked at, of a file that tells all it has seen.
+
+        They are those of its run, or all up to the last frame that the file names; that the film
+        is longer does not say that nothing is in the rest.
+        """
+        if self.run is not None:
+            return self.run
+        return range(last + 1 if self.frames else 0)
 
     def file(self, frame: int) -> str | None:
         """Return the path of a frame's image; None for a video."""
@@ -133,6 +139,8 @@ def recording_of(
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
+        if each.label is not None:
+            check_label(each.label)
         nameless = each.label is None and facts.label != LABEL
         named = structs.replace(each, label=facts.label) if nameless else each
         frames.setdefault(frame, []).append(named)

@@ -10,14 +10,15 @@ published for the same frames.
 from __future__ import annotations
 
 import math
-import re
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
+from motes.core.files import lines_of
 from motes.core.geometry import FARTHEST, Box, Ellipse
+from motes.formats.text import fields_of
 
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
@@ -44,15 +45,15 @@ ABSENT = TruthRegion(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
 def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     """Return the regions of a text, one for each frame.
 
-    Each row is a frame, in order. Its numbers are separated by commas, semicolons, tabs or spaces.
+    Each row is a frame, in order, with the fields of `fields_of`.
     A row is one of:
 
     - a box x, y, width, height;
     - a polygon x, y, x, y … of at least four corners;
     - a mask in VOT's form, `m x, y, width, height, runs …`: runs of pixels in the box, row by row,
       alternately outside and inside the target;
-    - no target: NaN, a box or polygon without width or height, an empty mask, or VOT's codes 0, 1
-      and 2.
+    - no target: NaN alone, a box or polygon without width or height, an empty mask, or VOT's codes
+      0, 1 and 2.
 
     Empty lines are skipped.
 
@@ -69,7 +70,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
         If a line has another format, with its number.
     """
     regions = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(lines_of(text), 1):
         if line.strip():
             try:
                 regions.append(_parse_row(line.strip(), strict))
@@ -80,10 +81,8 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
 
 def _parse_row(row: str, strict: bool) -> TruthRegion:
     mask = row.startswith("m")
-    values = [
-        _parse_number(field) for field in re.split(r"[,;\s]+", row.lstrip("m").strip(" \t,;"))
-    ]
-    if any(math.isnan(value) for value in values):
+    values = [_parse_number(field) for field in fields_of(row.lstrip("m").strip(" \t,;"))]
+    if all(math.isnan(value) for value in values):
         return ABSENT
     if not all(math.isfinite(value) for value in values):
         raise ValueError("the numbers must be finite")
@@ -107,7 +106,7 @@ def _parse_row(row: str, strict: bool) -> TruthRegion:
 
 def _parse_number(field: str) -> float:
     try:
-        value = float(field)
+        value = float(field.replace("_", "?"))  # as in `number`
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None
     if FARTHEST < abs(value) < math.inf:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import importlib
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -27,6 +29,8 @@ from motes.formats.aspects import (
     TIMES,
 )
 from motes.formats.recording import FilmFacts, Recording
+from motes.formats.text import fields_of
+from motes.formats.truth import kind_of
 from motes.formats.visibility import SURE, certain, marked
 from motes.rows.schema import BOX, ELLIPSE
 
@@ -108,6 +112,8 @@ OWN: dict[str, Format] = {
         title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="truth:read:vot",
         write="truth:write:vot", holds=(ANGLES,), single=True,
     ),
+    "lasot": Format(title="truth of LaSOT", read="truth:read:lasot", single=True),
+    "got10k": Format(title="truth of GOT-10k", read="truth:read:got10k", single=True),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
         holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True, certain=True,
@@ -158,6 +164,11 @@ NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 """Formats of numbers alone, which the ending of a name tells apart."""
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
+_ROW = re.compile(r'\{[^{}\[\]]*"frame":[^{}\[\]]*\}$')
+"""A row in JSON."""
+_RESULT = re.compile(r'"(image|video)_id"\s*:')
+_TASK = re.compile(r'"(annotations|predictions|data)"\s*:')
+"""What results of COCO have, and tasks of Label Studio."""
 ADVICE = "correct it there, or make the file anew."
 
 
@@ -224,7 +235,10 @@ def recognized(path: Path) -> str:
             head = file.read(SNIFFED)
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-    found = "parquet" if head.startswith(b"PAR1") else _of_text(head, path.name)
+    try:
+        found = "parquet" if head.startswith(b"PAR1") else _of_text(head, path)
+    except ValueError as error:
+        raise SourceError(f"{path}: {error}.") from None
     if found is None:
         raise SourceError(f"The format of {path} is not clear; name it: {', '.join(_readable())}.")
     return found
@@ -234,52 +248,75 @@ def _readable() -> Iterable[str]:
     return (name for name, form in FORMATS.usable().items() if form.read is not None)
 
 
-def _of_text(head: bytes, name: str) -> str | None:
+def _of_text(head: bytes, path: Path) -> str | None:
+    """Return the format of a text by its beginning; raise a ValueError if it is of none of ours."""
+    if b"\0" in head:
+        raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
     first = text.partition("\n")[0].strip()
-    marks = {
-        "<": "cvat", "[": "label-studio", '{"motes"': "journal", '{"frame"': "jsonl",
-        "{": "coco", "scorer,": "deeplabcut",
-    }  # fmt: skip
-    if text.startswith("[") and '"image_id"' in text:
-        raise SourceError(
-            f"{name} is a list of results of COCO, without images and classes; make it the "
-            f"annotations of a document, with the images and categories of its truth."
+    if text.startswith("[") and _RESULT.search(text) and not _TASK.search(text):
+        raise ValueError(
+            "it is a list of results of COCO, without the images and the names of classes; put it "
+            "as annotations into their document"
         )
+    marks = {
+        "<": "cvat", "[": "label-studio", '{"motes"': "journal", "{": "coco",
+        "scorer,": "deeplabcut",
+    }  # fmt: skip
     if text.startswith("{") and '"items"' in text and '"images"' not in text:
-        raise SourceError(f"{name} is a dataset of Datumaro, which is not read; export it as COCO.")
-    for mark, found in marks.items():
-        if text.startswith(mark):
-            return found
-    if first.startswith(("film,", "frame,x,y,width,height")) or first == "frame,x,y,a,b,theta":
+        raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
+    found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
+    if found is not None:
+        return "jsonl" if found == "coco" and _ROW.match(first) else found
+    titles = next(csv.reader([first]), [])
+    if titles[:1] == ["film"] or titles[:5] == ["frame", "x", "y", "width", "height"]:
         return "keyframes"
-    titles = {*first.split(",")}
+    if titles == ["frame", *ELLIPSE]:
+        return "keyframes"
     kinds = ["time"], ["confidence"], BOX, ELLIPSE
-    if "frame" in titles and any(titles.issuperset(each) for each in kinds):
+    if "frame" in titles and any({*titles}.issuperset(each) for each in kinds):
         return "csv"
-    return _of_numbers(first, name)
+    for mark in ";\t":
+        if "frame" in next(csv.reader([first], delimiter=mark), []):
+            raise ValueError(
+                f"its columns are separated by {mark!r}; write commas, and decimal points"
+            )
+    return _of_numbers(first, path)
 
 
-def _of_numbers(line: str, name: str) -> str | None:
+def _of_numbers(line: str, path: Path) -> str | None:
     """Return the format of a text of numbers, by its first line and the name of the file."""
     if line.startswith("m"):
         return "vot"
-    fields = [field for field in re.split(r"[,;\s]+", line) if field]
-    count = len(fields)
-    own = next((found for found in NAMED if name.lower().endswith(OWN[found].endings)), None)
-    if count == 4:  # the first pixel is 1 in OTB and 0 in VOT: only the name makes it clear
-        known = {"groundtruth_rect": "otb", "groundtruth": "vot"}
-        others = (found for stem, found in known.items() if name.startswith(stem))
-        return own if own in known.values() else next(others, None)
-    if count == 8 or (count > 10 and count % 2 == 0) or fields[:1] == ["nan"]:
-        return "vot"
-    if count in (5, 6) or fields[1:] == ["absent"]:
+    words = re.findall(r"[^,;\s]+", line)
+    if words[1:] == ["absent"]:
         return "keyframes"
-    if count in (7, 9, 10) and fields[0].replace(".", "", 1).isdigit():
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        return None
+    fields_of(line)  # raises an error for decimal commas
+    count, name = len(values), path.name.lower()
+    own = next((found for found in NAMED if name.endswith(OWN[found].endings)), None)
+    if count == 4:
+        if own == "otb" or name.startswith("groundtruth_rect"):
+            return "otb"
+        found = "vot" if name.endswith(".vot.txt") else kind_of(path)
+        if found is None:
+            raise ValueError(
+                "it has four numbers a line, and nothing tells its first pixel; give --from otb if "
+                "that is 1, as in most datasets, and --from vot if it is 0"
+            )
+        return found
+    if count == 8 or (count > 10 and count % 2 == 0) or math.isnan(values[0]):
+        return own if own in ("otb", "mot-truth") else "vot"
+    if count in (5, 6) and "," in line:
+        return "keyframes"
+    if count in (7, 9, 10) and values[0] >= 0:
         if own in ("mot-truth", "mot-detections"):
             return own
-        kinds = {"9": "mot-truth"}
-        return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
+        kinds = {9: "mot-truth"}
+        return "mot-detections" if values[1] == -1 else kinds.get(count, "mot")
     return None
 
 

@@ -13,14 +13,24 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import FormatError, SourceError
-from motes.core.geometry import Box, Ellipse
+from motes.core.geometry import Box, Ellipse, check_angle
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
 from motes.rows.journal import ENDING, FrameRow, Header, ObjectRow
 from motes.rows.reader import read_track
-from motes.rows.schema import BOX, CAMERA, COLUMNS, ELLIPSE, Form, head, line
+from motes.rows.schema import (
+    BOX,
+    CAMERA,
+    COLUMNS,
+    ELLIPSE,
+    GROUND,
+    HINDSIGHT,
+    Form,
+    head,
+    line,
+)
 
 
 def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
@@ -119,8 +129,12 @@ def recording_of_rows(
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
-    further = [name for name in names if name not in COLUMNS]
+    known_names = (*COLUMNS, *HINDSIGHT, *GROUND)
+    further = [name for name in known_names[len(COLUMNS) :] if name in names]
+    others = [name for name in names if name not in known_names]
+    left_out = [f"the columns {', '.join(others)[:80]}"] if others else []
     objects, searched = [], []
+    turned = set[int]()
     for number, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
         known = {name: value for name, value in known.items() if value == value}  # NaN is empty
@@ -131,10 +145,12 @@ def recording_of_rows(
             if each is None:
                 searched.append((frame, _identity(known)))
             else:
+                if each.identity not in turned:
+                    check_angle(each.ellipse.theta)
+                    turned.add(each.identity)
                 objects.append((frame, each))
-    alone = _alone([each for _, each in objects])
-    told = facts.run if facts.run is not None else range(0) if alone else facts.every
-    return recording_of(facts, objects, times, searched=searched, told=told)
+    told = facts.run or range(0)
+    return recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
 
 
 def _object(

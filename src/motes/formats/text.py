@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,9 @@ import msgspec
 
 from motes.core.errors import FormatError
 from motes.core.geometry import FARTHEST
+
+_SPACED = re.compile(r"[^\s,;]\s+[^\s,;]")
+"""Two fields with nothing but space between them."""
 
 
 def read_text(path: Path) -> str:
@@ -46,10 +50,27 @@ def at(where: str) -> Iterator[None]:
         raise FormatError(f"{where}: {error}") from None
 
 
+def fields_of(line: str) -> list[str]:
+    """Return the fields of a line: between commas, or semicolons, or tabs and spaces.
+
+    Raises
+    ------
+    ValueError
+        If a line has two of these: one may be a decimal sign.
+    """
+    marks = [mark for mark in ",;" if mark in line]
+    if len(marks) > 1 or (marks and _SPACED.search(line)):
+        raise ValueError(
+            f"its numbers are separated in two ways, {line[:40]!r}, as with decimal commas; write "
+            f"decimal points"
+        )
+    return [field.strip() for field in line.split(marks[0])] if marks else line.split()
+
+
 def number(field: str) -> float:
     """Return the number that a text holds; raise a ValueError if it is none, or of no picture."""
     try:
-        value = float(field)
+        value = float(field.replace("_", "?"))  # Python alone reads 1_0 as 10
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None
     if not math.isfinite(value):

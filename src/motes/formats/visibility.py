@@ -63,16 +63,18 @@ def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int
 def certain(recorded: Recording) -> Recording:
     """Return the frames of which it is known what they show: no object is lost or searched for.
 
-    An object that has no row after it was lost has ended, as in a scene: then the frame is certain.
+    An object that is lost and never found again, and whose rows end before the film, has ended, as
+    in a scene: then these frames are certain.
     """
-    last: dict[int, int] = {}
+    last, seen = dict[int, int](), dict[int, int]()
     for row in recorded:
-        named = [each.identity for each in row.objects]
-        last |= dict.fromkeys([*named, *row.searched], row.frame)
+        last |= dict.fromkeys([*(each.identity for each in row.objects), *row.searched], row.frame)
+        others = (each.identity for each in row.objects if each.status is not Status.LOST)
+        seen |= dict.fromkeys([*others, *row.searched], row.frame)
     end = max((row.frame for row in recorded), default=0)
 
     def missed(each: ObjectRow, frame: int) -> bool:
-        ended = each.status is Status.LOST and last[each.identity] == frame < end
+        ended = last[each.identity] < end and frame > seen.get(each.identity, -1)
         return each.status in MISSED and not ended
 
     def unsure(row: FrameRow) -> bool:

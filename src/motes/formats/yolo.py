@@ -19,6 +19,7 @@ from typing import Literal
 import msgspec
 
 from motes.core.errors import FormatError
+from motes.core.files import lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.image_names import frame_of, images_of
@@ -108,7 +109,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         text = read_text(file)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)
-        for place, line in enumerate(text.splitlines(), start=1):
+        for place, line in enumerate(lines_of(text), start=1):
             if line.strip():
                 lines.append((f"{file.name}, line {place}", frame, line.split()))
     # A sixth number is an identity if one is above all confidences, and no line has a seventh.
@@ -161,7 +162,7 @@ def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
     for place in (folder / CLASSES, folder.parent / CLASSES, folder.parent / DARKNET):
         if place.is_file():
-            return dict(enumerate(read_text(place).splitlines()))
+            return dict(enumerate(lines_of(read_text(place))))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
             with at(place.name):

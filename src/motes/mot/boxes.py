@@ -13,6 +13,9 @@ from motes.core.types import Floats
 MARGIN = 1.0
 """Pixels that are added to a search area, so that rounding excludes nothing."""
 
+CUT = 2.0
+"""Pixels; a box that is nearer to the border may be cut off by it."""
+
 
 def as_rows(boxes: Iterable[Box]) -> Floats:
     """Return boxes as (n, 4)."""
@@ -33,8 +36,17 @@ def foot_of(box: Box) -> tuple[float, float]:
 
 def room(box: Box, frame: Frame) -> float:
     """Return the distance of a box from the border of a frame; below 0 if it reaches beyond."""
+    return _room(box, frame.width, frame.height)
+
+
+def _room(box: Box, width: int, height: int) -> float:
     right, low = box.x + box.width, box.y + box.height
-    return min(box.x, box.y, frame.width - right, frame.height - low)
+    return min(box.x, box.y, width - right, height - low)
+
+
+def is_cut(box: Box, size: tuple[int, int] | None) -> bool:
+    """Return whether the edge of a picture, of a width and height, may cut a box."""
+    return size is not None and _room(box, *size) < CUT
 
 
 def intersection_over_first(first: Floats, second: Floats) -> Floats:

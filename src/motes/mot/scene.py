@@ -39,8 +39,15 @@ from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import SceneTrack, TrackedObject
+from motes.video.cuts import Change, PictureChanges
 from motes.video.prefetch import prefetch
 
+DOUBTS = {
+    "cut": "the film is cut to another picture",
+    "light": "the light changes",
+    "camera": "the camera moves",
+}
+"""What makes counts doubtful, in words."""
 LAG = 3
 """Frames after which a detector learns where objects will be: it may run two frames ahead."""
 
@@ -113,12 +120,14 @@ def step(
 class _Found(NamedTuple):
     """What a detector returns of a frame.
 
-    Its detections, None if it did not look; its warnings up to then; and the camera's motion.
+    Its detections, None if it did not look; its warnings up to then; the camera's motion; and how
+    the picture has changed.
     """
 
     detections: Sequence[Detection] | None
     warnings: Mapping[str, str]
     motion: Floats | None
+    change: Change | None
 
 
 class Scene:
@@ -152,6 +161,8 @@ class Scene:
     warnings: Mapping[str, str]
     """The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
     there were too many detections."""
+    doubts: dict[str, int]
+    """The first frame from which on each of `DOUBTS` makes counts doubtful."""
 
     def __init__(
         self,
@@ -171,7 +182,8 @@ class Scene:
         self._last: Frame | None = None
         self._detected = self._stepped = 0
         self._moved: dict[int, list[Box]] = {}
-        self.admitted, self.warnings = {}, {}
+        self.admitted, self.warnings, self.doubts = {}, {}, {}
+        self._changes = PictureChanges()
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
         self._labels, self._surest = set[str](), -math.inf
@@ -254,7 +266,8 @@ class Scene:
             self.detector.observe(moved)
         found = as_detections(self.detector(frame)) if turn else None
         motion = _homography(getattr(self.detector, "motion", None)) if turn else None
-        return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
+        warnings = dict(getattr(self.detector, "warnings", {}))
+        return _Found(found, warnings, motion, self._changes.update(frame))
 
     def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
@@ -263,6 +276,7 @@ class Scene:
         for each in found.detections or () if not self.created else ():
             self._labels.add(each.label or "unknown")
             self._surest = max(self._surest, each.score)
+        ended = self._cut(frame) if found.change == "cut" else []
         self._state, info = step(
             self._seed, self._state, frame, dt, found.detections, self.config, self._expected,
             found.motion,
@@ -275,8 +289,23 @@ class Scene:
         self._expected = ()
         self.admitted = info.admitted
         self._warn(frame, info.surplus)
+        self._doubt(frame, found)
         self.warnings = {**found.warnings, **self._own_warnings}
-        return info.tracks
+        return ended + info.tracks
+
+    def _cut(self, frame: Frame) -> list[SceneTrack]:
+        """End all objects where the film is cut, as nothing goes on there; return their tracks."""
+        gone = [each.terminate().extrapolate(frame).scene_track for each in self._state.objects]
+        self._state = SceneState(created=self.created, terminated=self.created)
+        return gone
+
+    def _doubt(self, frame: Frame, found: _Found) -> None:
+        """Note from which frame on counts are doubtful; a cut looks like another light, too."""
+        kinds = [kind for kind in DOUBTS if kind in found.warnings and kind not in self.warnings]
+        if found.motion is not None and self.config.camera != "moving":
+            kinds.append("camera")
+        for kind in kinds if found.change is None else [found.change]:
+            self.doubts.setdefault(kind, frame.index)
 
     def _warn(self, frame: Frame, surplus: int) -> None:
         """Note a warning if there are too many detections, once."""
@@ -291,7 +320,8 @@ class Scene:
             return picture
         if self._last is None:
             return Frame(0, 0.0, picture)
-        return Frame(self._last.index + 1, self._last.time + FRAME_INTERVAL, picture)
+        last = self._last
+        return Frame(last.index + 1, last.time + FRAME_INTERVAL, picture, depth=last.depth)
 
     def _check(self, frame: Frame) -> None:
         """Raise a SourceError if a frame cannot follow the last one."""

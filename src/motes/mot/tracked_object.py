@@ -39,10 +39,10 @@ class SceneTrack:
     identity: int
     """From 1 up; the same from entry to exit, and never used twice."""
     track: Track
-    """Where it is. While it is `occluded`, its place is only predicted, with confidence 0; in its
-    last frame it is `lost`."""
+    """Where it is. Where it is not seen, its place is only predicted, with confidence 0: it is
+    `occluded` where another object covers it, else `lost`, as in its last frame."""
     occluded_by: int | None = None
-    """The identity of the object that occludes it, if any."""
+    """The identity of the object that occludes it, if it is `occluded`."""
     detected: bool = False
     """Whether a detection confirms it in this frame."""
     velocity: tuple[float, float] = (0.0, 0.0)
@@ -50,6 +50,13 @@ class SceneTrack:
     label: str | None = None
     """The name of its class, such as "car": that of most of its detections so far. None if the
     detector knows no classes."""
+    sought: bool = False
+    """Whether it is `lost`, but keeps its identity if it is found again."""
+
+    @property
+    def gone(self) -> bool:
+        """Whether this is its last frame: it is `lost`, and not sought."""
+        return self.track.status is Status.LOST and not self.sought
 
     @property
     def box(self) -> Box:
@@ -319,7 +326,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
 
     def terminate(self) -> Self:
         """Mark it as lost."""
-        return replace(self, track=replace(self.track, status=Status.LOST, confidence=0.0))
+        lost = replace(self.track, status=Status.LOST, confidence=0.0)
+        return replace(self, track=lost, occluded_by=None)
 
     def with_identity_of(self, other: TrackedObject) -> Self:
         """Give it the identity and the models of another object; it stays where it is."""

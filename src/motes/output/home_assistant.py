@@ -12,7 +12,7 @@ from typing import Any, get_args
 import msgspec
 
 from motes import __version__
-from motes.mot.analytics.events import Event, Kind
+from motes.mot.analytics.event import Event, Kind
 from motes.mot.analytics.regions import Regions
 
 PREFIX = "homeassistant"

@@ -143,7 +143,7 @@ def topic_of(address: str) -> str:
     parts, name = parts_of(address), without_password(address)
     topic = unquote(parts.path).strip("/")
     if not parts.hostname or not topic:
-        raise ConfigError(f"{name} lacks a host or a topic; give mqtt://HOST/TOPIC.")
+        raise ConfigError("An address of MQTT lacks a host or a topic; give mqtt://HOST/TOPIC.")
     if "+" in topic or "#" in topic + address or not topic.isprintable():
         raise ConfigError(f"The topic of {name} is a pattern; give one without + and #.")
     return topic

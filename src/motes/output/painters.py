@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 from motes.core.frame import Frame
-from motes.mot.analytics.events import SPEED_OVER, Event
+from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
 from motes.mot.tracked_object import SceneTrack
@@ -22,21 +21,27 @@ TRAIL = 50
 class ScenePainter:
     """Paints all objects with their trails, the lines and zones, the time and the totals.
 
-    A trail is of the point that is counted: the foot. Before a known ground, objects have speeds.
+    A trail is of the point that is counted: the foot.
 
     Parameters
     ----------
     places
-        The lines and zones, and the ground.
+        The lines and zones.
     """
 
     def __init__(self, places: Regions) -> None:
         self._places = places
-        self._trails: dict[int, deque[tuple[float, Point]]] = {}
+        self._trails: dict[int, deque[Point]] = {}
         self._totals: Counter[str] = Counter()
 
-    def painted(self, frame: Frame, tracks: Sequence[SceneTrack], events: Sequence[Event]) -> Draw:
-        """Return a function that draws the next frame."""
+    def painted(
+        self,
+        frame: Frame,
+        tracks: Sequence[SceneTrack],
+        events: Sequence[Event],
+        speeds: Mapping[int, float] = {},
+    ) -> Draw:
+        """Return a function that draws the next frame, with speeds in metres a second."""
         # A detection without an identity has no past.
         here = {each.identity for each in tracks if each.identity > 0}
         self._trails = {
@@ -44,27 +49,13 @@ class ScenePainter:
         }
         for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append((frame.time, foot_of(each.box)))
+            trail.append(foot_of(each.box))
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
                 self._totals[f"{event.place} {event.direction or event.event}"] += 1
         minutes, seconds = divmod(int(frame.time), 60)
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]
-        trails = {identity: [foot for _, foot in trail] for identity, trail in self._trails.items()}
-        return partial(
-            draw_scene, frame.pixels, tracks, trails, self._places, caption, self._speeds()
-        )
-
-    def _speeds(self) -> dict[int, str]:
-        """Return the speed of each object over the last half second, before a known ground."""
-        ground, speeds = self._places.ground, dict[int, str]()
-        if ground is None:
-            return speeds
-        for identity, trail in self._trails.items():
-            now, last = trail[-1]
-            began, first = next(each for each in trail if each[0] >= now - SPEED_OVER)
-            start, end = ground.metres(first), ground.metres(last)
-            if now > began and start is not None and end is not None:
-                speeds[identity] = f"{math.dist(start, end) / (now - began):.1f} m/s"
-        return speeds
+        trails = {identity: list(trail) for identity, trail in self._trails.items()}
+        notes = {identity: f"{speed:.1f} m/s" for identity, speed in speeds.items()}
+        return partial(draw_scene, frame.pixels, tracks, trails, self._places, caption, notes)

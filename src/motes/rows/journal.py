@@ -15,7 +15,9 @@ import msgspec
 import numpy as np
 
 from motes.core.geometry import Box, Ellipse
+from motes.core.labels import check_label
 from motes.core.track import Status, Track, finite
+from motes.mot.analytics.real_units import GroundPlace
 from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import DEVIATIONS
 
@@ -59,7 +61,7 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
             float(track.confidence),
             track.status,
             each.occluded_by,
-            each.label,
+            None if each.label is None else check_label(each.label),
             more={**further},
             distance=finite(track.distance),
             effective_sample_size=finite(track.effective_sample_size),
@@ -161,6 +163,9 @@ def text_name(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-def object_rows(tracks: Iterable[SceneTrack]) -> tuple[ObjectRow, ...]:
-    """Return the rows of the objects in a frame."""
-    return tuple(ObjectRow.of(each) for each in tracks)
+def object_rows(
+    tracks: Iterable[SceneTrack], places: Mapping[int, GroundPlace] = {}
+) -> tuple[ObjectRow, ...]:
+    """Return the rows of the objects in a frame, with their places on the ground, by identity."""
+    known = {identity: place.columns for identity, place in places.items()}
+    return tuple(ObjectRow.of(each, known.get(each.identity, {})) for each in tracks)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError
-from motes.core.files import check_ended, read_text
+from motes.core.files import check_ended, lines_of, read_text
+from motes.core.labels import check_label
 from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
@@ -104,7 +105,7 @@ def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
 def _json_lines(text: str) -> Iterator[Sequence[Any]]:
     """Yield the keys of the first row, then the values of each row."""
     names: list[str] | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text) if text else (), start=1):
         try:
             row = msgspec.json.decode(line, type=dict[str, int | float | str | None])
         except (msgspec.MsgspecError, RecursionError) as error:
@@ -119,6 +120,11 @@ def _json_lines(text: str) -> Iterator[Sequence[Any]]:
 
 def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
     names = list(next(lines, ()))
+    if names[:1] == [""]:
+        raise ValueError(
+            "its first column has no title, as row names of R and the index of pandas; write it "
+            "with row.names=FALSE or index=False"
+        )
     if "frame" not in names or set(names) - set(TYPES) or len(set(names)) < len(names):
         raise ValueError(f"its columns are {', '.join(names)[:80] or 'missing'}")
     rows = []
@@ -151,17 +157,26 @@ def _values(name: str, fields: Sequence[str | float | None]) -> list[str | float
 
 
 def _number(field: str | float | None) -> float:
-    return math.nan if field is None or field == "" else float(field)
+    if field is None or field == "":
+        return math.nan
+    try:
+        return float(field.replace("_", "?") if isinstance(field, str) else field)
+    except ValueError:
+        raise ValueError(f"{field[:20]!r} is not a number") from None  # type: ignore[index]
 
 
 def _whole(field: str | float | None) -> int:
-    number = int(field) if isinstance(field, str) else field
-    if not isinstance(number, int) or abs(number) >= 1 << 63:
-        raise ValueError(f"{field} is no whole number, or too large")
-    return number
+    """Return a whole number, which other programs write as 7.0 or 1e+05 too."""
+    value = _number(field)
+    if not (value.is_integer() and abs(value) < 1 << 63):
+        raise ValueError(f"{str(field)[:20]!r} is no whole number, or too large")
+    try:
+        return int(field)  # type: ignore[arg-type]
+    except ValueError:
+        return int(value)
 
 
 def _text(field: str | float | None) -> str:
     if isinstance(field, float | int):
         raise ValueError(f"{field} is no text")
-    return field or ""
+    return check_label(field) if field else ""

@@ -62,7 +62,7 @@ class ParticleFilter(
 
     particles: Particles = 100
     """Number of particles. More are more exact and slower. With `budget` it is the number in the
-    first frame only."""
+    first frame only, within the limits of that."""
     motion: Motion = ConstantVelocity()
     """The motion model: how particles move from frame to frame."""
     color: Color | None = None
@@ -141,7 +141,7 @@ class ParticleFilter(
         models = {name: cue.learn(frame, region) for name, cue in self.cues.items()}
         backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
         places = np.array([[0.0, 0.0, frame.width, frame.height]])
-        start = np.tile(np.array(region), (self.particles, 1))
+        start = np.tile(np.array(region), (self._first_count, 1))
         return self._begin(frame, start, models, backgrounds, region, places, Status.TRACKING)
 
     def search(
@@ -171,7 +171,7 @@ class ParticleFilter(
         if places is None:
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
-        start = scatter(rng, places, size, self.particles)
+        start = scatter(rng, places, size, self._first_count)
         status = Status.SEARCHING
         return self._begin(frame, start, models, backgrounds, size, places, status, known=True)
 
@@ -254,20 +254,25 @@ class ParticleFilter(
         self, state: FilterState, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
-        states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
+        states = self.motion.initial(np.tile(np.array(region), (self._first_count, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
-        seen = self._observe(state, frame, states, np.zeros(self.particles))
+        seen = self._observe(state, frame, states, np.zeros(self._first_count))
         return self._judge(state, frame, seen)
 
     def check(self, state: FilterState, frame: Frame) -> FilterState:
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
         return check_state(state, frame, self.cues, self.strategies, self.motion)
 
+    @property
+    def _first_count(self) -> int:
+        """How many particles there are where no spread tells it: `particles`, as allowed."""
+        return self.particles if self.budget is None else self.budget.allowed(self.particles)
+
     def _count(self, state: FilterState) -> int:
         """Return how many particles the next frame gets."""
         # Particles at one place, as at the start, do not show how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
-            return self.particles
+            return self._first_count
         return self.budget.count(self.motion.ellipses(state.states), state.reference_size)
 
     def _backgrounds(

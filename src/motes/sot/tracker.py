@@ -271,6 +271,8 @@ class Tracker:
         }
         if self._direction < 0:
             saved["backward"] = True
+        if last.depth is not None:
+            saved["depth"] = last.depth
         try:
             write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
         except OSError as error:
@@ -319,7 +321,7 @@ class Tracker:
         if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
             raise ValueError("this is no state of random numbers")
         index, seconds, pixels = saved.frame
-        frame = Frame(index, seconds, pixels)
+        frame = Frame(index, seconds, pixels, depth=saved.depth)
         if frame.pixels is not pixels or not max(abs(seconds), abs(saved.angle)) <= LARGEST:
             raise ValueError("the last frame is none")
         self._angle = saved.angle
@@ -352,7 +354,8 @@ class Tracker:
         if isinstance(frame, Frame) or self._frame is None:
             return _first(frame)
         index = self._frame.index + self._direction
-        return Frame(index, self._frame.time + self._direction * FRAME_INTERVAL, frame)
+        time = self._frame.time + self._direction * FRAME_INTERVAL
+        return Frame(index, time, frame, depth=self._frame.depth)
 
     def _seen(self, frame: Frame) -> Frame:
         """Return a frame as the algorithm sees it: backward, times are negative and increase."""
@@ -394,3 +397,4 @@ class _Saved(msgspec.Struct):
     frame: tuple[int, float, NDArray[np.uint8]]
     angle: float
     state: Any
+    depth: int | None = None

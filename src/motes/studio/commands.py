@@ -9,7 +9,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 Region = Annotated[tuple[float, ...], Meta(min_length=4, max_length=5)]
 Name = Annotated[str, Meta(max_length=100)]
-Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
+Color = Annotated[str, Meta(pattern=r"\A#[0-9a-fA-F]{6}\Z")]  # $ would take a line break
 Toml = Annotated[str, Meta(max_length=1 << 16)]
 """The text of a configuration file; it takes the place of a preset."""
 Number = Annotated[int, Meta(ge=0, le=2**53 - 1)]

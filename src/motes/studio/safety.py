@@ -12,6 +12,7 @@ from pathlib import Path
 from motes.core.addresses import foreign
 from motes.core.errors import ConfigError, SourceError
 from motes.video.image_files import IMAGE_ENDINGS
+from motes.video.playlists import is_playlist
 
 VIDEO_ENDINGS = frozenset({
     ".264", ".265", ".3g2", ".3gp", ".amv", ".apng", ".asf", ".avc", ".avi", ".dav", ".divx",
@@ -21,10 +22,6 @@ VIDEO_ENDINGS = frozenset({
     ".rm", ".rmvb", ".tod", ".trp", ".ts", ".vob", ".webm", ".wmv", ".wtv", ".y4m",
 })  # fmt: skip
 """Films that are listed. Playlists, which reach elsewhere, are not among them."""
-PLAYLISTS = (b"#EXTM3U", b"ffconcat", b"<?xml", b"<MPD", b"[playlist]")
-"""How files begin that name other files or addresses."""
-HEAD = 4096
-"""Bytes of a film in which such a beginning is looked for."""
 
 COOKIE = "motes-studio"
 HEADERS = {
@@ -131,9 +128,7 @@ def check_film(path: Path) -> None:
     if not path.is_file():
         raise SourceError(f"{path.name} is no plain file; give a film.")
     check_ending(path.name)
-    with path.open("rb") as file:
-        head = file.read(HEAD).lstrip(b"\xef\xbb\xbf \t\r\n")
-    if head.startswith(PLAYLISTS):
+    if is_playlist(path):
         raise SourceError(f"{path.name} is a playlist, which names other files; give the film.")
 
 

@@ -61,7 +61,7 @@ def watch_config(watch: Watch) -> WatchConfig:
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
     """Yield a part for each frame of a film, and one with the events that are still open then."""
     scene = Scene(config.detector.detector(), config, seed)
-    counter, totals = EventCounter(places), Counter[str]()
+    counter, totals = EventCounter(places, (film.width, film.height)), Counter[str]()
     last = len(film.times) - 1
     if isinstance(scene.detector, PreparedDetector):
         scene.detector.prepare(film.forward(0, last))
@@ -73,7 +73,7 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
 
     for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
         row = FrameRow(frame.index, frame.time, object_rows(tracks))
-        yield part([row], counter.update(tracks))
+        yield part([row], counter.update(tracks, frame.time))
     yield part([], counter.finish())
 
 

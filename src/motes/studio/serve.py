@@ -13,7 +13,7 @@ import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from motes.core.addresses import LOCAL
+from motes.core.addresses import LOCAL, address_of
 from motes.core.errors import ConfigError
 from motes.core.files import used_alone
 from motes.studio.protocol import LARGEST_MESSAGE
@@ -24,8 +24,6 @@ from motes.studio.studio import Studio
 
 HEAD = 10.0
 """Seconds within which the head of a request must be complete."""
-EVERYWHERE = ("0.0.0.0", "::")
-"""Hosts that stand for all addresses of this computer, and are none that others can open."""
 CONNECTIONS = 128
 """Connections that are open at once; more are closed unread. A page needs up to seven."""
 
@@ -116,12 +114,6 @@ def serve(
             if browser:
                 webbrowser.open(address)
             server.run(sockets=[opened])
-
-
-def address_of(host: str, port: int) -> str:
-    """Return the address of a server that listens at a host, as a browser opens it."""
-    name = socket.gethostname() if host in EVERYWHERE else host
-    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
 
 
 def settings(application: ASGIApp) -> uvicorn.Config:

@@ -7,21 +7,21 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Generator, Iterator
-from functools import partial
+from collections.abc import Callable, Generator, Iterator, Sequence
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from motes.core.errors import MotesError, SourceError
-from motes.core.frame import FRAME_INTERVAL, as_rgb
+from motes.core.frame import FRAME_INTERVAL, as_rgb, depth_of
+from motes.video.report import DEPTH_SAMPLES, Report
 
 if TYPE_CHECKING:
     from motes.video.decoder import Stamped
-    from motes.video.report import Report
 
 # Not MPO, the JPEG of many phones: its other pictures show the same moment as the first.
 ANIMATED = frozenset({"GIF", "PNG", "WEBP"})
@@ -56,6 +56,7 @@ class Animation:
         self._path = path
         with readable(path), contextlib.ExitStack() as opened:
             self._image = opened.enter_context(Image.open(path))
+            self._coarse = reads_high_bytes(self._image)
             self._numbers = picture_numbers(self._image)
             self.count = len(self._numbers)
             timed = self._image.format in ANIMATED and self.count > 1
@@ -67,11 +68,12 @@ class Animation:
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order."""
         moment = 0.0
+        report.coarse = self._coarse
         report.assumed = self.count > 1 and self._image.format not in ANIMATED
         for index, number in enumerate(self._numbers):
             with readable(self._path, index):
                 shown = self._show(number)
-            yield moment, partial(self._pixels, index)
+            yield moment, partial(self._pixels, index, report)
             moment += shown
 
     def _show(self, number: int) -> float:
@@ -82,9 +84,13 @@ class Animation:
         self._image.load()  # the time is known only after this
         return float(self._image.info.get("duration", 0)) / 1000
 
-    def _pixels(self, index: int) -> NDArray[np.uint8]:
+    def _pixels(self, index: int, report: Report) -> NDArray[np.uint8]:
         with readable(self._path, index):
-            return pixels_of(self._image)
+            return pixels_of(self._image, lambda: self._film_depth, report)
+
+    @cached_property
+    def _film_depth(self) -> int:
+        return depth_of_pictures([(self._path, number) for number in self._numbers])
 
     def file_of(self, index: int) -> str | None:
         """Return the name of a still image; None for an animation, whose pictures share a file."""
@@ -114,18 +120,45 @@ def _page_kind(image: Image.Image, number: int) -> int:
     return int(image.tag_v2.get(_SUBFILE, 0)) & _REDUCED_OR_MASK  # type: ignore[attr-defined]
 
 
-def pixels_of(image: Image.Image) -> NDArray[np.uint8]:
-    """Return an open image, upright, as RGB uint8 of shape (height, width, 3), in C order."""
-    image = ImageOps.exif_transpose(image)
+def pixels_of(
+    image: Image.Image, depth: Callable[[], int] | None = None, report: Report | None = None
+) -> NDArray[np.uint8]:
+    """Return an open image, upright, as RGB uint8 of shape (height, width, 3), in C order.
+
+    `depth` returns the bits that the film uses of 16; by default those that this image needs.
+    """
+    values = values_of(ImageOps.exif_transpose(image))
+    used = depth() if depth is not None and values.dtype == np.uint16 else None
+    if used is not None and report is not None:
+        report.count_depth(values, used)
+    return np.require(as_rgb(values, used), requirements=["C", "W"])
+
+
+def reads_high_bytes(image: Image.Image) -> bool:
+    """Return whether an image that is not loaded has colors of 16 bits, of which Pillow reads 8."""
+    return image.mode in ("RGB", "RGBA") and ";16" in str(getattr(image, "tile", ""))
+
+
+def values_of(image: Image.Image) -> NDArray[Any]:
+    """Return the values of an open image, in uint16 where it has 16 bits of gray."""
     if image.mode.startswith("I;16"):
-        values = np.asarray(image).astype(np.uint16)
-    elif image.mode == "I":  # 16 bits of gray in 32
-        values = np.asarray(image).clip(0, 65535).astype(np.uint16)
-    elif image.mode in ("RGB", "F"):
-        values = np.asarray(image)
-    else:  # Through RGBA: RGB has no room for the transparency of a palette.
-        values = np.asarray(image.convert("RGBA"))
-    return np.require(as_rgb(values), requirements=["C", "W"])
+        return np.asarray(image).astype(np.uint16)
+    if image.mode == "I":  # 16 bits of gray in 32
+        return np.asarray(image).clip(0, 65535).astype(np.uint16)
+    # Through RGBA: RGB has no room for the transparency of a palette.
+    return np.asarray(image if image.mode in ("RGB", "F") else image.convert("RGBA"))
+
+
+def depth_of_pictures(pictures: Sequence[tuple[str, int]]) -> int:
+    """Return the bits that pictures use, by some of them: pairs of a file and a number in it."""
+    places = {round(i) for i in np.linspace(0, len(pictures) - 1, DEPTH_SAMPLES)}
+    found = 0
+    for path, number in (pictures[place] for place in sorted(places)):
+        with readable(path, number), Image.open(path) as image:
+            image.seek(number)
+            values = values_of(image)
+            found = max(found, depth_of(values) if values.dtype == np.uint16 else 0)
+    return found
 
 
 @contextlib.contextmanager

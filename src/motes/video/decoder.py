@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
 import platform
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager
@@ -22,11 +23,11 @@ from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from motes.core.errors import SourceError
-from motes.core.frame import FRAME_INTERVAL, as_rgb
+from motes.core.frame import DEPTHS, FRAME_INTERVAL, as_rgb, depth_of
 from motes.video.pace import Pace
 from motes.video.pipe import Pipe
 from motes.video.prefetch import QUEUE_SIZE, prefetch
-from motes.video.report import Report
+from motes.video.report import DEPTH_SAMPLES, Report
 from motes.video.upright import display_matrix, upright
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ MAX_BAD_PACKETS = 64
 OPEN_TIMEOUT = 5.0
 READ_TIMEOUT = 5.0
 """Seconds within which a camera or server must answer, and must send the next packet."""
+DEPTH_REACH = 32
+"""Pictures after a key picture that are decoded at most to reach one whose depth is found."""
 PACKETS_AHEAD = 2000
 """Packets of a live source that are received before they are used: about one minute."""
 REMEDY = "give a video, an image, or a folder of images."
@@ -108,6 +111,8 @@ class Decoder:
     ) -> None:
         self._name, self._advice, self._remote = name, advice, remote
         self._pipe = address if isinstance(address, Pipe) else None
+        self._address = "" if self._pipe is not None else str(address)
+        self._depth: int | None = None
         self._pace = Pace()
         self._container = self._open(address, format_name, options)
         self._stream = self._best_stream()
@@ -251,6 +256,11 @@ class Decoder:
         self._goal = stamp
 
     @property
+    def seekable(self) -> bool:
+        """Whether the source is a file, of which later pictures can be had at any time."""
+        return not self._remote and self._pipe is None
+
+    @property
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
         return not self.live or (not self._camera and self._pace.recorded)
@@ -311,7 +321,7 @@ class Decoder:
             self._extend_end(frame)
             if frame.key_frame and frame.time is not None:
                 self.keys.append(frame.time)
-            yield frame.time, partial(self._pixels, frame)
+            yield frame.time, partial(self._pixels, frame, report)
 
     def _packets(self, report: Report) -> Iterator[Packet[Any]]:
         """Yield the packets of all streams; go on after damaged ones."""
@@ -330,7 +340,9 @@ class Decoder:
             except av.FFmpegError as error:
                 self._read_error = error
                 return
-            if packet.stream.index == self._stream.index and packet.size and packet.time_base:
+            ours = packet.stream.index == self._stream.index
+            report.breaks += ours and packet.is_corrupt
+            if ours and packet.size and packet.time_base:
                 stamp = None if packet.dts is None else float(packet.dts * packet.time_base)
                 elapsed = self._pace.note(stamp)
                 if self._untimed:
@@ -373,9 +385,41 @@ class Decoder:
             f"{where}"
         )
 
-    def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:
+    def _pixels(self, frame: VideoFrame, report: Report) -> NDArray[np.uint8]:
+        # FFmpeg scales other depths by itself, as pictures say how many bits they have.
+        if max(each.bits for each in frame.format.components) == DEPTHS[-1]:
+            self._depth = self._depth or self._found_depth() or depth_of(self._deep(frame))
+            report.depth = self._depth
+            if self._depth < DEPTHS[-1]:
+                values = self._deep(frame)
+                report.count_depth(values, self._depth)
+                return as_rgb(upright(values, self._matrix(frame)), self._depth)
+        return as_rgb(upright(self._values(frame, "rgb24"), self._matrix(frame)))
+
+    def _found_depth(self) -> int:
+        """Return the bits of 16 that pictures all over a film use; 0 if it is read only once."""
+        if not self.seekable:
+            return 0
+        found = 0
+        number = self._container.streams.video.index(self._stream)
+        with contextlib.suppress(av.FFmpegError), av.open(self._address) as film:
+            for place in np.linspace(0, film.duration or 0, DEPTH_SAMPLES, endpoint=False).tolist():
+                film.seek(round(place))
+                reached = None
+                for reached in itertools.islice(film.decode(video=number), DEPTH_REACH):
+                    if (reached.time or 0) * av.time_base >= place:
+                        break
+                found = max(found, depth_of(self._deep(reached)) if reached else 0)
+        return found
+
+    def _deep(self, frame: VideoFrame) -> NDArray[np.uint16]:
+        """Return the pixels of a picture of 16 bits: gray or RGB."""
+        return self._values(frame, "gray16le" if len(frame.format.components) < 3 else "rgb48le")
+
+    def _values(self, frame: VideoFrame, kind: str) -> NDArray[Any]:
+        """Return the pixels of a picture in a format of FFmpeg's."""
         try:
-            converted = self._reformatter.reformat(frame, format="rgb24", **ONE_THREAD)
+            converted = self._reformatter.reformat(frame, format=kind, **ONE_THREAD)
         except av.FFmpegError as error:
             raise SourceError(
                 f"{self._name} has pixels in the format {frame.format.name}, which cannot be "
@@ -384,7 +428,7 @@ class Decoder:
         pixels = converted.to_ndarray()
         if converted is frame:  # the decoder owns this memory and may still need it
             pixels = pixels.copy()
-        return as_rgb(upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
+        return pixels
 
     def _matrix(self, frame: VideoFrame) -> NDArray[np.int32]:
         """Return the display matrix of a picture, which is read once for each angle.

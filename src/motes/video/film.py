@@ -28,8 +28,8 @@ from motes.video.sources import (
     files_of,
     find_reader,
     is_recorded,
-    timed,
 )
+from motes.video.times import AHEAD, timed
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -120,8 +120,9 @@ class Film:
             self.quick, pictures = False, reader.pictures(self.report)
         with contextlib.closing(reader), contextlib.closing(pictures) as all_:
             self.fps = fps or reader.fps
+            ahead = AHEAD if isinstance(reader, Decoder) else 0
             even = fps is not None
-            for moment, stamp, load in timed(all_, self.fps, self.report, even=even):
+            for moment, stamp, load in timed(all_, self.fps, self.report, even=even, ahead=ahead):
                 if end is not None and len(self.times) >= end:
                     break
                 if size is None:
@@ -174,6 +175,7 @@ class Film:
                     raise self._damaged()
                 self.check_damage(report)
                 pixels = load()
+                self.report.depth = report.depth
                 return lambda: pixels
         raise SourceError(f"{self.name} holds no readable picture.")
 

@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Generator, Mapping
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,7 +67,26 @@ class ImageFiles:
         """Yield the pictures in order, at the rate of the files."""
         report.assumed = self.fps is None
         for index, path in enumerate(self._paths):
-            yield index * self._interval, partial(_first_picture, path, report)
+            yield index * self._interval, partial(self._first_picture, path, report)
+
+    def _first_picture(self, path: str, report: Report) -> NDArray[np.uint8]:
+        """Read one image; count the pictures left out of a file with several."""
+        from PIL import Image
+
+        from motes.video.animation import picture_numbers, pixels_of, readable, reads_high_bytes
+
+        with readable(path), Image.open(path) as image:
+            report.coarse |= reads_high_bytes(image)
+            numbers = picture_numbers(image)
+            report.left_out += len(numbers) - 1
+            image.seek(numbers[0])
+            return pixels_of(image, lambda: self._depth, report)
+
+    @cached_property
+    def _depth(self) -> int:
+        from motes.video.animation import depth_of_pictures
+
+        return depth_of_pictures([(path, 0) for path in self._paths])
 
     @property
     def files(self) -> list[str]:
@@ -144,19 +163,6 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
     from motes.video.animation import pixels_of, readable
 
     with readable(path), Image.open(path) as image:
-        return pixels_of(image)
-
-
-def _first_picture(path: str, report: Report) -> NDArray[np.uint8]:
-    """Read one image of a folder; count the pictures left out of a file with several."""
-    from PIL import Image
-
-    from motes.video.animation import picture_numbers, pixels_of, readable
-
-    with readable(path), Image.open(path) as image:
-        numbers = picture_numbers(image)
-        report.left_out += len(numbers) - 1
-        image.seek(numbers[0])
         return pixels_of(image)
 
 

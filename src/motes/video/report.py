@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.frame import DEPTHS, OUTLIERS, depth_note
+
+DEPTH_SAMPLES = 9
+"""Pictures, evenly spread, by which the depth of a film of 16 bits is found."""
 MAX_ASPECT = 1.25
 """Pixels wider or higher than this are reported: round objects then no longer look round."""
 
@@ -16,11 +25,18 @@ class Report:
     """Decoded pictures, including those that `start` and `stride` pass over."""
     skipped: int = 0
     """Packets that could not be decoded."""
+    breaks: int = 0
+    """Packets that their container marks as damaged, or as not next to the one before."""
     damaged: int = 0
     """Pictures decoded with missing parts, which the decoder filled in."""
     retimed: int = 0
-    """Pictures whose time stamp was missing or did not increase. They get the time of the picture
-    before plus the nominal interval."""
+    """Pictures whose time stamp was missing, did not increase, or was contradicted by those around.
+    They get the time of the picture before plus the nominal interval, or less where the next stamps
+    leave less room."""
+    steps: Counter[int] = field(default_factory=Counter)
+    """How often each time between two pictures with right stamps occurred, in units of `UNIT`."""
+    UNIT: ClassVar[float] = 1e-4
+    """In seconds."""
     ended: float | None = None
     expected: float | None = None
     """For a source that was cut off: its real end and the end given in its header, in seconds."""
@@ -32,8 +48,20 @@ class Report:
     """Number of times that a live source ended or failed and had to be opened again."""
     assumed: bool = False
     """Whether the source is images without a frame rate, so that one was assumed."""
+    depth: int | None = None
+    """How many of their 16 bits the pictures of the source use; None for pictures of 8."""
+    coarse: bool = False
+    """Whether of colors of 16 bits only the high 8 are read."""
+    brighter: int = 0
+    """Pictures with more than a few pixels that are too bright for this depth; these are white."""
     aspect: float = 1.0
     """Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled."""
+
+    def count_depth(self, values: NDArray[np.uint16], depth: int) -> None:
+        """Note the depth of a source of 16 bits, and whether a picture is brighter."""
+        self.depth = depth
+        outliers = np.count_nonzero(values >= 1 << depth) if depth < DEPTHS[-1] else 0
+        self.brighter += bool(outliers > OUTLIERS * values.size)
 
     @property
     def truncated(self) -> bool:
@@ -41,13 +69,34 @@ class Report:
         return self.ended is not None
 
     @property
-    def assumption(self) -> str | None:
-        """One line about the frame rate, or None if the source has one."""
-        if not self.assumed:
-            return None
-        return (
-            "the images have no frame rate, 25 a second are assumed; give --fps if it is another."
+    def lost(self) -> int:
+        """Pictures that are missing in the gaps of a damaged source with one step in most places.
+
+        A gap in an undamaged one is no loss: its camera sent no picture.
+        """
+        if not (self.damaged or self.skipped or self.breaks) or not self.steps:
+            return 0
+        usual, count = self.steps.most_common(1)[0]
+        if not usual or 2 * count < self.steps.total():
+            return 0
+        return sum(
+            each * (round(step / usual) - 1) for step, each in self.steps.items() if step > usual
         )
+
+    @property
+    def assumption(self) -> str | None:
+        """One line about what is assumed of the source, its rate or its depth; None if nothing."""
+        parts = []
+        if self.depth is not None and self.depth < DEPTHS[-1]:
+            parts.append(depth_note(self.depth))
+        if self.coarse:
+            parts.append("of its colors of 16 bits the high 8 are read; scale darker ones first.")
+        if self.assumed:
+            parts.append(
+                "the images have no frame rate, 25 a second are assumed; give --fps if it is "
+                "another."
+            )
+        return " ".join(parts) or None
 
     @property
     def problems(self) -> str | None:
@@ -57,6 +106,8 @@ class Report:
             parts.append(f"{self.skipped} unreadable packet(s) skipped")
         if self.damaged:
             parts.append(f"{self.damaged} picture(s) damaged")
+        if self.lost:
+            parts.append(f"{self.lost} picture(s) lost")
         if self.truncated:
             parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
         if self.retimed:
@@ -65,6 +116,8 @@ class Report:
             parts.append(
                 f"{self.left_out} picture(s) left out, those after the first in an animated file"
             )
+        if self.brighter:
+            parts.append(f"{self.brighter} picture(s) too bright for {self.depth} bits")
         if self.late:
             parts.append(f"{self.late} frame(s) left out, as newer ones had come")
         if self.drops:

@@ -12,7 +12,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Protocol, Self
@@ -22,18 +22,19 @@ import numpy as np
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
+from motes.video.decoder import REMEDY, Decoder, Stamped, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.pipe import Pipe
+from motes.video.playlists import ENDINGS as LISTS
+from motes.video.playlists import is_playlist
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
+from motes.video.times import AHEAD, timed
 
 SCHEMES = ("http", "https", "rtsp", "rtsps")
 
 LEAST_RATE = 1e-5
 """Least number of frames per second that may be given: a picture a day; the inverse is the most."""
-_TICK = 1e-6
-"""Times closer than this, in seconds, differ only by rounding."""
 
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
 
@@ -137,7 +138,9 @@ class Source:
     def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
         size = None
         pictures = itertools.islice(self._pictures, end)
-        moments = timed(pictures, self.fps, self.report, even=self._rate is not None)
+        ahead = AHEAD if isinstance(self._reader, Decoder) and self._reader.seekable else 0
+        even = self._rate is not None
+        moments = timed(pictures, self.fps, self.report, even=even, ahead=ahead)
         for index, (moment, _, load) in enumerate(moments):
             if index < start or (index - start) % stride:
                 continue
@@ -196,35 +199,6 @@ class Source:
         """
         if isinstance(self._reader, Persistent | Decoder):
             self._reader.stop()
-
-
-def timed(
-    pictures: Iterable[Stamped], fps: float | None, report: Report, *, even: bool = False
-) -> Iterator[tuple[float, float | None, Load]]:
-    """Yield the time of each picture since the first one, its stamp, and a function that loads it.
-
-    Times strictly increase: stamps that are missing, or do not increase, are replaced and counted.
-    With `even`, no stamp counts, and the times are those of the rate.
-    """
-    if fps and even:
-        for index, (stamp, load) in enumerate(pictures):
-            report.decoded += 1
-            report.assumed = False
-            yield index / fps, stamp, load
-        return
-    interval = 1 / fps if fps else FRAME_INTERVAL
-    origin, last = None, -interval
-    for stamp, load in pictures:
-        report.decoded += 1
-        expected = last + interval
-        if origin is None and stamp is not None:
-            origin = stamp - expected
-        moment = expected if stamp is None or origin is None else stamp - origin
-        if stamp is None or moment - last < _TICK:
-            report.retimed += 1
-            moment = expected
-        last = moment
-        yield moment, stamp, load
 
 
 def open_source(
@@ -392,6 +366,11 @@ def find_reader(
         except BaseException:
             pipe.close()
             raise
+    if is_playlist(Path(source)) and not source.lower().endswith(LISTS):
+        raise SourceError(
+            f"{source} is a playlist, which names other files; give the film, or a name that ends "
+            f"in .m3u8 or .ffconcat."
+        )
     # Without "file:", FFmpeg would read a name with a colon as an address.
     return source, Decoder(f"file:{source}", source, "check the file.")
 

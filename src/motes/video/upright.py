@@ -27,7 +27,7 @@ def display_matrix(frame: VideoFrame) -> NDArray[np.int32]:
     return np.frombuffer(bytes(found), np.int32).reshape(3, 3)[:2, :2]
 
 
-def upright(pixels: NDArray[np.uint8], matrix: NDArray[np.int32]) -> NDArray[np.uint8]:
+def upright(pixels: NDArray[Any], matrix: NDArray[np.int32]) -> NDArray[Any]:
     """Return a picture rotated and mirrored by a display matrix, to the nearest 90 degrees."""
     across, along = matrix.diagonal().tolist(), matrix[::-1].diagonal().tolist()
     if abs(along[1]) > abs(across[0]):

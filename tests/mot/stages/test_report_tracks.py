@@ -6,7 +6,6 @@ import pytest
 from msgspec.structs import replace
 
 from motes.core.geometry import Box
-from motes.core.track import Status
 from motes.mot.stages.report import report
 from scene_objects import RED, config, occluded, picture, visible
 
@@ -22,7 +21,7 @@ def last_frame(box: Box = PLACE, covered: bool = False) -> int:
         frame = picture(100 + age)
         others = [replace(other, last_time=frame.time)] if covered else []
         tracks, staying = report([each, *others], frame, config())
-        if tracks[0].track.status is Status.LOST:
+        if tracks[0].gone:
             assert each not in staying
             return age - 1
         assert staying[0] is each
@@ -39,14 +38,27 @@ def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
 
 def test_an_occluded_object_that_ends_covers_nothing() -> None:
     """Neither is visible, so both end in the same frame."""
-    both = [occluded(identity, BEFORE, PLACE) for identity in (1, 2)]
+    both = [occluded(identity, BEFORE, PLACE, by=3 - identity) for identity in (1, 2)]
     tracks, staying = report(both, picture(176), config())
-    assert [each.track.status for each in tracks] == [Status.LOST, Status.LOST]
+    assert [(each.gone, each.occluded_by) for each in tracks] == [(True, None)] * 2
     assert staying == []
 
 
 def test_at_the_border_it_ends_soon() -> None:
     assert last_frame(Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("left", "status", "by"), [(40, "occluded", 3), (53, "occluded", 3), (55, "lost", None)]
+)
+def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: int | None) -> None:
+    """The box of the visible object covers 20, 7 or 5 of 20 columns; 6 are asked for."""
+    front = visible(3, picture(100, (Box(left, 30, 20, 40), RED)), Box(left, 30, 20, 40))
+    hidden = occluded(1, BEFORE, PLACE, by=3)
+    (_, track), staying = report([front, hidden], BEFORE, config())
+    assert (track.track.status, track.occluded_by, track.sought) == (status, by, by is None)
+    assert not track.gone
+    assert staying == [front, hidden]
 
 
 def test_tracks_say_what_is_known_of_an_object() -> None:

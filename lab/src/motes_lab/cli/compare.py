@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.options import RUN
 from motes_lab.experiment import ResultOptions
-from motes_lab.report.comparison import comparison
+from motes_lab.report.comparison import PEER, comparison, default_reference
 from motes_lab.saved_scores import SavedScores
 
 app = App(name="compare", help_format="plaintext")
@@ -21,8 +21,13 @@ def compare(
     /,
     *others: Path,
     reference: Annotated[
-        str, Parameter(group=RUN, help="Tracker that the others are compared with.")
-    ] = "cv2:csrt",
+        str | None,
+        Parameter(
+            group=RUN,
+            help=f"Tracker that the others are compared with; by default {PEER}, or the first one "
+            "where a run does not have it.",
+        ),
+    ] = None,
     protocol: Annotated[
         str | None, Parameter(group=RUN, help="Protocol; by default the first one of each run.")
     ] = None,
@@ -51,4 +56,4 @@ def compare(
         The folders of others.
     """
     runs = [SavedScores.load(folder, protocol, column) for folder in (run, *others)]
-    return results.show("compare", comparison(runs, reference))
+    return results.show("compare", comparison(runs, reference or default_reference(runs)))

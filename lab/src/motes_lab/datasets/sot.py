@@ -7,11 +7,12 @@ truth:
 |---|---|---|
 | `groundtruth_rect.txt`, or `groundtruth_rect.1.txt` … | OTB | 1 |
 | `groundtruth.txt`, and marks of VOT | VOT | 0 |
-| `groundtruth.txt` without these marks | GOT-10k | 1 |
+| `groundtruth.txt` without these marks | GOT-10k, LaSOT | 1 |
 | images in `masks/`, as in DAVIS | | |
 
 The first of these in a folder is used. Numbered files of OTB hold one target each and make the
-sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target.
+sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target, in LaSOT
+`full_occlusion.txt` or `out_of_view.txt`.
 `motes.formats.regions` describes the text files. The first pixel is the number of the first row and
 column in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according to its
 authors), while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the
@@ -39,9 +40,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
-from motes.formats.regions import TruthRegion
+from motes.correction.history import history_beside
 from motes.formats.text import read_text
+from motes.formats.truth import absences, kind_of
 from motes.video.image_files import IMAGE_ENDINGS
+from motes.video.sources import open_source
 from motes_lab.datasets.truth import read_mask, read_truth
 
 FILM_ENDINGS = (".mp4", ".mkv", ".mov", ".m4v", ".avi", ".webm", ".mpg", ".wmv")
@@ -260,29 +263,24 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     regions = [read_mask(path) for path in _series(truth)] if truth.is_dir() else read_truth(truth)
     if count not in (None, len(regions)):
         raise FormatError(f"{truth.name} is for {len(regions)} frames, but there are {count}")
+    if truth.is_file() and (known := history_beside(truth)) is not None:
+        with open_source(source) as film:
+            known.check(film)
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)
     ellipses = np.array([region.ellipse for region in regions], np.float64).reshape(-1, 5)
-    if (label := place / "absence.label").is_file() and truth.name == "groundtruth.txt":
-        absent = np.array([word == "1" for word in read_text(label).split()])
-        if absent.size != len(regions):
-            raise FormatError(f"{label.name} is for {absent.size} frames, not {len(regions)}")
-        boxes[absent] = ellipses[absent] = np.nan
+    kind = kind_of(truth) if truth.name == "groundtruth.txt" else None
+    absent = absences(kind or "", place, len(regions))
+    boxes[absent] = ellipses[absent] = np.nan
     if np.isnan(boxes).all():
         raise FormatError(f"{truth.name} has no frame with a target")
     if not truth.is_dir():
         if first_pixel is None:
-            first_pixel = 0 if place.is_file() or _is_vot(place, truth, regions) else 1
+            polygons = truth.name == "groundtruth.txt" and not all(each.is_box for each in regions)
+            vot = kind == "vot" or (kind is None and polygons)
+            first_pixel = 0 if place.is_file() or vot else 1
         boxes[:, :2] -= first_pixel
         ellipses[:, :2] -= first_pixel
     return Sequence(name, source, boxes, ellipses)
-
-
-def _is_vot(folder: Path, truth: Path, regions: list[TruthRegion]) -> bool:
-    marks = ("color", "sequence", "camera_motion.tag", "camera_motion.label")
-    return truth.name == "groundtruth.txt" and (
-        any((folder / mark).exists() for mark in marks)
-        or not all(region.is_box for region in regions)
-    )
 
 
 def _frames_folder(folder: Path) -> Path:

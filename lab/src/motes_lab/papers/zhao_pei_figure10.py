@@ -133,8 +133,9 @@ def _events(clip: CountedClip, source: str) -> list[Event]:
     detector = BackgroundDetector()
     with open_source(source) as film:
         detector.prepare(film)
-    counter, scene = EventCounter(Regions(lines)), Scene(detector)
+    scene = Scene(detector)
     with open_source(source) as film:
+        counter = EventCounter(Regions(lines), (film.width, film.height))
         events = [event for _, tracks in scene.watch(film) for event in counter.update(tracks)]
     return [each for each in [*events, *counter.finish()] if each.event == "crosses"]
 

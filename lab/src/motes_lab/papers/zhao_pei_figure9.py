@@ -17,7 +17,6 @@ from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
-from motes.core.track import Status
 from motes.formats.mot import UNKNOWN
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
@@ -127,7 +126,7 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
             lines = [
                 [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
                 for each, box in ((each, each.track.box) for each in tracks)
-                if each.track.status is not Status.LOST
+                if not each.gone
             ]
             truth = sequence.truth.where(sequence.truth.frames == index + 1)
             compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,18 @@ from motes_lab.report.tables import Cell, Row, Table, difference, number
 from motes_lab.saved_scores import SavedScores
 
 INTERVAL = "The interval is a bootstrap over sequences, each with its mean over starts and seeds."
+PEER = "cv2:csrt"
+"""The tracker that others are compared with where every run has it."""
+
+
+def default_reference(runs: Sequence[SavedScores]) -> str:
+    """Return the tracker that others are compared with unless one is named.
+
+    It is `PEER`; without it, the first one that all runs have, as in the report of an evaluation.
+    """
+    first, *others = ([short_name(each) for each in run.values] for run in runs)
+    shared = [each for each in first if all(each in other for other in others)]
+    return PEER if PEER in shared else [*shared, *first][0]
 
 
 def comparison(runs: list[SavedScores], reference: str) -> Experiment:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import re
 from typing import Annotated, Self
 
 from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.files import lines_of
 from motes.core.geometry import FARTHEST
 from motes.mot.analytics.ground_plane import Number, Point
 
@@ -58,7 +61,7 @@ class Lens(Config, frozen=True):
         """
         entry = _xml_entry if text.lstrip().startswith("<") else _yaml_entry
         matrix, distortion, width, height = (
-            _numbers(name, entry(text.lower(), name))
+            _numbers(name, *entry(text.lower(), name))
             for name in ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
         )
         if len(matrix) != 9 or not distortion:
@@ -100,37 +103,53 @@ class Lens(Config, frozen=True):
         return (fx * x + cx, fy * y + cy) if step < SETTLED else None
 
 
-def _yaml_entry(text: str, name: str) -> str:
-    """Return the value of a key of YAML, of a matrix that of its `data`; "" if it is missing."""
-    lines = text.splitlines()
+def _yaml_entry(text: str, name: str) -> tuple[str, str]:
+    """Return the value of a key of YAML, and of a matrix what stands before its `data`.
+
+    Both are "" where there is none.
+    """
+    lines = lines_of(text)
     for number, line in enumerate(lines):
         key, colon, value = line.partition(":")
         if not colon or key.rstrip() != name:
             continue
         if "!!opencv-matrix" not in value:
-            return value
+            return value, ""
         end = number + 1
         while end < len(lines) and (lines[end][:1].isspace() or not lines[end]):
             end += 1
         block = "\n".join(lines[number + 1 : end])
-        return block.partition("data")[2].partition("[")[2].partition("]")[0]
-    return ""
+        before, _, data = block.partition("data")
+        return data.partition("[")[2].partition("]")[0], before
+    return "", ""
 
 
-def _xml_entry(text: str, name: str) -> str:
-    """Return the text of an element of XML, of a matrix that of its `data`; "" if it is missing."""
+def _xml_entry(text: str, name: str) -> tuple[str, str]:
+    """Return the text of an element of XML, as `_yaml_entry` that of a key."""
     start = text.find(f"<{name}")
     body = text[start : text.find(f"</{name}", start)].partition(">")[2] if start >= 0 else ""
-    data = body.find("<data>")
-    return body if data < 0 else body[data + len("<data>") :].partition("</data")[0]
+    before, found, data = body.partition("<data>")
+    return (data.partition("</data")[0], before) if found else (body, "")
 
 
-def _numbers(name: str, value: str) -> list[float]:
-    """Return the numbers of an entry; raise a ConfigError if one is none, or is not finite."""
+def _numbers(name: str, value: str, shape: str) -> list[float]:
+    """Return the numbers of an entry, of a matrix as many as its rows and columns say, if they do.
+
+    Raises
+    ------
+    ConfigError
+        If one is none, or is not finite, or there are more or fewer.
+    """
     try:
         found = [float(field) for field in value.replace(",", " ").split()]
     except ValueError:
         raise ConfigError(f"{name} holds a value that is not a number.") from None
     if not all(abs(number) <= FARTHEST for number in found):
         raise ConfigError(f"{name} holds a number that is not finite, or too large.")
+    sides = [int(each) for each in re.findall(r"\b(?:rows|cols)\W+(\d{1,6})\b", shape)]
+    if sides and math.prod(sides) != len(found):
+        raise ConfigError(
+            f"{name} has {len(found)} numbers, not the {' x '.join(map(str, sides))} of its rows "
+            f"and columns; give the file as OpenCV wrote it."
+        )
     return found

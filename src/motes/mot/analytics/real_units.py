@@ -23,10 +23,11 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track, finite
 from motes.core.types import Floats
-from motes.mot.analytics.events import SPEED_OVER
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
-from motes.mot.boxes import foot_of
+from motes.mot.analytics.trajectory import SPEED_OVER
+from motes.mot.boxes import foot_of, is_cut
+from motes.mot.tracked_object import SceneTrack
 
 STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
@@ -121,17 +122,55 @@ class GroundMotion:
     def __init__(self, units: RealUnits) -> None:
         self._units = units.corrected()
         self._past: deque[Seen] = deque()
+        self._speed = math.nan, math.nan
 
-    def update(self, track: Track | None) -> GroundPlace | None:
-        """Return the place in a frame; None where the target is not seen, or above the horizon."""
+    def update(self, track: Track | None, *, cut: bool = False) -> GroundPlace | None:
+        """Return the place in a frame; None where the target is not seen, or above the horizon.
+
+        Where the edge of the picture cuts the box of a detected object, what is left moves
+        otherwise than the object does: then the speed is that of before, if there is one.
+        """
         seen = seen_in(self._units, track)
-        if seen is None:
+        if seen is None or cut:
             self._past.clear()
+        if seen is None:
+            self._speed = math.nan, math.nan
             return None
+        if cut:
+            return seen.moving(())._replace(speed=self._speed[0], speed_std=self._speed[1])
         self._past.append(seen)
         while len(self._past) > LEAST_POINTS and seen.time - self._past[0].time > SPEED_OVER:
             self._past.popleft()
-        return seen.moving(self._past)
+        place = seen.moving(self._past)
+        self._speed = place.speed, place.speed_std
+        return place
+
+
+class GroundMotions:
+    """The places and speeds of a scene's objects live, frame by frame.
+
+    Parameters
+    ----------
+    units
+        How pixels become metres.
+    size
+        Width and height of the picture, whose edge cuts objects.
+    """
+
+    def __init__(self, units: RealUnits, size: tuple[int, int]) -> None:
+        self._units, self._size = units, size
+        self._each: dict[int, GroundMotion] = {}
+
+    def update(self, tracks: Iterable[SceneTrack]) -> dict[int, GroundPlace]:
+        """Return the places in a frame by identity, of objects that are seen."""
+        before, self._each, places = self._each, {}, {}
+        for each in tracks:
+            motion = before.get(each.identity) or GroundMotion(self._units)
+            self._each[each.identity] = motion
+            place = motion.update(each.track, cut=is_cut(each.box, self._size))
+            if place is not None:
+                places[each.identity] = place
+        return places
 
 
 def motion_in_hindsight(
@@ -216,7 +255,7 @@ def speed_of(seen: Sequence[Seen]) -> tuple[float, float]:
     spread = np.tensordot(pull**2, covariances, 1)
     spread += max(scatter - allowed, 0.0) * (pull @ pull) * np.eye(2)
     speed = float(np.hypot(*velocity))
-    if speed * speed <= np.trace(spread):  # the direction is not known
+    if not speed * speed > np.trace(spread):  # no direction is known, or no spread
         return speed, math.sqrt(float(np.trace(spread)) / 2)
     along = velocity / speed
     return speed, math.sqrt(float(along @ spread @ along))

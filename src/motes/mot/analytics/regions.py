@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 
 from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError
@@ -20,6 +21,8 @@ Point: TypeAlias = tuple[float, float]
 
 STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""
+NEAR = 1.0
+"""Pixels; a side of a zone that is nearer to the edge of the picture lies on it."""
 SETTLED = 0.4
 """Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 
@@ -86,6 +89,28 @@ class Zone(Config, frozen=True):
     def depth(self, point: Point) -> float:
         """Return the distance of a point from the edge of the zone."""
         return min(_gap(start, end, point) for start, end in self.sides)
+
+    @property
+    def reach(self) -> float:
+        """A depth that a point in the middle has: half the area by the length of the edge."""
+        twice = sum(a * d - b * c for (a, b), (c, d) in self.sides)
+        return abs(twice) / 4 / sum(math.dist(*side) for side in self.sides)
+
+    def beyond(self, size: tuple[int, int]) -> Zone:
+        """Return the zone with sides on the edge of a picture moved out of it by its size.
+
+        An object that this edge cuts may go on beyond it.
+        """
+        corners = list[Point]()
+        for side in self.sides:
+            corners.append(side[0])
+            for axis, length in enumerate(size):
+                low, high = sorted(corner[axis] for corner in side)
+                if high <= NEAR or low >= length - 1 - NEAR:
+                    far = -length if high <= NEAR else length
+                    corners += [(x + far * (axis == 0), y + far * (axis == 1)) for x, y in side]
+                    break
+        return replace(self, points=tuple(chain.from_iterable(corners)))
 
 
 class Regions(Config, frozen=True):
@@ -156,6 +181,13 @@ def crossing(
     if (_side(before, after, start) > 0) == (_side(before, after, end) > 0):
         return None  # it passes beside the line's end
     return "right" if there > 0 else "left"
+
+
+def meeting_point(line: tuple[float, float, float, float], before: Point, after: Point) -> Point:
+    """Return where a step from one point to another, that crosses a line, meets it."""
+    here, there = (_side(line[:2], line[2:], point) for point in (before, after))
+    share = here / (here - there)
+    return tuple(a + share * (b - a) for a, b in zip(before, after, strict=True))  # type: ignore[return-value]
 
 
 def _side(start: Point, end: Point, point: Point) -> float:

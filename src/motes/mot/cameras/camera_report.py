@@ -50,6 +50,13 @@ class ObjectReport(msgspec.Struct, frozen=True):
     partial: bool = False
     """Whether it may be a part of an object that is just entering. It is reported only because its
     place expects an object."""
+    sought: bool = False
+    """As in `motes.SceneTrack`."""
+
+    @property
+    def gone(self) -> bool:
+        """Whether the camera reports it no more."""
+        return self.status is Status.LOST and not self.sought
 
     @property
     def seen(self) -> bool:

@@ -12,7 +12,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.mot.boxes import intersection_over_first, room
+from motes.mot.boxes import CUT, intersection_over_first, room
 from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes.mot.cameras.rig_config import Camera
@@ -26,8 +26,6 @@ COMING = 1.0
 
 It is reported when its whole box is in the frame: a part of a person looks like no expected object.
 """
-MARGIN = 2.0
-"""Pixels; a box that is nearer to the border may be cut off by it."""
 
 
 @dataclass(slots=True)
@@ -141,7 +139,7 @@ class CameraReporter:
         track, seen, whole = each.track, each.track.status is Status.TRACKING, False
         view = self._views.get(each.identity)
         if view is None or seen:
-            whole = room(track.box, frame) >= MARGIN
+            whole = room(track.box, frame) >= CUT
             places = doors.at(track.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
@@ -158,7 +156,7 @@ class CameraReporter:
         ):
             return None
         vanishes, view.seen = view.seen and not seen, seen
-        if track.status is Status.LOST:
+        if each.gone:
             del self._views[each.identity]
             self._begun.pop(each.identity, None)
         if not (view.reported or seen):
@@ -178,4 +176,5 @@ class CameraReporter:
             expected,
             each.label,
             partial,
+            each.sought,
         )

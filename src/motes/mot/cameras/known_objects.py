@@ -29,7 +29,7 @@ class KnownObject:
     tracked: ObjectReport
     """Its last report, and its last certain report."""
     gone: bool = False
-    """Whether it is lost."""
+    """Whether its camera reports it no more."""
     interrupted: bool = False
     """Whether its camera was interrupted since that certain report."""
     passed: bool = False
@@ -52,7 +52,7 @@ class KnownObject:
         self.last = report
         if report.histogram is not None:
             self.histogram = report.histogram
-        self.gone = report.status is Status.LOST
+        self.gone = report.gone
         if report.seen:
             self.seen, self.tracked, self.interrupted = now, report, False
 

@@ -69,7 +69,7 @@ class MovingCamera:
     @property
     def warnings(self) -> Mapping[str, str]:
         """The detector's warnings, and that nobody sees whether the camera moves."""
-        unseen = {} if self._camera is not None else {"camera": UNSEEN}
+        unseen = {} if self._camera is not None else {"unseen": UNSEEN}
         return {**getattr(self._detector, "warnings", {}), **unseen}
 
     def __call__(self, frame: Frame) -> list[Detection]:

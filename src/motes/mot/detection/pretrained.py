@@ -10,7 +10,7 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig, best
 from motes.core.errors import SourceError
-from motes.core.files import read_text
+from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.optional import optional
@@ -116,16 +116,23 @@ class RecordedDetections:
     Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
     score, perhaps more; frames and pixels count from 1.
 
+    Parameters
+    ----------
+    path
+        The file.
+    end
+        The frame before which the run stops; later detections are left out. None for all.
+
     Raises
     ------
     SourceError
         If the file cannot be read, or a line is no detection.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, end: int | None = None) -> None:
         self._path, self._last, self._unfit = path, 0, 0
         self._frames: dict[int, list[Detection]] = {}
-        for number, line in enumerate(read_text(path).splitlines(), start=1):
+        for number, line in enumerate(lines_of(read_text(path)), start=1):
             if not line.strip():
                 continue
             try:
@@ -142,6 +149,8 @@ class RecordedDetections:
             self._frames.setdefault(int(frame) - 1, []).append(found)
         if not self._frames:
             raise SourceError(f"{path} has no detections; give a file that has some.")
+        if end is not None:
+            self._frames = {index: each for index, each in self._frames.items() if index < end}
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections that the file has for a frame."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
+from motes.core.track import Status
 from motes.mot.boxes import as_rows, room
-from motes.mot.overlaps import CONTAINED, covered_pairs
+from motes.mot.overlaps import CONTAINED, best_partners, covered_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import SceneTrack, TrackedObject
 
@@ -19,8 +23,19 @@ COVERED_AGE_FACTOR = 2
 def report(
     objects: Sequence[TrackedObject], frame: Frame, config: SceneConfig
 ) -> tuple[list[SceneTrack], list[TrackedObject]]:
-    """Return the tracks of all objects, and the objects that stay; the others are lost."""
-    covered = _covered(objects)
+    """Return the tracks of all objects, and the objects that stay; the others are gone.
+
+    An object that is not seen is occluded if a visible one covers enough of it. In plain sight, or
+    behind scenery, of which nothing is known, it is lost, and sought as long as it stays.
+    """
+    hidden = [each for each in objects if each.occluded]
+    visible = [each for each in objects if not each.occluded]
+    places, boxes = (as_rows(each.track.box for each in some) for some in (hidden, visible))
+    i, j, shares = covered_pairs(places, boxes, config.occlusion.overlap)
+    occluders = {
+        hidden[n].identity: visible[m].identity for n, m in best_partners(i, j, shares).items()
+    }
+    covered = {hidden[n].identity for n in i[shares > CONTAINED].tolist()}
     tracks, staying = list[SceneTrack](), list[TrackedObject]()
     for each in objects:
         max_age = config.termination.max_age
@@ -31,14 +46,15 @@ def report(
         if frame.time - each.last_time > max_age:
             tracks.append(each.terminate().scene_track)
         else:
-            tracks.append(each.scene_track)
+            tracks.append(_told(each, occluders))
             staying.append(each)
     return tracks, staying
 
 
-def _covered(objects: Sequence[TrackedObject]) -> set[int]:
-    """Return the identities of occluded objects that should be where another one is visible."""
-    hidden = [each for each in objects if each.occluded]
-    visible = [each for each in objects if not each.occluded]
-    places, boxes = (as_rows(each.track.box for each in some) for some in (hidden, visible))
-    return {hidden[i].identity for i in covered_pairs(places, boxes, CONTAINED)[0].tolist()}
+def _told(each: TrackedObject, occluders: Mapping[int, int]) -> SceneTrack:
+    """Return the track of an object that stays, from the identities of all occluders."""
+    track, occluder = each.scene_track, occluders.get(each.identity)
+    if not each.occluded or occluder is not None:
+        return dataclasses.replace(track, occluded_by=occluder)
+    lost = replace(track.track, status=Status.LOST)
+    return dataclasses.replace(track, track=lost, occluded_by=None, sought=True)

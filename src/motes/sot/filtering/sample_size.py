@@ -56,7 +56,11 @@ class KldSampling(Config, frozen=True):
         """Return the number of particles for the spread of places (N, d), in units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
         k = len(set((bins @ [1 << 20 * axis for axis in range(bins.shape[1])]).tolist()))
-        return min(max(self._needed(k), self.min), self.max)
+        return self.allowed(self._needed(k))
+
+    def allowed(self, number: int) -> int:
+        """Return the number of particles between `min` and `max` that is nearest to a number."""
+        return min(max(number, self.min), self.max)
 
     def _needed(self, bins: int) -> int:
         """Return n for k bins; one bin needs one particle."""

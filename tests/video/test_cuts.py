@@ -1,0 +1,57 @@
+"""Cuts of a film and changes of its light, told from what moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.video.cuts import PictureChanges, cuts_in
+
+Picture = NDArray[np.uint8]
+
+
+def scenery(seed: int, low: int, high: int) -> Picture:
+    """Return a picture of large patches, with colors in a range."""
+    patches = np.random.default_rng(seed).integers(low, high, (6, 8, 3))
+    return patches.repeat(20, axis=0).repeat(20, axis=1).astype(np.uint8)
+
+
+STREET, ROOM = scenery(0, 40, 200), scenery(1, 90, 255)
+CHANGES: dict[str, tuple[Callable[[int], Picture], dict[int, str]]] = {
+    "nothing": (lambda i: STREET, {}),
+    "cut": (lambda i: ROOM if i >= 5 else STREET, {5: "cut"}),
+    "a shot and back": (lambda i: ROOM if 5 <= i < 9 else STREET, {5: "cut", 9: "cut"}),
+    "through black": (lambda i: (STREET, 0 * STREET, ROOM)[min(i // 4, 2)], {8: "cut"}),
+    "a black frame": (lambda i: 0 * STREET if i == 6 else STREET, {}),
+    "darker": (lambda i: (STREET * (0.6 if i >= 5 else 1)).astype(np.uint8), {5: "light"}),
+    "gamma": (
+        lambda i: (255 * (STREET / 255) ** (0.6 if i >= 5 else 1)).astype(np.uint8),
+        {5: "light"},
+    ),
+    "slowly darker": (lambda i: (STREET * (1 - 0.004 * i)).astype(np.uint8), {}),
+    "a pan": (lambda i: np.roll(STREET, 2 * i, axis=1), {}),
+    "an object": (lambda i: np.where(np.arange(160)[:, None] // 16 == i // 3, ROOM, STREET), {}),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_changes(what: str) -> None:
+    picture, expected = CHANGES[what]
+    changes, frames = PictureChanges(), [Frame(i, i / 25, picture(i)) for i in range(12)]
+    found = {frame.index: changes.update(frame) for frame in frames}
+    assert {index: change for index, change in found.items() if change} == expected
+    cuts = [index for index, change in expected.items() if change == "cut"]
+    assert [*cuts_in(frames)] == cuts
+
+
+def test_pictures_of_any_size_are_compared() -> None:
+    for width, height in ((1, 1), (3, 200), (200, 3), (1920, 8)):
+        changes = PictureChanges()
+        for i, value in enumerate((0, 90, 255)):
+            pixels = np.full((height, width, 3), value, np.uint8)
+            pixels[:, ::2] //= 2
+            assert changes.update(Frame(i, i / 25, pixels)) in (None, "light", "cut")
