@@ -8,8 +8,9 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -502,7 +503,7 @@ def test_labels_of_other_images_are_refused(go: Go) -> None:
 
 STATES = (
     ("tracking", True), ("lost", True), ("searching", True), ("searching", False),
-    ("absent", False), ("interpolated", True),
+    ("absent", False), ("tracking", True),
 )  # fmt: skip
 """Those of the frames of a row, and whether it has a place."""
 
@@ -530,6 +531,54 @@ def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) ->
     assert marks == [["frame", "x"], ["0", "42.5"], ["4", "absent"], ["5", "47.5"]]
     assert "with 3 of the 6 frames" in go("convert rows.csv both.yolo --size 320x240")[1]
     assert "with the 6 frames" in go("convert rows.csv 2.yolo --size 320x240 --identity 2")[1]
+
+
+SEEN = [0, 1, 4]
+"""Of the frames 0 to 4, those that are no guesses: 2 is interpolated, and 3 of low confidence."""
+SHOWN: dict[str, Callable[[Path], Iterable[int]]] = {
+    "a.yolo": lambda made: (int(text.stem[6:]) for text in sorted((made / "labels").iterdir())),
+    "a.json": lambda made: (
+        each["image_id"] - 1
+        for each in json.loads(made.read_text())["annotations"]
+        if not each["attributes"]["occluded"]
+    ),
+    "a.xml": lambda made: (
+        int(box.attrib["frame"])
+        for box in ElementTree.parse(made).iter("box")
+        if box.attrib["occluded"] == box.attrib["outside"] == "0"
+    ),
+    "a.gt.txt": lambda made: (
+        int(line.split(",")[0]) - 1
+        for line in made.read_text().split()
+        if line.split(",")[6] == "1"
+    ),
+    "a.otb.txt": lambda made: (
+        frame for frame, line in enumerate(made.read_text().split()) if not line.endswith("0,0")
+    ),
+    "a.ls.json": lambda made: (
+        row.frame
+        for row in registry.read(made, "label-studio", FilmFacts(width=320, height=240))
+        if row.objects
+    ),
+    "a.keyframes.csv": lambda made: (
+        int(line.split(",")[0]) for line in made.read_text().split()[1:]
+    ),
+}
+"""The frames in which a document shows the object, by its name."""
+
+
+@pytest.mark.parametrize("target", SHOWN)
+def test_guesses_are_not_exported_as_seen(go: Go, target: str) -> None:
+    states = ["tracking,1", "tracking,0.5", "interpolated,0.9", "tracking,0.49", "tracking,0.8"]
+    lines = [f"{i},1,{50 + i * i},40,8,6,0,{state}" for i, state in enumerate(states)]
+    titles = "frame,id,x,y,a,b,theta,status,confidence"
+    Path("rows.csv").write_text("\n".join([titles, *lines]) + "\n")
+    made = f"convert rows.csv {target} --size 320x240 --fps 25 --overwrite"
+    made += " --keyframe-error 0" * target.endswith((".xml", ".ls.json", "keyframes.csv"))
+    assert "2 guesses" in go(made)[1]
+    assert [*SHOWN[target](Path(target))] == SEEN
+    assert "guess" not in go(f"{made} --with-guesses")[1]
+    assert [*SHOWN[target](Path(target))] == [*range(5)]
 
 
 def test_a_hidden_object_is_not_absent(go: Go) -> None:

@@ -369,7 +369,7 @@ def test_a_frame_in_which_an_object_ends_shows_the_others(
     objects = [(frame, ObjectRow(2, place, 0.5, status)) for frame, status in enumerate(ends)]
     objects += [(frame, ObjectRow(7, place, 0.5, Status.TRACKING)) for frame in range(frames)]
     recorded = recording_of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
-    assert registry.write(tmp_path / "a.json", "coco", recorded) == left_out
+    assert registry.write(tmp_path / "a.json", "coco", recorded).missed == left_out
     images = json.loads((tmp_path / "a.json").read_text())["images"]
     assert len(images) == frames - left_out
 

@@ -170,6 +170,13 @@ def test_rectangles_in_frames_that_the_film_has_not_are_refused(frame: int, vide
         label_studio.predict(asked, videos)
 
 
+def test_a_film_that_label_studio_shows_at_another_rate_is_refused(videos: Path) -> None:
+    (videos / "upload/cells/seqinfo.ini").write_text("[Sequence]\nframeRate=24\n")
+    asked = json.dumps(request(frames(1)[0][1], 2)).encode()
+    with pytest.raises(ConfigError, match="at 25 frames a second, and it has 24; set the frame"):
+        label_studio.predict(asked, videos)
+
+
 def test_a_turned_rectangle_is_where_it_was_drawn(videos: Path) -> None:
     """Turned by a right angle around its upper left corner, it lies to the left of it."""
     x, y, width, height = frames(1)[0][1]

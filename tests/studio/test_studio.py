@@ -15,10 +15,12 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.formats.registry import FORMATS
-from motes.rows.journal import Header
+from motes.rows.journal import FrameRow, Header, ObjectRow
 from motes.rows.writer import JournalWriter
-from motes.studio import messages
+from motes.studio import exports, messages
 from motes.studio.safety import Limits
 from onnx_trackers import save_pair
 from recordings import crowd
@@ -494,3 +496,15 @@ def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> N
 
     assert classes() == ["object", "cup", "cup", "object"]
     assert [classes(object=number)[0] for number in numbers] == classes()
+
+
+def test_a_guess_is_not_exported_as_seen() -> None:
+    place = Ellipse(50, 40, 9, 9, 0)
+    states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
+    rows = [
+        FrameRow(i, i / 25, (ObjectRow(1, place, 0.9, state),)) for i, state in enumerate(states)
+    ]
+    film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
+    data, said = exports.recorded_file("coco", film, [], rows)
+    found = [each["attributes"]["occluded"] for each in json.loads(data)["annotations"]]
+    assert (found, said[:15]) == ([False, True, False], "1 guess marked ")

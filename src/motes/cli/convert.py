@@ -12,13 +12,23 @@ from msgspec.structs import replace
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import (
+    check_guesses,
     check_keyframe_error,
     check_not_source,
     point_out_leftovers,
     point_out_unfinished,
 )
 from motes.cli.messages import counted, log
-from motes.cli.options import FLAG, OUTPUT, FileName, KeyframeError, OutputFile, Overwrite, say_rate
+from motes.cli.options import (
+    FLAG,
+    OUTPUT,
+    FileName,
+    KeyframeError,
+    OutputFile,
+    Overwrite,
+    WithGuesses,
+    say_rate,
+)
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
 
@@ -50,6 +60,7 @@ def convert(
     label: Annotated[str, Parameter(group=OUTPUT)] = "object",
     identity: Annotated[int | None, Parameter(group=OUTPUT)] = None,
     keyframe_error: KeyframeError = None,
+    with_guesses: WithGuesses = False,
     overwrite: Overwrite = False,
 ) -> int:
     """Convert tracks, annotations or truth from one format into another.
@@ -87,7 +98,13 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.watch_outputs import check_place, format_of, say_how_to_train
+    from motes.cli.watch_outputs import (
+        check_place,
+        format_of,
+        guesses_told,
+        say_how_to_train,
+        unseen,
+    )
     from motes.correction.history import check_beside, hand_on, history_beside
     from motes.formats import mot, registry
     from motes.formats.aspects import CLASSES, TIMES, aspects
@@ -102,6 +119,7 @@ def convert(
     if rows is None or target is None:
         raise ConfigError("Two names are needed, as in motes convert rows.csv tracks.xml.")
     check_keyframe_error(keyframe_error, str(target), to)
+    check_guesses(str(target), to, wanted=with_guesses)
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
@@ -121,19 +139,22 @@ def convert(
     point_out_leftovers(target)
     check_beside(target, overwrite)
     with writing(target):
-        left = registry.write(target, form, recorded, keyframe_error)
+        made = registry.write(target, form, recorded, keyframe_error, guesses=with_guesses)
     hand_on(known if form in ("csv", "jsonl") else None, target)
     written = registry.FORMATS.resolve(form)
     there = sum(bool(row.objects or row.searched) for row in recorded)
-    part = f"{there - left} of the" if left else "the"
+    part = f"{there - made.missed} of the" if made.missed else "the"
     count = counted(there, "frame")
-    reason = "; in the others a target is lost or searched for" * (left > 0)
+    reason = f"; in the others a target is {unseen(made)}" * (made.missed > 0)
+    reason += guesses_told(form, made)
     if empty := len(recorded.frames) - there:
         reason += f"; nothing is in {counted(empty, 'other frame')} of its film"
     log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")
     if left_out := recorded.left_out:
         more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
+    for note in recorded.notes:
+        log(f"{rows}: {note}")
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     say_how_to_train(target, form, recorded)

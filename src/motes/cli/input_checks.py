@@ -127,6 +127,7 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
         output = default_output(source)
     check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error, output, outputs.format)
+    check_guesses(output, outputs.format, wanted=outputs.with_guesses)
     names = (output, outputs.overlay, *others)
     files = [Path(name) for name in names if name is not None and name != "-"]
     if output is not None and is_document(output, outputs.format):
@@ -218,6 +219,18 @@ def check_keyframe_error(error: float | None, output: str | None, form: str | No
     if output is None or not FORMATS.resolve(format_of(output, form)).thinned:
         raise ConfigError(
             "--keyframe-error is for CVAT, Label Studio and keyframes; others have none: omit it."
+        )
+
+
+def check_guesses(output: str | None, form: str | None = None, *, wanted: bool) -> None:
+    """Raise a ConfigError if --with-guesses is given for a format that holds guesses anyway."""
+    from motes.cli.watch_outputs import format_of
+    from motes.formats.registry import FORMATS
+
+    if wanted and (output is None or FORMATS.resolve(format_of(output, form)).guess is None):
+        raise ConfigError(
+            "--with-guesses is for documents that would mark or leave out guesses, as COCO, CVAT "
+            "and YOLO; others have them anyway: omit it."
         )
 
 

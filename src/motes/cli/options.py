@@ -108,6 +108,16 @@ KeyframeError = Annotated[
     ),
 ]
 OutputFile = Annotated[Path | None, Parameter(name=["--output", "-o"], group=OUTPUT)]
+WithGuesses = Annotated[
+    bool,
+    FLAG,
+    Parameter(
+        group=OUTPUT,
+        help="Write guesses into documents as if they were seen: rows that are interpolated, or "
+        "have a confidence below 0.5. Otherwise labels leave them out, and COCO and CVAT have them "
+        "as occluded.",
+    ),
+]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 OwnCode = Annotated[
     bool,
@@ -170,6 +180,7 @@ class OutputOptions:
     format: str | None = None
     """Format of --output, whatever its ending is."""
     keyframe_error: KeyframeError = None
+    with_guesses: WithGuesses = False
     label: str | None = None
     """Class of the objects whose detector tells none. [default: none in rows, object in
     documents]"""

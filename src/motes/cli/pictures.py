@@ -282,14 +282,16 @@ class Masks(DocumentOutput):
         if path.suffix and path.suffix.lower() != ".json":
             raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
         form = "coco" if path.suffix else "masks"
-        super().__init__(str(path), form, film, label, overwrite, None)
+        super().__init__(str(path), form, film, label, overwrite)
         self._segmenter = Segmenter()
 
     def write(self, moment: Moment) -> None:
-        """Add the object of a frame where it is tracked, if its mask is not empty."""
-        track, objects = moment.track, tuple[ObjectRow, ...]()
+        """Add the object of a frame with its mask; one without a mask is searched for."""
+        track, each = moment.track, ObjectRow.nowhere(1)
         if track is not None and track.status is Status.TRACKING:
             mask = self._segmenter.update(moment.frame.pixels, track.ellipse)
             if mask.any():
-                objects = (replace(ObjectRow.of_target(track), mask=runs.encode(mask)),)
-        self.add(FrameRow(moment.frame.index, moment.frame.time, objects))
+                each = replace(ObjectRow.of_target(track), mask=runs.encode(mask))
+        elif track is not None and track.status is Status.ABSENT:
+            each = ObjectRow.nowhere(1, Status.ABSENT)
+        self.add(FrameRow(moment.frame.index, moment.frame.time, (each,)))

@@ -16,7 +16,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
-from motes.formats.registry import FORMATS, check_folder, check_images, format_for
+from motes.formats.registry import FORMATS, Written, check_folder, check_images, format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
@@ -150,13 +150,15 @@ class DocumentOutput(Sink):
         film: Source | Film,
         label: str | None,
         overwrite: bool,
-        keyframe_error: float | None,
+        keyframe_error: float | None = None,
+        *,
+        guesses: bool = False,
     ) -> None:
         check_place(name, form, overwrite)
         if FORMATS.resolve(form).folder:
             check_images(map(text_name, film.files))
         self.path, self.rows, self._form = Path(name), journal_of(name), form
-        self._keyframe_error = keyframe_error
+        self._keyframe_error, self._guesses = keyframe_error, guesses
         if os.path.lexists(self.rows):
             raise FormatError(
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
@@ -165,7 +167,7 @@ class DocumentOutput(Sink):
         self._film, self._label = film, label or LABEL
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
-        self._left_out = 0
+        self._written = Written(0, 0)
 
     def write(self, moment: Moment) -> None:
         """Add a frame's objects to the journal."""
@@ -191,11 +193,12 @@ class DocumentOutput(Sink):
     @property
     def result(self) -> str | None:
         """The document, or the journal in its place."""
-        if self._done and self._left_out:
-            without = counted(self._left_out, "frame")
-            return f"{self.path} without {without} in which a target is lost or searched for"
         if self._done:
-            return str(self.path)
+            made = self._written
+            without = (
+                f" without {counted(made.missed, 'frame')} in which a target is {unseen(made)}"
+            )
+            return f"{self.path}{without * (made.missed > 0)}{guesses_told(self._form, made)}"
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
 
     @property
@@ -203,6 +206,7 @@ class DocumentOutput(Sink):
         words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
         if self._form not in _usual_format(str(self.path)):
             words += ["--to", self._form]
+        words += ["--with-guesses"] * self._guesses
         return shlex.join(words)
 
     def _failure(self, error: OSError) -> FormatError:
@@ -219,12 +223,25 @@ class DocumentOutput(Sink):
             return
         try:
             kept = recording_of_journal(self.rows)
-            self._left_out = write_format(self.path, self._form, kept, self._keyframe_error)
+            self._written = write_format(
+                self.path, self._form, kept, self._keyframe_error, guesses=self._guesses
+            )
         except OSError as error:
             raise self._failure(error) from error
         self._done = True
         self.rows.unlink(missing_ok=True)
         say_how_to_train(self.path, self._form, kept)
+
+
+def unseen(written: Written) -> str:
+    """Return what a target is in the frames that are left out."""
+    return "lost or searched for" + ", or guessed" * (written.guesses > 0)
+
+
+def guesses_told(form: str, written: Written) -> str:
+    """Return what has become of guesses, for the line that ends a command; "" without any."""
+    told = written.guesses_told(form)
+    return f"; {told}; see --with-guesses" if told else ""
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:

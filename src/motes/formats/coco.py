@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,18 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs, shapes
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
-from motes.formats.regions import region_of_corners
-from motes.formats.text import at, counted, read_json
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.formats.image_names import OF_VIDEO, frame_of, images_of
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recording,
+    from_one,
+    recording_of,
+    sound,
+)
+from motes.formats.regions import MAX_FRAME, region_of_corners
+from motes.formats.text import angle, at, counted, read_json
+from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
@@ -120,6 +129,8 @@ class _Image(msgspec.Struct):
     frame: int | None = None
     frame_id: int | None = None
     time: float | None = None
+    video_id: Any = None
+    prev_image_id: int | None = None
 
 
 class _Category(msgspec.Struct):
@@ -138,6 +149,14 @@ class _Annotation(msgspec.Struct):
     attributes: dict[str, Any] = {}
     id: int | None = None
     iscrowd: Any = 0
+    keypoints: Any = None
+    rotation: Any = None
+    angle: Any = None
+
+    @property
+    def is_skeleton(self) -> bool:
+        """Whether it is of points alone: then CVAT writes a box without a size."""
+        return bool(self.keypoints) and self.bbox is not None and not any(self.bbox[2:])
 
 
 class _Document(msgspec.Struct):
@@ -149,16 +168,21 @@ class _Document(msgspec.Struct):
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the annotations of a COCO document.
 
-    An image's frame is its `frame` or `frame_id`; without them, its place in the order of the
-    names. An object's identity is its `track_id` or `instance_id`. Its ellipse fills its box,
-    with the angle and the ratio of half-axes of its polygon if it has one. Without a box it has
-    that around its polygons. A crowd (`iscrowd`) is no object.
+    An image's frame is that of the film's image of its name; of a video, its `frame` or `frame_id`;
+    without them, the number in its name; without numbers, its place among the names. An object's
+    identity is its `track_id` or `instance_id`. Its ellipse fills its box, turned by the attribute
+    `rotation`, in degrees, or with the angle and the ratio of half-axes of its polygon if it has
+    one. Without a box it has that around its polygons. A crowd (`iscrowd`) is no object.
     """
     document: _Document = read_json(path, _Document)
     _check_once("images", [image.id for image in document.images])
     _check_once("categories", [each.id for each in document.categories])
     _check_once("annotations", [each.id for each in document.annotations if each.id is not None])
-    frames = _frames(document.images)
+    _check_one_film(
+        video_id=(each.video_id for each in document.images),
+        size=(f"{each.width}x{each.height}" for each in document.images if each.width),
+    )
+    frames, notes = _frames(document.images, images_of(facts))
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
     objects = []
@@ -168,15 +192,25 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError(f"its image {each.image_id} is missing")
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
-            if each.iscrowd != 1:
+            if each.iscrowd != 1 and not each.is_skeleton:
                 row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
                 objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {frames[image.id]: image.time for image in document.images}
     files = {frames[image.id]: image.file_name for image in document.images}
-    crowds = sum(each.iscrowd == 1 for each in document.annotations)
-    left_out = [f"{counted(crowds, 'annotation')} of a crowd"] if crowds else []
-    return recording_of(facts, objects, times, size, files, left_out)
+    if document.annotations and not labels:
+        notes.append("it has no categories, so that its objects have no classes.")
+    given = document.annotations
+    others = {
+        "{} of a crowd": (sum(each.iscrowd == 1 for each in given), "annotation"),
+        "{}": (sum(each.is_skeleton for each in given), "skeleton"),
+        "{} beside a box, of which no rule is known": (
+            sum(bool(each.rotation or each.angle) for each in given), "angle",
+        ),
+    }  # fmt: skip
+    left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
+    found = recording_of(facts, from_one(objects), times, size, files, left_out)
+    return replace(found, notes=notes)
 
 
 def _check_once(what: str, ids: Sequence[int]) -> None:
@@ -200,21 +234,64 @@ def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) 
     return sound(row)
 
 
-def _frames(images: list[_Image]) -> dict[int, int]:
-    """Return the frame of each image, by its id."""
+def _check_one_film(**marks: Iterable[object]) -> None:
+    """Raise a FormatError if images are of several films, by one of their marks."""
+    for what, each in marks.items():
+        found = sorted({str(mark) for mark in each if mark is not None})
+        if len(found) > 1:
+            raise FormatError(
+                f"its images are of several films, by their {what}, as {found[0]} and {found[1]}; "
+                f"keep those of one."
+            )
+
+
+def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:
+    """Return the frame of each image, by its id, and what was assumed for it."""
     stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
-    if None not in stated.values():
-        _check_once("images", [frame for frame in stated.values() if frame is not None])
-        return {key: frame for key, frame in stated.items() if frame is not None}
-    ordered = sorted(images, key=lambda each: [
-        int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
-    ])  # fmt: skip
-    return {each.id: frame for frame, each in enumerate(ordered)}
+    paths = {each.id: Path(each.file_name) for each in images}
+    stems = {key: text_name(path.stem) for key, path in paths.items()}
+    if None not in stated.values() and not {*stems.values()} <= {*known}:
+        # Those who link an image to the one before, without any for the first, count from 1.
+        linked = any(each.prev_image_id == -1 and each.frame_id == 1 for each in images)
+        frames = {key: frame - linked for key, frame in stated.items() if frame is not None}
+        _check_once("images", [*frames.values()])
+        return frames, []
+    _check_one_film(folder=(path.parent for path in paths.values() if path.name))
+    numbers = dict[int, int]()
+    for key, stem in stems.items():
+        with at(f"image {stem}"):
+            number = frame_of(stem, known)
+        if number is not None:
+            numbers[key] = number
+    if len({*numbers.values()}) < len(numbers):
+        raise FormatError("several of its images have one number, as of several films; keep one's.")
+    if len(numbers) < len(images) or max(numbers.values(), default=0) > MAX_FRAME:
+        if known:
+            raise FormatError("its images have no names of the film's images")
+        ordered = sorted(images, key=lambda each: [
+            int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
+        ])  # fmt: skip
+        return {each.id: frame for frame, each in enumerate(ordered)}, [
+            "the names of its images do not number frames; each has its place among them."
+        ]
+    of_video = all(map(OF_VIDEO.fullmatch, stems.values()))
+    if known or 0 in numbers.values() or (of_video and 1 not in numbers.values()):
+        return numbers, []
+    if not of_video and sorted(numbers.values()) == [*range(1, len(images) + 1)]:
+        first_is_0 = {key: number - 1 for key, number in numbers.items()}
+        return first_is_0, ["the names of its images count from 1, so that the first is frame 0."]
+    return numbers, [
+        "frames are the numbers in its images' names, from 0; if these count from 1, give the "
+        "images with --video FOLDER."
+    ]
 
 
 def _identity(each: _Annotation) -> int:
     stated = (each.attributes.get("track_id"), each.track_id, each.instance_id)
-    return next((value for value in stated if isinstance(value, int)), ANONYMOUS)
+    value = next((value for value in stated if value is not None), ANONYMOUS)
+    if isinstance(value, bool) or not re.fullmatch(r"-1|\d+(\.0)?", str(value)):
+        raise ValueError(f"its track_id is {str(value)[:20]!r}; an identity is a whole number")
+    return int(float(value))
 
 
 def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
@@ -222,6 +299,8 @@ def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     if not (width > 0 and height > 0):
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     box = shapes.Corners(x, y, x + width, y + height)
+    if turn := each.attributes.get("rotation"):  # of the box, around its center, as CVAT writes it
+        return box.ellipse._replace(theta=angle(float(turn)))
     polygon = each.segmentation
     # A polygon that is cut at a border of the picture has other moments than its ellipse.
     cut = x <= 0 or y <= 0 or box.right >= image.width or box.bottom >= image.height

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import replace
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
@@ -24,11 +23,12 @@ from motes.formats.recording import (
     FilmFacts,
     Recording,
     frames_between,
+    from_one,
     recording_of,
     sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
-from motes.formats.text import at, counted, number, read_text, whole
+from motes.formats.text import angle, at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
 from motes.rows.journal import ObjectRow
@@ -135,7 +135,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
     Frames of a track between its keyframes are interpolated as in CVAT, also where the document
     leaves them out. Boxes and ellipses may be rotated; of other shapes the box is taken. Shapes of
-    single images have no identity.
+    single images have no identity. Skeletons, cuboids and tags are left out.
     """
     from xml.etree import ElementTree
 
@@ -147,9 +147,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         raise FormatError("it has no annotations of CVAT")
     objects: list[tuple[int, ObjectRow]] = []
     tracks, images = list(root.iter("track")), list(root.iter("image"))
-    shapes = sum(1 for each in root.iter() if each.tag in SHAPES)
-    if shapes > sum(1 for part in (*tracks, *images) for each in part if each.tag in SHAPES):
+    if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
+    _check_one_task(root, [*tracks, *images])
     ids = set[int]()
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
@@ -170,13 +170,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 for shape in image
                 if shape.tag in SHAPES
             ]
-    identities = {each.identity for _, each in objects}
-    if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
-        objects = [
-            (frame, replace(each, identity=each.identity + 1 if each.identity >= 0 else ANONYMOUS))
-            for frame, each in objects
-        ]
-    end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
+    end = next(filter(None, (_whole(root.findtext(f"{place}/size")) for place in METAS)), None)
     count = end or len(facts.seen(max((frame for frame, _ in objects), default=-1)))
     if count > MOST_FRAMES:
         raise FormatError(f"its size is {count} frames, which no film has")
@@ -186,7 +180,18 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
-    return recording_of(facts, objects, times, _size(root, images), named, left_out)
+    return recording_of(facts, from_one(objects), times, _size(root, images), named, left_out)
+
+
+def _check_one_task(root: Element, parts: list[Element]) -> None:
+    """Raise a FormatError if a project's tracks and images are of several tasks, so of films."""
+    tasks = {part.get("task_id") for part in parts}
+    listed = len(root.findall("meta/project/tasks/task"))
+    if len(tasks) > 1 or (tasks == {None} and listed > 1):
+        raise FormatError(
+            f"it is of {max(len(tasks), listed)} tasks of a project, each with a film of its own; "
+            f"export the task of one film."
+        )
 
 
 def _whole(text: str | None) -> int | None:
@@ -194,9 +199,9 @@ def _whole(text: str | None) -> int | None:
 
 
 def _size(root: Element, images: list[Element]) -> tuple[int, int] | None:
-    for place in ("meta/task/original_size", "meta/job/original_size", "meta/original_size"):
-        width = _whole(root.findtext(f"{place}/width"))
-        height = _whole(root.findtext(f"{place}/height"))
+    for place in METAS:
+        width = _whole(root.findtext(f"{place}/original_size/width"))
+        height = _whole(root.findtext(f"{place}/original_size/height"))
         if width and height:
             return width, height
     sizes = [(_whole(each.get("width")) or 0, _whole(each.get("height")) or 0) for each in images]
@@ -207,6 +212,9 @@ def _label(element: Element, facts: FilmFacts) -> str | None:
     return label_or_none(element.get("label"), facts.label)
 
 
+METAS = ("meta/task", "meta/job", "meta/project/tasks/task", "meta")
+"""Where a document may describe its film."""
+HOLDERS = ("track", "image", "skeleton")
 SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
 
 
@@ -259,7 +267,7 @@ def _row(shape: Element, identity: int, label: str | None) -> ObjectRow:
 
 def _ellipse(shape: Element) -> Ellipse:
     given = shape.attrib
-    theta = math.radians(number(given.get("rotation", "0")))
+    theta = angle(number(given.get("rotation", "0")))
     if shape.tag == "ellipse":
         x, y, a, b = (number(given[name]) for name in ("cx", "cy", "rx", "ry"))
         return Ellipse(x - 0.5, y - 0.5, a, b, theta)
@@ -269,6 +277,8 @@ def _ellipse(shape: Element) -> Ellipse:
         left, top, width, height = (number(given[k]) for k in ("left", "top", "width", "height"))
         sides = Corners(left, top, left + width, top + height)
     else:
+        if not given["points"]:
+            raise ValueError("it has no points")
         pairs = [pair.split(",") for pair in given["points"].split(";")]
         points = np.array([(number(x), number(y)) for x, y in pairs])
         sides = Corners(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 import numpy as np
@@ -24,12 +25,18 @@ from motes.core.track import Status
 from motes.core.types import Floats
 from motes.formats.recording import FilmFacts, Recording, frames_between, recording_of, sound
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
-from motes.formats.text import at, counted, read_json
+from motes.formats.text import angle, at, counted, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import check_identities, visible
 from motes.rows.journal import ObjectRow
 
 REGION = "videorectangle"
+SAME_RATE = 1e-5
+"""Rates that differ by a smaller share are one: 29.97 is 30000/1001."""
+LENGTHS = 0.02
+"""The share by which the length of a film in a browser may differ, as sound is often longer,"""
+ENDS = 0.3
+"""and the seconds beside it."""
 VIDEO, BOX = "video", "box"
 """Names of the tags in the labeling configuration, as in Label Studio's own template."""
 
@@ -156,59 +163,170 @@ class VideoRegion(msgspec.Struct):
 
 class _Result(msgspec.Struct):
     result: list[VideoRegion] = []
+    was_cancelled: bool = False
+    ground_truth: bool = False
+    model_version: str | None = None
 
 
 class _VideoTask(msgspec.Struct):
     annotations: list[_Result] = []
-    predictions: list[_Result] = []
+    predictions: list[Any] = []  # numbers, where Label Studio exports their ids alone
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of the one task: of its last annotation, or else of its prediction."""
+    """Return the objects of the one task: of its annotation, or without one of its prediction.
+
+    Label Studio shows a film at a rate of its own, that of its tag `Video`: frames are those of the
+    film at the same time. Only in a prediction of motes they are the film's own.
+    """
     tasks: list[_VideoTask] = read_json(path, list[_VideoTask])
     if len(tasks) != 1:
         raise FormatError(f"it has {len(tasks)} tasks; keep the one of this film.")
-    (task,) = tasks
-    results = [*task.predictions, *task.annotations]
-    if not results:
-        raise FormatError("it has no annotation and no prediction")
-    objects = []
-    times: dict[int, float] = {}
-    drawn = [each for each in results[-1].result if each.type == REGION]
-    others = Counter(each.type or "no type" for each in results[-1].result if each.type != REGION)
+    result, ignored = _result(tasks[0])
+    drawn = [each for each in result.result if each.type == REGION]
+    others = Counter(each.type or "no type" for each in result.result if each.type != REGION)
     left_out = [f"{counted(count, 'region')} of {kind}" for kind, count in others.items()]
+    left_out += [f"{counted(ignored, 'annotation')}, cancelled or beside the truth"] * (ignored > 0)
+    keys = [key for region in drawn for key in region.value.sequence]
+    own = (result.model_version or "").startswith("motes ")
+    rate = None if own else rate_of(keys)
+    counts = [region.value.frames for region in drawn if region.value.frames]
+    count = max(counts, default=0)
+    end = min((each for each in (count, facts.frames) if each), default=0)
+    clock = _Clock(end=end) if own else _Clock.of(facts, rate, count, end)
+    objects = []
     for identity, region in enumerate(drawn, start=1):
         label = label_or_none(next(iter(region.value.labels), None), facts.label)
         with at(f"region {identity}"):
             if not region.value.sequence:
                 raise ValueError("it has no sequence of keyframes")
-            for frame, time, ellipse, key in _frames(region.value, facts):
+            if len({key.frame for key in region.value.sequence}) < len(region.value.sequence):
+                raise ValueError("it has two keyframes in one frame")
+            for frame, (ellipse, key) in _frames(region.value, facts, clock).items():
                 row = ObjectRow(identity, ellipse, 1.0, Status.TRACKING, label=label, keyframe=key)
                 objects.append((frame, row))
-                if time is not None:
-                    times[frame] = time
-    return recording_of(facts, objects, times, left_out=left_out)
+    times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
+    if not facts.fps:
+        facts = replace(facts, fps=rate)
+    return replace(recording_of(facts, objects, times, left_out=left_out), notes=clock.notes)
 
 
-def _frames(value: Value, facts: FilmFacts) -> Iterator[tuple[int, float | None, Ellipse, bool]]:
-    """Yield frame, time, place and whether it is a keyframe, with those that are interpolated.
+def _result(task: _VideoTask) -> tuple[_Result, int]:
+    """Return the one annotation that counts, else the prediction, and how many do not count.
+
+    Those that do not are cancelled, or stand beside one that is marked as the truth.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or it is not clear which one counts.
+    """
+    kept = [each for each in task.annotations if not each.was_cancelled]
+    kept = [each for each in kept if each.ground_truth] or kept
+    what = "annotations"
+    if not kept:
+        if task.annotations:
+            raise FormatError("its annotations are cancelled; annotate the task, or remove them")
+        what, given = "predictions", [each for each in task.predictions if isinstance(each, dict)]
+        try:
+            kept = [msgspec.convert(each, _Result) for each in given]
+        except msgspec.ValidationError as error:
+            raise FormatError(f"predictions: {error}") from None
+    if not kept:
+        raise FormatError("it has no annotation and no prediction; export it as JSON, not JSON-MIN")
+    if len(kept) > 1:
+        raise FormatError(f"it has {len(kept)} {what}, as of several people or models; keep one.")
+    return kept[0], len(task.annotations) - 1 if task.annotations else 0
+
+
+def rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
+    """Return the rate at which Label Studio showed the film: it writes frame / rate as time.
+
+    None where other times are written, as those of the film.
+    """
+    timed = sorted((key.time, key.frame) for key in keys if key.time)
+    if not timed:
+        return None
+    (begin, first), (end, last) = (0.0, 0), timed[-1]
+    if timed[0] != timed[-1]:
+        begin, first = timed[0]
+    rate = (last - first) / (end - begin) if end > begin else 0.0
+    is_rate = rate > 0 and all(abs(frame - time * rate) < 0.5 for time, frame in timed)
+    return rate if is_rate else None
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """How frames of an annotation, which count from 1, become frames of the film."""
+
+    rate: float | None = None
+    """The frames per second of an annotation at another rate than the film's; else None."""
+    fps: float = 0.0
+    times: Sequence[float] = ()
+    """Those of the film, and the times of its frames where its rate varies."""
+    end: int = 0
+    """The number of frames of the film, as far as it is known."""
+    notes: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, facts: FilmFacts, rate: float | None, count: int, end: int) -> Self:
+        """Return the clock of an annotation of `count` frames; 0 if that is unknown.
+
+        `end` is the number of frames if it needs no mapping.
+
+        Raises
+        ------
+        FormatError
+            If it is of a film of another length.
+        """
+        known, fps = facts.frames or 0, facts.fps or 0.0
+        if rate is None:
+            other = count and known and abs(count - known) > 2
+            note = f"it tells no rate, and {count} frames of {known}: they are taken as the first."
+            return cls(end=end, notes=[note] if other else [])
+        shown = known * rate / (fps or rate)
+        if count and known and abs(count - shown) > ENDS * rate + LENGTHS * shown:
+            raise FormatError(
+                f"it is of a film of {count} frames at {rate:g} a second, and this one would have "
+                f"{shown:.0f}; give the film that it belongs to."
+            )
+        even = all(abs(time * fps - i) < 0.5 for i, time in enumerate(facts.times))
+        if not fps or (abs(rate - fps) < SAME_RATE * fps and even):
+            return cls(end=end)
+        note = f"annotated at {rate:g} frames a second, and the film has {fps:g}: mapped by time."
+        return cls(rate, fps, facts.times, known or round(count / rate * fps), [note])
+
+    def place(self, frame: int) -> float:
+        """Return the place of a frame among those of the film, which count from 0."""
+        if self.rate is None:
+            return float(frame - 1)
+        time = (frame - 1) / self.rate
+        if self.times:
+            return float(np.interp(time, self.times, range(len(self.times))))
+        place = time * self.fps
+        return min(place, self.end - 1) if self.end else place
+
+
+def _frames(value: Value, facts: FilmFacts, clock: _Clock) -> dict[int, tuple[Ellipse, bool]]:
+    """Return place and whether it is a keyframe, by frame, with those that are interpolated.
 
     After its last keyframe an object that is still enabled stays there until the film ends.
     """
     ordered = sorted(value.sequence, key=lambda each: each.frame)
-    end = min((count for count in (value.frames, facts.frames) if count), default=0)
+    found: dict[int, tuple[Ellipse, bool]] = {}
     for key, after in zip(ordered, [*ordered[1:], None], strict=True):
-        start = _numbers(key)
+        start, begin = _numbers(key), clock.place(key.frame)
+        first = round(begin)
         with at(f"keyframe of frame {key.frame}"):
-            place = _ellipse(start, facts)
-        yield key.frame - 1, key.time, place, True
+            found[first] = _ellipse(start, facts), True
         if not key.enabled:
             continue
-        until = max(key.frame, end) + 1 if after is None else after.frame
-        between = frames_between(key.frame - 1, until - 1)
-        step = (_numbers(after or key) - start) / (len(between) + 1)
-        for frame in range(key.frame + 1, until):
-            yield frame - 1, None, _ellipse(start + (frame - key.frame) * step, facts), False
+        end = float(max(first + 1, clock.end)) if after is None else clock.place(after.frame)
+        step = (_numbers(after or key) - start) / max(end - begin, 1e-9)
+        for frame in frames_between(first, max(first, round(end))):
+            place = start + min(max(frame - begin, 0.0), end - begin) * step
+            found[frame] = _ellipse(place, facts), False
+    return found
 
 
 def place_of(key: VideoKeyframe, facts: FilmFacts) -> Ellipse:
@@ -222,10 +340,10 @@ def _numbers(key: VideoKeyframe) -> Floats:
 
 def _ellipse(numbers: Floats, facts: FilmFacts) -> Ellipse:
     x, y, width, height, degrees = numbers.tolist()
+    theta = angle(degrees)
     a, b = width / 200 * facts.width, height / 200 * facts.height
     if not min(a, b) > 0:
         raise ValueError(f"a rectangle of {width:g} by {height:g} percent has no area")
-    theta = math.radians(degrees)
     cos, sin = math.cos(theta), math.sin(theta)
     left, top = x / 100 * facts.width, y / 100 * facts.height
     center = left + a * cos - b * sin - 0.5, top + a * sin + b * cos - 0.5

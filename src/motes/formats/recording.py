@@ -27,15 +27,16 @@ ANONYMOUS = -1
 class Recording:
     """The objects of a film, in memory; `frames` are in order.
 
-    `left_out` is what of the file is not here; `assumed` is whether times are those of 25 frames a
-    second, as no rate is known. `length` is the film's number of frames, 0 if unknown; `told` is
-    whether nothing is in those that the file does not name; `single` is whether it is of one
-    target, by its format.
+    `left_out` is what of the file is not here, and `notes` how the rest was understood, each in a
+    few words; `assumed` is whether times are those of 25 frames a second, as no rate is known.
+    `length` is the film's number of frames, 0 if unknown; `told` is whether nothing is in those
+    that the file does not name; `single` is whether it is of one target, by its format.
     """
 
     head: Header
     frames: Sequence[FrameRow]
     left_out: Sequence[str] = ()
+    notes: Sequence[str] = ()
     assumed: bool = False
     length: int = 0
     told: bool = False
@@ -208,6 +209,16 @@ def sound(each: ObjectRow) -> ObjectRow:
         width, height = 2 * each.ellipse.a, 2 * each.ellipse.b
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     return each
+
+
+def from_one(objects: list[tuple[int, ObjectRow]]) -> list[tuple[int, ObjectRow]]:
+    """Return objects whose identities begin with 1, as those of CVAT begin with 0."""
+    if all(each.identity for _, each in objects):
+        return objects
+    return [
+        (frame, structs.replace(each, identity=each.identity + (each.identity != ANONYMOUS)))
+        for frame, each in objects
+    ]
 
 
 def frames_between(first: int, last: int) -> range:

@@ -7,14 +7,15 @@ import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
+from motes.core.track import Status
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -30,8 +31,11 @@ from motes.formats.aspects import (
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.text import fields_of
 from motes.formats.truth import kind_of
-from motes.formats.visibility import certain
+from motes.formats.visibility import SURE, certain, marked
 from motes.rows.schema import BOX, ELLIPSE
+
+UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
+"""A guess in formats that cannot mark it, so that it is not there, and in those that can."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +69,9 @@ class Format:
     certain: bool = False
     """Whether it tells others what a frame shows, so that a frame in which a target is lost or
     searched for is left out: that it is not found does not say that it is not there."""
+    guess: Mapping[str, Any] | None = field(default_factory=UNKNOWN.copy)
+    """What a row that is a guess has here, as the format would tell others that it was seen; None
+    where its status or its confidence tells."""
 
 
 ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
@@ -73,27 +80,29 @@ LABELS = (".txt", ".yaml", ".cache")
 OWN: dict[str, Format] = {
     "csv": Format(
         title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write:csv",
-        holds=ROWS,
+        holds=ROWS, guess=None,
     ),
     "jsonl": Format(
         title="rows of motes, JSON Lines", endings=(".jsonl",), read="rows:read",
-        write="rows:write:jsonl", holds=ROWS,
+        write="rows:write:jsonl", holds=ROWS, guess=None,
     ),
     "parquet": Format(
         title="rows of motes, Apache Parquet", endings=(".parquet",), read="parquet:read",
-        write="parquet:write", holds=ROWS,
+        write="parquet:write", holds=ROWS, guess=None,
     ),
     "mot": Format(
         title="results of the MOTChallenge", endings=(".txt",), read="mot:read:results",
-        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
+        write="mot:write:results", holds=(CONFIDENCES, IDENTITIES, CLASSES), guess=None,
     ),
     "mot-truth": Format(
         title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read:truth",
         write="mot:write:truth", holds=(IDENTITIES, CLASSES, HIDDEN),
+        guess={"status": Status.TRACKING, "confidence": 0.0},  # its flag: it does not count
     ),
     "mot-detections": Format(
         title="detections of the MOTChallenge", endings=(".det.txt", "det.txt"),
         read="mot:read:detections", write="mot:write:detections", holds=(CONFIDENCES,),
+        guess=None,
     ),
     "otb": Format(
         title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="truth:read:otb",
@@ -108,10 +117,11 @@ OWN: dict[str, Format] = {
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
         holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True, certain=True,
+        guess=UNSEEN,
     ),
     "cvat": Format(
         title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
-        holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True,
+        holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True, guess=UNSEEN,
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read",
@@ -121,7 +131,7 @@ OWN: dict[str, Format] = {
     "yolo-predictions": Format(
         title="labels of YOLO with confidences", read="yolo:read", write="yolo:write:predictions",
         holds=(CONFIDENCES, CLASSES), sized=True, folder=LABELS, folders=("labels",),
-        certain=True,
+        certain=True, guess=None,
     ),
     "masks": Format(
         title="masks, PNG", endings=("masks",), write="masks:write", holds=(MASKS,), sized=True,
@@ -134,7 +144,7 @@ OWN: dict[str, Format] = {
     ),
     "deeplabcut": Format(
         title="DeepLabCut's CSV", endings=(".dlc.csv",), write="deeplabcut:write",
-        holds=(ANGLES, CONFIDENCES, IDENTITIES),
+        holds=(ANGLES, CONFIDENCES, IDENTITIES), guess=None,
     ),
     "keyframes": Format(
         title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
@@ -143,7 +153,7 @@ OWN: dict[str, Format] = {
     ),
     "journal": Format(
         title="rows of a run that was killed", endings=(".rows.jsonl",), read="rows:read_journal",
-        holds=ASPECTS,
+        holds=ASPECTS, guess=None,
     ),
 }  # fmt: skip
 """The formats of motes, by name."""
@@ -253,6 +263,8 @@ def _of_text(head: bytes, path: Path) -> str | None:
         "<": "cvat", "[": "label-studio", '{"motes"': "journal", "{": "coco",
         "scorer,": "deeplabcut",
     }  # fmt: skip
+    if text.startswith("{") and '"items"' in text and '"images"' not in text:
+        raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _ROW.match(first) else found
@@ -358,7 +370,31 @@ def _check_not_empty(path: Path) -> None:
         raise SourceError(f"{path} is empty; {ADVICE}")
 
 
-def write(path: Path, name: str, recorded: Recording, keyframe_error: float | None = None) -> int:
+class Written(NamedTuple):
+    """What of a recording others do not take for seen."""
+
+    missed: int
+    """The number of frames that are left out, as a target is lost or searched for there."""
+    guesses: int
+    """The number of rows that are guesses; their frames are left out too, or they are marked."""
+
+    def guesses_told(self, form: str) -> str:
+        """Return what has become of guesses in a format, in a few words; "" without any."""
+        if not self.guesses:
+            return ""
+        become = "marked" if HIDDEN in FORMATS.resolve(form).holds else "left out"
+        number = f"{self.guesses} guess{'es' * (self.guesses != 1)}"
+        return f"{number} {become} (interpolated, or confidence below {SURE})"
+
+
+def write(
+    path: Path,
+    name: str,
+    recorded: Recording,
+    keyframe_error: float | None = None,
+    *,
+    guesses: bool = False,
+) -> Written:
     """Write a file or folder of a format, complete or not at all.
 
     Parameters
@@ -372,10 +408,12 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     keyframe_error
         Largest deviation of what a tool interpolates between keyframes, in pixels; by default that
         of the format.
+    guesses
+        Whether guesses are written as if they were seen.
 
     Returns
     -------
-    The number of frames that are left out, as a target is lost or searched for there.
+    What others do not take for seen.
 
     Raises
     ------
@@ -392,7 +430,10 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
     if form.sized and not recorded.head.width:
         raise ConfigError(f"{name} needs the size of the picture; give --size or --video.")
     thin = {} if keyframe_error is None or not form.thinned else {"keyframe_error": keyframe_error}
-    kept = certain(recorded) if form.certain else recorded
+    told, count = recorded, 0
+    if form.guess is not None and not guesses:
+        told, count = marked(recorded, form.guess)
+    kept = certain(told) if form.certain else told
     pieces = _function(form.write)(kept, **thin)
     if form.folder:
         check_folder(path, form)
@@ -400,7 +441,7 @@ def write(path: Path, name: str, recorded: Recording, keyframe_error: float | No
         write_folder(path, pieces)
     else:
         write_whole(path, pieces)
-    return len(recorded.frames) - len(kept.frames)
+    return Written(len(recorded.frames) - len(kept.frames), count)
 
 
 def check_images(files: Iterable[str]) -> None:

@@ -80,6 +80,13 @@ def number(field: str) -> float:
     return value
 
 
+def angle(degrees: float) -> float:
+    """Return an angle in radians; raise a ValueError for more than a turn, which is no angle."""
+    if not abs(degrees) <= 360:
+        raise ValueError(f"its rotation is {degrees:g}; it is an angle in degrees, up to 360")
+    return math.radians(degrees)
+
+
 def whole(field: str) -> int:
     """Return the whole number that a text holds, as `number` does."""
     value = number(field)

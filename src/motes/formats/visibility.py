@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import Any
+
+from msgspec import structs
 
 from motes.core.errors import FormatError
 from motes.core.track import Status
@@ -16,6 +19,8 @@ SHOWN = (*VISIBLE, Status.OCCLUDED)
 """The states with a known position; that of a searched or lost object is only a guess."""
 MISSED = (Status.SEARCHING, Status.LOST)
 """The states of an object of which it is not known whether it is in the picture."""
+SURE = 0.5
+"""The lowest confidence of an object that others may take for seen."""
 
 
 def shown(row: FrameRow) -> Iterator[ObjectRow]:
@@ -26,6 +31,33 @@ def shown(row: FrameRow) -> Iterator[ObjectRow]:
 def visible(row: FrameRow) -> Iterator[ObjectRow]:
     """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
     return (each for each in row.objects if each.status in VISIBLE)
+
+
+def guessed(status: Status, confidence: float) -> bool:
+    """Whether a place is a guess: interpolated, or wrong more probably than right."""
+    return status is Status.INTERPOLATED or (status is Status.TRACKING and confidence < SURE)
+
+
+def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int]:
+    """Return a recording whose guesses have the fields of `mark`, and how many there are.
+
+    Confidence 0 is that of an object which a truth does not count. Where the format has no mark for
+    these, such an object is hidden: its frame is certain.
+    """
+    count = 0
+
+    def told(each: ObjectRow) -> ObjectRow:
+        nonlocal count
+        if not guessed(each.status, each.confidence):
+            return each
+        count += 1
+        void = not each.confidence and "confidence" not in mark
+        return structs.replace(each, **({"status": Status.OCCLUDED} if void else mark))
+
+    frames = [
+        structs.replace(row, objects=tuple(map(told, row.objects))) for row in recorded.frames
+    ]
+    return replace(recorded, frames=frames), count
 
 
 def certain(recorded: Recording) -> Recording:

@@ -12,14 +12,17 @@ them, so identities have no place.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
+
+import msgspec
 
 from motes.core.errors import FormatError
 from motes.core.files import lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.formats.image_names import frame_of, images_of
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
@@ -27,7 +30,8 @@ from motes.formats.visibility import visible
 from motes.rows.journal import ObjectRow, text_name
 
 NAMES = "data.yaml"
-CLASSES = "classes.txt"
+CLASSES, DARKNET = "classes.txt", "obj.names"
+"""Files with a class in each line; CVAT has the second one beside a folder of YOLO 1.1."""
 LABELS = "labels"
 """The folder of the texts."""
 IMAGES = "train.txt"
@@ -82,7 +86,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     last number in its name, from 0; but Ultralytics counts from 1, in the video's name and "_1".
     """
     path = path / LABELS if (path / LABELS).is_dir() else path
-    names, images = _names(path), _images(facts)
+    names, images = _names(path), images_of(facts)
     stem = Path(facts.source).stem
     from_one = not images and not (path / f"{stem}_0.txt").exists()
     theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
@@ -91,7 +95,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
-        frame = _frame(text_name(file.stem), images)
+        with at(file.name):
+            frame = frame_of(text_name(file.stem), images)
         if frame is not None and from_one and theirs.fullmatch(file.stem):
             frame -= 1
         if frame is None:
@@ -123,42 +128,13 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return recording_of(facts, objects, times, left_out=left_out)
 
 
-def _images(facts: FilmFacts) -> dict[str, int]:
-    """Return the frames of the images of a folder, by their names without endings."""
-    names = [text_name(Path(file).stem) for file in facts.files]
-    frames = {name: frame for frame, name in enumerate(names)}
-    for frame, name in enumerate(names):
-        if frames[name] != frame:
-            raise FormatError(
-                f"{facts.source} has several images {name}, so that a text is of none of them"
-            )
-    return frames
-
-
-def _frame(name: str, images: Mapping[str, int]) -> int | None:
-    """Return the frame of a text by its name without ending; None if it has no number.
-
-    Raises
-    ------
-    FormatError
-        If the film is a folder of images, and none has this name.
-    """
-    if name in images:
-        return images[name]
-    digits = re.findall(r"\d+", name)
-    if not digits:
-        return None
-    if images and not re.fullmatch(r"frame_\d+", name):
-        raise FormatError(
-            f"{name}.txt: the film has no image of this name; give the film that it belongs to."
-        )
-    return int(digits[-1])
-
-
 def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked: bool) -> ObjectRow:
     label, *rest = fields
     if len(rest) not in (4, 5, 6):
-        raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
+        raise ValueError(
+            f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id; outlines, "
+            f"turned boxes and poses are not read"
+        )
     if tracked and len(rest) == 5:
         rest.insert(4, "1")
     x, y, width, height, *more = (number(value) for value in rest)
@@ -173,7 +149,10 @@ def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked:
     if not min(box[2:]) > 0:
         raise ValueError("the object has no area")
     identity = whole(rest[5]) if len(more) == 2 else ANONYMOUS
-    name = label_or_none(names.get(whole(label), f"class {label}"), facts.label)
+    number_of_class = whole(label)
+    if number_of_class < 0 or (names and number_of_class not in names):
+        raise ValueError(f"there is no class {label}; the file of names has {len(names)}")
+    name = label_or_none(names.get(number_of_class, f"class {label}"), facts.label)
     confidence = more[0] if more else 1.0
     row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
     return sound(row)
@@ -181,35 +160,59 @@ def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked:
 
 def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
-    for place in (folder / CLASSES, folder.parent / CLASSES):
+    for place in (folder / CLASSES, folder.parent / CLASSES, folder.parent / DARKNET):
         if place.is_file():
             return dict(enumerate(lines_of(read_text(place))))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
-            return _yaml_names(read_text(place))
+            with at(place.name):
+                return _yaml_names(read_text(place))
     return {}
 
 
+_QUOTED = r"""'(?:[^'\n]|'')*'|"(?:[^"\\\n]|\\.)*\""""
+_COMMENT = re.compile(rf"({_QUOTED})|(?:^|(?<=\s))#.*", re.MULTILINE)
+_KEY = re.compile(r"""(?:^|[{,])[ \t]*(["']?)names\1[ \t]*:[ \t]*""", re.MULTILINE)
+_SCALAR = rf"({_QUOTED}|[^\][{{}},'\"&*|>\s]"
+_ITEM = re.compile(rf"\s*(?:(\d+)\s*:\s*)?{_SCALAR}[^\][{{}},:\n]*?)\s*(,|[\]}}])")
+_LINE = re.compile(rf"\s*(?:-|(\d+)\s*:)\s*{_SCALAR}.*?)\s*")
+"""Of YAML: quoted text, a comment, the key, and an item of a list in brackets or on a line."""
+
+
 def _yaml_names(text: str) -> dict[int, str]:
-    """Return the `names` of a file in YAML: a list in brackets, or a line for each."""
-    _, _, rest = text.partition("names:")
-    first, *lines = lines_of(rest)
-    if first.strip().startswith("["):
-        if "]" not in rest:
-            raise FormatError(f"{NAMES}: the list of names has no end")
-        parts = rest[rest.index("[") + 1 : rest.index("]")].split(",")
-        return {i: _plain(part) for i, part in enumerate(parts)}
+    """Return the `names` of a file in YAML: a list or numbered, in brackets or a line for each."""
+    text = _COMMENT.sub(lambda match: match[1] or "", text)
+    key = _KEY.search(text)
+    if key is None:
+        return {}
     found: dict[int, str] = {}
-    for line in lines:
-        match = re.fullmatch(r"\s*(?:-|(\d+)\s*:)\s*(.+?)\s*", line)
-        if not match:
-            break
+
+    def add(match: re.Match[str]) -> None:
         found[int(match[1]) if match[1] else len(found)] = _plain(match[2])
+
+    rest = text[key.end() :]
+    if rest[:1] in ("[", "{"):
+        place, end = 1, ","
+        while end == "," and not re.match(r"\s*[]}]", rest[place:]):
+            match = _ITEM.match(rest, place)
+            if match is None:
+                raise FormatError("the list of names has no end, or holds more than names")
+            add(match)
+            place, end = match.end(), match[3]
+        return found
+    for line in rest.split("\n")[1:]:
+        match = _LINE.fullmatch(line)
+        if match is None and line.strip():
+            break
+        if match is not None:
+            add(match)
+    if not found:
+        raise FormatError("its names are neither a list nor numbered")
     return found
 
 
 def _plain(text: str) -> str:
-    text = text.strip()
-    if len(text) > 1 and text[0] == text[-1] and text[0] in "'\"":
-        return text[1:-1].replace("''", "'")
-    return text
+    """Return a scalar of YAML without its quotes."""
+    if text[0] == '"':
+        return str(msgspec.json.decode(text))
+    return text[1:-1].replace("''", "'") if text[0] == "'" else text.strip()

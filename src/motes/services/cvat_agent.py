@@ -17,6 +17,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.optional import optional
 from motes.core.track import Status
+from motes.formats.visibility import guessed
 from motes.sot.tracker import Tracker
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class TrackingFunction:
         """Return the shape in the next image; None if it is not found."""
         del context
         track = state.update(pp_image.pixels)
-        if track.status is not Status.TRACKING:
+        if track.status is not Status.TRACKING or guessed(track.status, track.confidence):
             return None
         return self._sdk.TrackableShape(type="rectangle", points=corners_of(track.box))
 

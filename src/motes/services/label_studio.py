@@ -24,11 +24,14 @@ from motes.core.track import Status
 from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
+from motes.formats.visibility import guessed
 from motes.output.local_server import Server, reply
 from motes.rows.journal import ObjectRow
 from motes.sot.tracker import Tracker
 from motes.video.sources import open_source
 
+SAME_RATE = 1e-3
+"""Rates that differ by a smaller share are one: it is less than a frame in half a minute."""
 NOTHING = {"error": "There is nothing here; ask for /predict."}
 
 
@@ -158,6 +161,12 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
     keys = [{each.frame - 1: each for each in region.value.sequence} for region in drawn]
     with open_source(str(video)) as film:
         facts = FilmFacts(source=video.name, width=film.width, height=film.height)
+        rate = label_studio.rate_of([key for each in keys for key in each.values()])
+        if rate and film.fps and abs(rate - film.fps) > SAME_RATE * film.fps:
+            raise ConfigError(
+                f"Label Studio shows {video.name} at {rate:g} frames a second, and it has "
+                f"{film.fps:g}; set the frameRate of the labeling configuration's Video to that."
+            )
         trackers: list[Tracker | None] = [None] * len(drawn)
         for frame in film:
             times[frame.index] = frame.time
@@ -172,7 +181,8 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
                     continue
                 if key is not None and not key.enabled:  # the object ends here
                     trackers[i] = None
-                if track.status is Status.TRACKING:
+                guess = key is None and guessed(track.status, track.confidence)
+                if track.status is Status.TRACKING and not guess:
                     label = next(iter(region.value.labels), None)
                     row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
                     objects.append((frame.index, msgspec.structs.replace(row, label=label)))

@@ -70,8 +70,8 @@ def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[Frame
 
 def recorded_file(
     form: str, film: OpenFilm, files: Sequence[str], rows: Sequence[FrameRow], label: str = LABEL
-) -> bytes:
-    """Return objects in a format of `motes convert`; a format of many files as ZIP.
+) -> tuple[bytes, str]:
+    """Return objects in a format of `motes convert`, a format of many files as ZIP; and a remark.
 
     The film may have images: then `files` are their names, by frame. `label` is the class of
     objects without one.
@@ -90,10 +90,10 @@ def recorded_file(
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
         try:
-            registry.write(path, form, recording)
+            said = registry.write(path, form, recording).guesses_told(form)
         except OSError as error:
             raise FormatError(f"{form} cannot be written: {error.strerror}.") from None
-        return zipped(path) if known.folder else path.read_bytes()
+        return zipped(path) if known.folder else path.read_bytes(), said
 
 
 def zipped(folder: Path) -> bytes:

@@ -28,10 +28,11 @@ MOST_DOUBTS = 100
 
 
 class File(NamedTuple):
-    """A file: its name, and its content."""
+    """A file: its name, its content, and what of it is to be said."""
 
     name: str
     data: bytes
+    said: str = ""
 
 
 class Question(msgspec.Struct, frozen=True):
@@ -77,7 +78,7 @@ async def export(session: LiveSession, about: Question) -> File:
     exports.check_formats(form, several=len(targets) > 1)
     tables = {each.object: (each.name, _table(session, each)) for each in targets}
 
-    def made() -> bytes:
+    def made() -> tuple[bytes, str]:
         found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
         if len(found) > 1:
             return exports.recorded_file(form, film, session.files, exports.objects_rows(found))
@@ -86,7 +87,7 @@ async def export(session: LiveSession, about: Question) -> File:
         return exports.recorded_file(form, film, session.files, rows, label)
 
     what = "objects" if len(targets) > 1 else targets[0].name
-    return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
+    return File(exports.file_name(film, what, form), *await asyncio.to_thread(made))
 
 
 async def _export_scene(session: LiveSession, form: str) -> File:
@@ -99,8 +100,8 @@ async def _export_scene(session: LiveSession, form: str) -> File:
     frames = session.watching.frames()
     if form in FORMS.values():  # as `motes watch` writes them: a row for each object
         frames = [row for row in frames if row.objects]
-    data = await asyncio.to_thread(exports.recorded_file, form, film, session.files, frames)
-    return File(exports.file_name(film, "watched", form), data)
+    made = await asyncio.to_thread(exports.recorded_file, form, film, session.files, frames)
+    return File(exports.file_name(film, "watched", form), *made)
 
 
 async def command(session: LiveSession, about: Question) -> exports.Reproduction:
@@ -167,7 +168,7 @@ async def take(
     )
     session.take_rows(document, tables)
     numbers = [each.object for each in document.targets if each.object >= before]
-    return Imported(numbers, [*recorded.left_out])
+    return Imported(numbers, [*recorded.left_out, *recorded.notes])
 
 
 def _target(session: LiveSession, about: Question) -> DrawnTarget:

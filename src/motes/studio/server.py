@@ -265,6 +265,8 @@ async def _body(request: Request, most: int) -> bytes:
 def _download(file: files.File) -> Response:
     name = quote(file.name)
     headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{name}"}
+    if file.said:
+        headers["Motes-Said"] = file.said
     kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
     return Response(file.data, media_type=kind, headers=headers)
 

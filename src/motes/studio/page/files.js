@@ -60,6 +60,8 @@ async function download(pressed, address) {
   const [, name] = answer.headers.get("content-disposition").split("''");
   const link = element("a", { href: URL.createObjectURL(content), download: decodeURIComponent(name) });
   link.click();
+  const said = answer.headers.get("motes-said");
+  if (said) announce(`${link.download}: ${said}.`, "note");
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 

@@ -1,0 +1,66 @@
+"""The frames of a film by the names of its images, as annotation tools write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from motes.core.errors import FormatError
+from motes.formats.recording import FilmFacts
+from motes.rows.journal import text_name
+
+OF_VIDEO = re.compile(r"frame_\d+")
+"""The name that CVAT, and motes, give to a frame of a video: it counts from 0."""
+_OF_ANOTHER = re.compile(r"frame_\d{6}(_\d+)+")
+"""That of a frame which has its name from another video already: CVAT adds a number."""
+_ROBOFLOW = re.compile(r"_(jpe?g|png|bmp|webp|tiff?)\.rf\.\w+$", re.IGNORECASE)
+_HASH = re.compile(r"(?=[0-9a-f]{6,}$)[a-f]*[0-9]+[a-f]+[0-9a-f]*", re.IGNORECASE)
+"""A hash: hexadecimal digits, with letters after a number."""
+
+
+def images_of(facts: FilmFacts) -> dict[str, int]:
+    """Return the frames of the images of a folder, by their names without endings."""
+    names = [text_name(Path(file).stem) for file in facts.files]
+    frames = {name: frame for frame, name in enumerate(names)}
+    for frame, name in enumerate(names):
+        if frames[name] != frame:
+            raise FormatError(
+                f"{facts.source} has several images {name}, so that a text is of none of them"
+            )
+    return frames
+
+
+def frame_of(name: str, images: Mapping[str, int]) -> int | None:
+    """Return the frame of an image by its name without ending; None if it has no number.
+
+    Parameters
+    ----------
+    name
+        The name.
+    images
+        The frames of the film's images by their names; none of a video.
+
+    Raises
+    ------
+    FormatError
+        If the film is a folder of images, and none has this name; or if the name is one of several
+        videos, or ends in a hash, which says nothing.
+    """
+    if name in images:
+        return images[name]
+    if _OF_ANOTHER.fullmatch(name):
+        raise FormatError(
+            "CVAT names the frames of a project's second video so; export the task of one."
+        )
+    plain = _ROBOFLOW.sub("", name)
+    if plain in images:
+        return images[plain]
+    number = re.search(r"(\d+)\D*$", plain)
+    if number is None:
+        return None
+    if images and not OF_VIDEO.fullmatch(plain):
+        raise FormatError("the film has no image of this name; give the film that it belongs to.")
+    if _HASH.fullmatch(re.split(r"[^0-9a-zA-Z]", plain)[-1]):
+        raise FormatError("its name ends in a hash; give --video FOLDER with the images.")
+    return int(number[1])

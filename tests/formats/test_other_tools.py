@@ -1,0 +1,277 @@
+"""What COCO, CVAT, Label Studio and YOLO write beside the usual: it is recognized, or refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motes.core.errors import SourceError
+from motes.formats import registry
+from motes.formats.recording import FilmFacts, Recording
+
+SIZE = {"width": 320, "height": 240}
+FILM = FilmFacts(source="n.mp4", width=320, height=240, frames=60, fps=25.0)
+
+
+def frames(found: Recording) -> list[int]:
+    return [row.frame for row in found if row.objects]
+
+
+def labeled(folder: Path, *tasks: dict[str, Any]) -> Path:
+    path = folder / "a.ls.json"
+    path.write_text(json.dumps([*tasks]))
+    return path
+
+
+def region(rate: float = 25.0, count: int = 60, turned: float = 0) -> dict[str, Any]:
+    """Return an object that moves by 2.5 pixels in 1/25 s, as Label Studio writes it."""
+    keys = [
+        {
+            "frame": frame, "time": frame / rate, "enabled": frame < count, "rotation": turned,
+            "x": (20 + 62.5 * (frame - 1) / rate) / 3.2, "y": 25, "width": 10, "height": 10,
+        }
+        for frame in (1, count // 2, count)
+    ]  # fmt: skip
+    value = {"framesCount": count, "labels": ["car"], "sequence": keys}
+    return {"type": "videorectangle", "value": value}
+
+
+@pytest.mark.parametrize(("rate", "count"), [(25.0, 60), (12.5, 30), (24.0, 58), (50.0, 120)])
+def test_an_annotation_at_another_rate_is_mapped_by_time(
+    rate: float, count: int, tmp_path: Path
+) -> None:
+    path = labeled(tmp_path, {"annotations": [{"result": [region(rate, count)]}]})
+    found = registry.read(path, "label-studio", FILM)
+    assert frames(found)[0] == 0
+    assert len(frames(found)) >= 60 - 25 / rate
+    for row in found:
+        assert row.time == pytest.approx(row.frame / 25)
+        assert row.objects[0].box.x == pytest.approx(20 + 2.5 * row.frame, abs=1.3)
+    assert bool(found.notes) == (rate != 25)
+
+
+SEEN, CANCELLED = {"result": [region()]}, {"result": [], "was_cancelled": True}
+
+
+@pytest.mark.parametrize(
+    ("task", "ignored"),
+    [
+        ({"annotations": [SEEN, CANCELLED], "predictions": [17]}, 1),
+        ({"annotations": [{"result": []}, SEEN | {"ground_truth": True}]}, 1),
+        ({"annotations": [], "predictions": [17, {"model_version": "x", **SEEN}]}, 0),
+    ],
+)
+def test_one_annotation_counts(task: dict[str, Any], ignored: int, tmp_path: Path) -> None:
+    found = registry.read(labeled(tmp_path, task), "label-studio", FILM)
+    assert len(frames(found)) == 60
+    assert found.left_out == ["1 annotation, cancelled or beside the truth"] * ignored
+
+
+def coco(folder: Path, names: Sequence[str | dict[str, Any]], **more: Any) -> Path:
+    """Write a document with an object in each image; its class is 1."""
+    given = [{"file_name": each} if isinstance(each, str) else each for each in names]
+    images = [{"id": 7 + i, **SIZE, **each} for i, each in enumerate(given)]
+    document = {
+        "images": images,
+        "categories": [{"id": 1, "name": "car"}],
+        "annotations": [
+            {"image_id": each["id"], "category_id": 1, "bbox": [30, 60, 40, 20], **more}
+            for each in images
+        ],
+    }
+    path = folder / "a.json"
+    path.write_text(json.dumps(document))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("names", "files", "expected"),
+    [
+        (["frame_000010.PNG", "frame_000030.PNG"], (), [10, 30]),
+        (["frame_000005.PNG", "frame_000010.PNG"], (), [5, 10]),
+        (["000000.png", "000005.png"], (), [0, 5]),
+        (["000001.jpg", "000002.jpg"], (), [0, 1]),
+        (["c.jpg", "d.jpg"], (), [0, 1]),
+        (["x/000005.png", "x/000015.png"], [f"{5 * i:06}.png" for i in range(4)], [1, 3]),
+        (["a_png.rf.0f1e22.jpg", "c_png.rf.77.jpg"], ["a.png", "b.png", "c.png"], [0, 2]),
+        ([{"frame_id": 1, "prev_image_id": -1}, {"frame_id": 2, "prev_image_id": 7}], (), [0, 1]),
+        ([{"frame_id": 0}, {"frame_id": 3}], (), [0, 3]),
+    ],
+)
+def test_frames_of_cocos_images(
+    names: list[str | dict[str, Any]], files: Sequence[str], expected: list[int], tmp_path: Path
+) -> None:
+    facts = FilmFacts(source="film", width=320, height=240, files=files)
+    assert frames(registry.read(coco(tmp_path, names), "coco", facts)) == expected
+
+
+def cvat(folder: Path, meta: str, content: str) -> Path:
+    path = folder / "a.xml"
+    path.write_text(f"<annotations><meta>{meta}</meta>{content}</annotations>")
+    return path
+
+
+TASK = (
+    "<task><size>2</size>"
+    "<original_size><width>320</width><height>240</height></original_size></task>"
+)
+BOX = (
+    '<box frame="0" keyframe="1" outside="0" occluded="0" xtl="30" ytl="60" xbr="70" ybr="80" {}/>'
+)
+BONES = '<skeleton {}><points label="1" outside="0" occluded="0" points="1,2"/></skeleton>'
+
+
+def track(number: int, task: int | None = None, shape: str = BOX.format("")) -> str:
+    of = "" if task is None else f' task_id="{task}"'
+    return f'<track id="{number}" label="car"{of}>{shape}</track>'
+
+
+def test_what_cvat_rotates_is_the_same_in_its_files(tmp_path: Path) -> None:
+    of_coco = registry.read(
+        coco(tmp_path, ["frame_000000.PNG"], attributes={"rotation": 30.0}), "coco", FILM
+    )
+    turned = track(0, shape=BOX.format('rotation="30"'))
+    of_xml = registry.read(cvat(tmp_path, TASK, turned), "cvat", FILM)
+    (one,), (other,) = (next(iter(each)).objects for each in (of_coco, of_xml))
+    assert one.ellipse == pytest.approx(other.ellipse)
+    assert one.ellipse.theta == pytest.approx(0.5235988)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        track(0) + track(1, shape=BONES.format('frame="0" keyframe="1"')),
+        f'<image id="0" name="a.png">{BOX.format("")}{BONES.format("")}</image>',
+    ],
+)
+def test_skeletons_are_left_out(content: str, tmp_path: Path) -> None:
+    found = registry.read(cvat(tmp_path, TASK, content), "cvat", FilmFacts())
+    assert [len(row.objects) for row in found][:1] == [1]
+    assert found.left_out == ["1 skeleton"]
+
+
+@pytest.mark.parametrize(
+    ("more", "left_out", "count"),
+    [
+        ({"bbox": [0, 0, 0, 0], "keypoints": [0, 0, 0], "num_keypoints": 0}, "1 skeleton", 0),
+        ({"keypoints": [35, 65, 2], "num_keypoints": 1}, "", 1),
+        ({"rotation": 0.5}, "1 angle beside a box, of which no rule is known", 1),
+    ],
+)
+def test_points_and_angles_of_coco(
+    more: dict[str, Any], left_out: str, count: int, tmp_path: Path
+) -> None:
+    found = registry.read(coco(tmp_path, ["frame_000000.PNG"], **more), "coco", FILM)
+    assert ["; ".join(found.left_out), len(frames(found))] == [left_out, count]
+
+
+def test_a_project_of_one_task_is_read(tmp_path: Path) -> None:
+    meta = f"<project><tasks>{TASK}</tasks></project>"
+    found = registry.read(cvat(tmp_path, meta, track(0, 5) + track(1, 5)), "cvat", FilmFacts())
+    assert (found.head.width, len(next(iter(found)).objects)) == (320, 2)
+
+
+def yolo(folder: Path, names: str, **texts: str) -> Path:
+    (folder / "labels").mkdir()
+    (folder / "data.yaml").write_text(names)
+    for name, text in texts.items():
+        (folder / "labels" / f"{name.replace('__', '.')}.txt").write_text(text)
+    return folder
+
+
+LINE = "1 0.5 0.5 0.1 0.1\n"
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "names: [person, 'a, b']\n", "names: {0: person, 1: 'a, b'}", "{nc: 2, names: [x, 'a, b']}",
+        "# names: [x]\nnames:\n  0: person # them\n  1: a, b\nval: x\n",
+        'names:\n- x\n- "a, \\u0062"', "names: [\n  x,\n  'a, b',\n]\n",
+    ],
+)  # fmt: skip
+def test_names_of_classes_in_yaml(names: str, tmp_path: Path) -> None:
+    found = registry.read(yolo(tmp_path, names, frame_000000=LINE), "yolo", FILM)
+    assert [each.label for row in found for each in row.objects] == ["a, b"]
+
+
+def test_a_hash_behind_the_number_of_a_frame_is_no_number(tmp_path: Path) -> None:
+    name = "street_12_jpg__rf__4f3e2a19b"
+    assert frames(registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)) == [12]
+
+
+def _coco(*names: str | dict[str, Any], **more: Any) -> Any:
+    return lambda folder: ("coco", coco(folder, names, **more))
+
+
+def _task(**task: Any) -> Any:
+    return lambda folder: ("label-studio", labeled(folder, task))
+
+
+def _cvat(meta: str, content: str) -> Any:
+    return lambda folder: ("cvat", cvat(folder, meta, content))
+
+
+def _yolo(names: str, **texts: str) -> Any:
+    return lambda folder: ("yolo", yolo(folder, names, **texts))
+
+
+@pytest.mark.parametrize(
+    ("made", "reason"),
+    [
+        (_task(annotations=[SEEN, SEEN]), "2 annotations, as of several people"),
+        (_task(annotations=[CANCELLED], predictions=[SEEN]), "annotations are cancelled"),
+        (_task(predictions=[SEEN, SEEN]), "2 predictions"),
+        (_task(annotations=[{"result": [region(25, 40)]}]), "a film of 40 frames"),
+        (_task(annotations=[{"result": [region(12.5, 60)]}]), "a film of 60 frames"),
+        (_task(annotations=[{"result": [region(turned=400)]}]), "rotation is 400"),
+        (_coco({"file_name": "1.png", "video_id": 1}, {"file_name": "2.png", "video_id": 2}),
+         "several films, by their video_id"),
+        (_coco("a/1.png", "b/2.png"), "several films, by their folder"),
+        (_coco("1.png", {"file_name": "2.png", "width": 640}), "several films, by their size"),
+        (_coco("frame_000000.PNG", "frame_000000.PNG"), "several of its images have one number"),
+        (_coco("frame_000000.PNG", "frame_000000_1.PNG"), "a project's second video"),
+        (_coco("frame-4f3e2a19.png"), "ends in a hash"),
+        (_coco("video1_frame_0001.png", "video2_frame_0001.png"), "have one number"),
+        (_coco("1.png", attributes={"track_id": "a7"}), "track_id is 'a7'"),
+        (_coco("1.png", category_id=4), "category 4 is missing"),
+        (_coco("1.png", attributes={"rotation": 400}), "rotation is 400"),
+        (_cvat("", track(0, 1) + track(1, 2)), "2 tasks of a project"),
+        (_cvat(f"<project><tasks>{2 * TASK}</tasks></project>", track(0)), "2 tasks of a project"),
+        (_cvat(TASK, '<image id="0"><points occluded="0" points=""/></image>'), "has no points"),
+        (_cvat(TASK, track(0, shape=BOX.format('rotation="-400"'))), "rotation is -400"),
+        (_yolo("names: [car]", frame_000000=LINE), "no class 1"),
+        (_yolo("names: [car", frame_000000=LINE), "the list of names has no end"),
+        (_yolo("", frame_000000="0 .1 .1 .2 .1 .2 .2 .1 .2\n"), "turned boxes and poses"),
+        (_yolo("", frame_000000_1=LINE), "a project's second video"),
+        (_yolo("", **{"img-4f3e2a19": LINE}), "ends in a hash"),
+    ],
+)  # fmt: skip
+def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) -> None:
+    name, path = made(tmp_path)
+    with pytest.raises(SourceError) as raised:
+        registry.read(path, name, FILM)
+    assert reason in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
+        ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
+    ],
+)
+def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(SourceError, match=reason):
+        registry.recognized(tmp_path / "a.json")
+
+
+def test_identities_of_coco_begin_with_one(tmp_path: Path) -> None:
+    found = registry.read(coco(tmp_path, ["1.png"], attributes={"track_id": 0}), "coco", FILM)
+    assert [each.identity for row in found for each in row.objects] == [1]
