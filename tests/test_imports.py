@@ -41,7 +41,7 @@ A package may import from the groups before its own; core and kernels do not kno
 LINES = {
     "core": 3015, "kernels": 220, "video": 2780, "cues": 1930, "sot": 6260, "mot": 7415,
     "testing": 305, "synthetic": 1120, "rows": 795, "output": 2215, "correction": 2100,
-    "formats": 3055, "cluster": 2185, "services": 330, "studio": 4620, "cli": 6610, "filtering": 75,
+    "formats": 3065, "cluster": 2185, "services": 330, "studio": 4620, "cli": 6610, "filtering": 75,
     "lab": 8830,
 }  # fmt: skip
 """Most lines of Python in each package; docs/architecture.md has what they should be."""
