@@ -30,7 +30,7 @@ def test_a_text_comes_back_and_is_no_formula(text: str) -> None:
         assert float(cell) == float(text)  # a number, which is none either
 
 
-@pytest.mark.parametrize("name", FORMULAS)
+@pytest.mark.parametrize("name", [name for name in FORMULAS if "\t" not in name])
 def test_names_of_classes_are_no_formulas(name: str, tmp_path: Path) -> None:
     place = Ellipse.from_box((-9, 9, 20, 30))
     rows = recording_of(FACTS, [(0, ObjectRow(1, place, 1.0, Status.TRACKING, label=name))])

@@ -119,7 +119,7 @@ def test_a_label_that_no_tool_takes(
 ) -> None:
     for command in (["track", str(film), "--init", "60,40,20,30"], ["watch", str(film)]):
         assert main([*command, "-o", str(tmp_path / "a.json"), "--label", label]) == 2
-        assert capfd.readouterr()[1].splitlines()[-1].startswith("motes: error: --label is ")
+        assert capfd.readouterr()[1].splitlines()[-1].startswith("motes: error: --label: ")
     assert list(tmp_path.iterdir()) == []
 
 

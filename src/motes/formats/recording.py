@@ -139,7 +139,7 @@ def recording_of(
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
-        if each.label is not None:
+        if each.label:
             check_label(each.label)
         nameless = each.label is None and facts.label != LABEL
         named = structs.replace(each, label=facts.label) if nameless else each

@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
@@ -164,8 +166,6 @@ NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 """Formats of numbers alone, which the ending of a name tells apart."""
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
-_ROW = re.compile(r'\{[^{}\[\]]*"frame":[^{}\[\]]*\}$')
-"""A row in JSON."""
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
 _TASK = re.compile(r'"(annotations|predictions|data)"\s*:')
 """What results of COCO have, and tasks of Label Studio."""
@@ -267,7 +267,7 @@ def _of_text(head: bytes, path: Path) -> str | None:
         raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
-        return "jsonl" if found == "coco" and _ROW.match(first) else found
+        return "jsonl" if found == "coco" and _is_row(first) else found
     titles = next(csv.reader([first]), [])
     if titles[:1] == ["film"] or titles[:5] == ["frame", "x", "y", "width", "height"]:
         return "keyframes"
@@ -282,6 +282,14 @@ def _of_text(head: bytes, path: Path) -> str | None:
                 f"its columns are separated by {mark!r}; write commas, and decimal points"
             )
     return _of_numbers(first, path)
+
+
+def _is_row(line: str) -> bool:
+    """Return whether a line is a row in JSON, or the beginning of one of motes."""
+    try:
+        return "frame" in msgspec.json.decode(line, type=dict[str, Any])
+    except (msgspec.MsgspecError, RecursionError):
+        return line.startswith('{"frame"')
 
 
 def _of_numbers(line: str, path: Path) -> str | None:

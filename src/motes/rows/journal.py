@@ -61,7 +61,7 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
             float(track.confidence),
             track.status,
             each.occluded_by,
-            None if each.label is None else check_label(each.label),
+            check_label(each.label) if each.label else None,
             more={**further},
             distance=finite(track.distance),
             effective_sample_size=finite(track.effective_sample_size),
