@@ -56,6 +56,14 @@ export function field(label, control, properties = {}) {
   return element("label", { class: "field", ...properties }, element("span", {}, label), control);
 }
 
+/** Return a form in which Enter presses the main button; nothing is sent by itself. */
+export function form(...children) {
+  const made = element("form", { novalidate: true, onsubmit: (event) => event.preventDefault() }, ...children);
+  const main = made.querySelector("button.main");
+  if (main) main.type = "submit";
+  return made;
+}
+
 /** Replace what is in a parent; nothing is touched where the nodes are the same. */
 export function fill(parent, ...children) {
   parent.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
