@@ -380,7 +380,8 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
 def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
     one = begin(client)
     with looking(client, one) as page, looking(client, begin(client)):
-        assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
+        anew = {"film": "film.mkv", "anew": True}
+        assert "2 sessions" in error(client.post("/api/sessions", json=anew))
         first = page.drawn(preset="nummiaro", config=SLOW)
         second = page.drawn()
         job = page.do("track", objects=[first]).job

@@ -16,10 +16,11 @@ let numbered = 0;
  */
 export function show(title, body, footer = []) {
   const id = `dialog-${(numbered += 1)}`;
+  const fields = form(element("div", { class: "body" }, body), footer.length ? element("footer", {}, footer) : null);
+  fields.querySelector("input, select, button")?.setAttribute("autofocus", "");
   const dialog = element("dialog", { "aria-labelledby": id },
     element("header", {}, element("h2", { id }, title), button("Close", () => dialog.close(), { picture: "close" })),
-    form(element("div", { class: "body" }, body), footer.length ? element("footer", {}, footer) : null));
-  dialog.querySelector("form :is(input, select, button)")?.setAttribute("autofocus", "");
+    fields);
   const said = document.getElementById("said"); // what is behind a dialog cannot be pressed, and is not read
   dialog.addEventListener("close", () => {
     dialog.remove();

@@ -56,12 +56,15 @@ export function field(label, control, properties = {}) {
   return element("label", { class: "field", ...properties }, element("span", {}, label), control);
 }
 
-/** Return a form in which Enter presses the main button; nothing is sent by itself. */
+/** Return a part of the page in which Enter in a field presses the main button. */
 export function form(...children) {
-  const made = element("form", { novalidate: true, onsubmit: (event) => event.preventDefault() }, ...children);
-  const main = made.querySelector("button.main");
-  if (main) main.type = "submit";
-  return made;
+  return element("div", { onkeydown(event) {
+    const { key, target, currentTarget } = event;
+    const main = currentTarget.querySelector("button.main");
+    if (key !== "Enter" || !main || !target.matches("input:not([type=file]), select")) return;
+    event.preventDefault(); // a menu would open
+    main.click();
+  } }, ...children);
 }
 
 /** Replace what is in a parent; nothing is touched where the nodes are the same. */
