@@ -73,7 +73,8 @@ def size(path: Path) -> int:
     with _opened(path) as file:
         about = file.metadata
         groups = [about.row_group(i).total_byte_size for i in range(about.num_row_groups)]
-        return max(sum(groups), VALUE * int(about.num_rows) * int(about.num_columns))
+        found: int = max(sum(groups), VALUE * about.num_rows * about.num_columns)
+        return found
 
 
 @contextlib.contextmanager
