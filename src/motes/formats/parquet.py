@@ -47,19 +47,16 @@ def _kind(name: str) -> type:
 
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a table that `write` made."""
-    pyarrow = _pyarrow()
+    nested = _pyarrow().types.is_nested
     with _opened(path) as file:
         names = file.schema_arrow.names
         if "frame" not in names:
             raise FormatError(f"its columns are {', '.join(names)[:200]}; it needs one frame")
         for field in file.schema_arrow:
-            if pyarrow.types.is_nested(field.type):
+            if nested(field.type):
                 raise FormatError(f"its column {field.name[:80]} holds lists; leave it out")
-        try:
-            rows = (row for batch in file.iter_batches(BATCH) for row in batch.to_pylist())
-            return recording_of_rows(rows, names, facts)
-        except pyarrow.ArrowException as error:
-            raise FormatError(f"it is not a table of Parquet: {error}") from None
+        rows = (row for batch in file.iter_batches(BATCH) for row in batch.to_pylist())
+        return recording_of_rows(rows, names, facts)
 
 
 def size(path: Path) -> int:
@@ -79,11 +76,14 @@ def size(path: Path) -> int:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open a table, of which nothing but its metadata is read."""
+    """Open a table, of which nothing but its metadata is read at first."""
     pyarrow = _pyarrow()
     try:
-        file = pyarrow.parquet.ParquetFile(path)
-    except (pyarrow.ArrowException, ValueError) as error:
+        with pyarrow.parquet.ParquetFile(path) as file:
+            yield file
+    except MemoryError:  # which is one of Arrow's too
+        raise
+    except (pyarrow.ArrowException, OSError) as error:
+        if getattr(error, "errno", None):
+            raise
         raise FormatError(f"it is not a table of Parquet: {error}") from None
-    with file:
-        yield file

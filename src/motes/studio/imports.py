@@ -109,7 +109,8 @@ def recording(
             if zipped:
                 path = _unpacked(path, Path(folder), most)
             form = form or registry.recognized(path)
-            if form == "parquet" and (size := parquet.size(path)) > most:
+            packed = form == "parquet" and path.is_file()
+            if packed and (size := parquet.size(path)) > most:
                 raise FormatError(
                     f"{name} holds {size >> 20} MB of rows, more than {most >> 20} MB; send less."
                 )
