@@ -65,6 +65,7 @@ def read_file(place: Workplace, path: str, form: str | None, film: OpenFilm, mos
     """
     given, times = Path(path), place.film.times
     recorded, known = recording(given, form, film, [*map(text_name, place.film.files)], most)
+    place.check()
     targets, tables = taken(recorded, known, times, given.stem)
     found = Taken(targets, [pack(table) for table in tables], [*recorded.left_out])
     return msgspec.msgpack.encode(found)

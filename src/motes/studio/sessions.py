@@ -66,8 +66,8 @@ class LiveSession:
         """Whether the film is known to be damaged, and is read as a whole."""
         workers = partial(FilmWorker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
-        self._pictures = WorkerPool(partial(workers, background=False), most=1)
-        self._files = WorkerPool(workers, most=1)
+        waited_for = partial(workers, background=False)
+        self._pictures, self._files = (WorkerPool(waited_for, most=1) for _ in range(2))
         self.facts: OpenFilm
         self.times: list[float]
         self.files: list[str]
