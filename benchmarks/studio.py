@@ -103,7 +103,7 @@ class Page:
     """A page: it takes all that comes, and knows when a job has ended."""
 
     def __init__(self, client: httpx.Client, film: str) -> None:
-        found = client.post("/api/sessions", json={"film": film}).json()
+        found = client.post("/api/sessions", json={"film": film, "anew": True}).json()
         assert "id" in found, found
         self.session, self.frames = found["id"], found["film"]["frames"]
         address = str(client.base_url).replace("http", "ws").rstrip("/")

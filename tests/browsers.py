@@ -115,7 +115,8 @@ class Shown:
 
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
         """Open a film in a new session, with a quick tracker; return the session's name."""
-        self.page.get_by_label("Films", exact=True).get_by_role("button", name=name).click()
+        entry = self.page.get_by_label("Films", exact=True).locator("li").filter(has_text=name)
+        entry.get_by_role("button").last.click()  # "New session of …", if there is one already
         self.until("s.pictured === 0")
         self.take(tracker)
         return str(self.state("s.session.id"))

@@ -230,6 +230,6 @@ def looking(client: httpx.Client, session: str) -> Iterator[Page]:
 
 def begin(client: httpx.Client, name: str = "film.mkv") -> str:
     """Make a session, and return its name."""
-    answer = client.post("/api/sessions", json={"film": name})
+    answer = client.post("/api/sessions", json={"film": name, "anew": True})
     assert answer.status_code == 201, answer.text
     return str(answer.json()["id"])

@@ -158,3 +158,10 @@ def test_its_steps_lead_to_a_command(tmp_path: Path) -> None:
     shell(f"{entry} track film.mp4 --init {box} -o track.csv", folder)
     assert len((tmp_path / "data" / "track.csv").read_text().splitlines()) == 6
     assert "motes COMMAND" in shell(f"{entry} {' '.join(json.loads(last('CMD')))}", folder)
+
+
+def test_what_is_published_is_made_by_actions_that_cannot_change() -> None:
+    text = (ROOT / ".github/workflows/release.yml").read_text()
+    actions = re.findall(r"uses: (\S+)", text)
+    assert actions
+    assert all(re.fullmatch(r"[\w./-]+@[0-9a-f]{40}", each) for each in actions)

@@ -448,11 +448,11 @@ PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "left": [10.0, 12.5], "top": [1
         ("left", [10.0, float("nan")], "row 2: it has no left"),
         ("left", [10.0, float("inf")], "row 2: a number of the object is not finite"),
         ("left", [10.0, 1e300], "row 2: a number of the object"),
-        ("left", [[1], [2]], "row 1: "),
+        ("left", [[1], [2]], "column left holds lists"),
         ("width", [9.0, 0.0], "row 2: an object of 0x9 pixels has no area"),
         ("id", [1.0, 1.5], "row 2: '1.5' is not a whole number"),
         ("time", [0.0, float("inf")], "frame 1 has the time inf"),
-        ("speed", [[1], [2]], "row 1: speed is not a number"),
+        ("speed", [[1], [2]], "column speed holds lists"),
     ],
 )
 def test_parquet(column: str, values: list[object] | None, message: str, convert: Convert) -> None:

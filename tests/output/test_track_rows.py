@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
+from motes.rows.journal import Header
 from motes.rows.schema import BOX, COLUMNS, ELLIPSE, Form, form_of
-from motes.rows.writer import Lines, TrackWriter, check_writable
+from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 
 DIGITS = {"time": 6, "effective_sample_size": 2} | dict.fromkeys((*BOX, *ELLIPSE[:-1]), 3)
 
@@ -132,6 +133,20 @@ def test_a_place_without_permission_is_refused(
     monkeypatch.setattr("os.access", lambda *_: False)  # root may write anywhere
     with pytest.raises(FormatError, match="no permission; choose another place"):
         check_writable(tmp_path / "r.csv")
+
+
+def test_two_runs_do_not_write_one_file(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    late = TrackWriter(path)
+    write(path, rows(4))
+    before = path.read_bytes()
+    for second in (
+        lambda: late.write(*rows(1)[0]),
+        lambda: JournalWriter(path, Header("film", 9, 9, "x")),
+    ):
+        with pytest.raises(FormatError, match="another run writes it"):
+            second()
+    assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize("another", [True, False])

@@ -11,6 +11,7 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 from PIL import Image
@@ -18,6 +19,7 @@ from PIL import Image
 from brokers import wait_until
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box, iou
+from motes.core.worker import WorkerLine
 from motes.services import cvat_agent, label_studio
 from motes.synthetic.clips import crowd
 
@@ -93,7 +95,7 @@ def request(truth: Box, frame: int, film: str = "/data/upload/cells") -> dict[st
 
 def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[str]) -> None:
     truths = [truth for _, truth in frames(8)]
-    answering = label_studio.server("127.0.0.1", 0, videos, "default")
+    answering = label_studio.Backend("127.0.0.1", 0, videos, "default")
     thread = threading.Thread(target=answering.serve_forever)
     thread.start()
     before = threading.active_count()
@@ -144,7 +146,7 @@ def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[
 
 def test_a_port_that_label_studio_cannot_have(videos: Path) -> None:
     with pytest.raises(ConfigError, match="choose another host or port"):
-        label_studio.server("127.0.0.1", 99999, videos, "default")
+        label_studio.Backend("127.0.0.1", 99999, videos, "default")
 
 
 def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> None:
@@ -204,3 +206,38 @@ def test_a_target_ends_where_its_rectangle_is_switched_off(videos: Path) -> None
     answer = label_studio.predict(json.dumps(asked).encode(), videos)
     last = answer["results"][0]["result"][0]["value"]["sequence"][-1]
     assert (last["frame"], last["enabled"]) == (5, False)
+
+
+@pytest.mark.parametrize("name", ["x", "width", "rotation", "frame"])
+def test_huge_numbers_are_refused(name: str, videos: Path) -> None:
+    for number in ("1e308", "-1e308", "1e20", "9" * 400, "NaN"):
+        asked = request(Box(10, 10, 20, 20), 1)
+        (key,) = asked["params"]["context"]["result"][0]["value"]["sequence"]
+        key[name] = "here"
+        with pytest.raises(ConfigError):
+            label_studio.predict(json.dumps(asked).replace('"here"', number).encode(), videos)
+
+
+def _slow(_: WorkerLine, body: bytes, files: Path, preset: str) -> bytes:
+    (files / f"begun {preset}").write_bytes(body)
+    wait_until((files / "go").exists)
+    return b'[200,{"results":[]}]'
+
+
+def test_health_is_told_while_the_tracker_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(label_studio, "_predicted", _slow)
+    monkeypatch.setattr(label_studio, "WAITING", 1)
+    with label_studio.Backend("127.0.0.1", 0, tmp_path, "default").start() as answering:
+        ask = httpx.Client(base_url=answering.address, timeout=600)
+        answers: list[httpx.Response] = []
+        asking = threading.Thread(target=lambda: answers.append(ask.post("predict", content=b"1")))
+        asking.start()
+        wait_until((tmp_path / "begun default").exists)
+        assert ask.get("health").status_code == 200
+        assert ask.post("predict").status_code == 503
+        (tmp_path / "go").touch()
+        asking.join()
+        assert [answer.status_code for answer in answers] == [200]
+        answering.shutdown()

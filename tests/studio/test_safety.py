@@ -11,7 +11,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -109,6 +109,26 @@ def test_an_animation_alone_is_a_film_and_one_picture_is_none(tmp_path: Path) ->
         pictures[0].save(path, save_all=True, append_images=pictures[1:count])
     films = Films(tmp_path, tmp_path / "uploads", Limits())
     assert [each.name for each in films.listed() if not each.uploaded] == ["moves/a.webp"]
+
+
+def test_uploads_that_are_damaged_or_many_do_not_end_the_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    films = Films(None, tmp_path, Limits())
+    (tmp_path / "a.png").write_bytes(b"")
+
+    def broken(_: Path) -> None:
+        raise SyntaxError("broken PNG file")  # as Pillow raises
+
+    monkeypatch.setattr(Image, "open", broken)
+    assert films.listed() == []
+    monkeypatch.setattr("motes.studio.films.MOST", 1)
+    with pytest.raises(FormatError, match="sent already"):
+        loops.run(films.upload("b.mp4", 1, _nothing()), PATIENCE)
+
+
+async def _nothing() -> AsyncIterator[bytes]:
+    yield b""
 
 
 @pytest.mark.parametrize(
@@ -373,6 +393,9 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
             assert len(reply.error) < 400
         huge = {"frame": 0, "region": (1e300, 0, 1e300, 5), "name": "x", "color": "#000000"}
         assert page.ask("add_object", **huge).error
+        for points in ([1e300, 0, 9, 0, 9, 9], [float(i % 7) for i in range(400)]):
+            said = page.ask("set_places", places={"zones": [{"points": points}]}).error
+            assert "zones[0].points" in str(said)
     big = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"0" * 20_000)
     assert "larger" in error(big)
     assert "request" in error(client.post("/api/sessions", content=b"{"))
@@ -382,7 +405,8 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
 def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
     one = begin(client)
     with looking(client, one) as page, looking(client, begin(client)):
-        assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
+        anew = {"film": "film.mkv", "anew": True}
+        assert "2 sessions" in error(client.post("/api/sessions", json=anew))
         first = page.drawn(preset="nummiaro", config=SLOW)
         second = page.drawn()
         job = page.do("track", objects=[first]).job

@@ -8,9 +8,13 @@ import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import httpx
 import msgspec
+import numpy as np
+import pyarrow.parquet
 import pytest
 from PIL import Image
 
@@ -22,6 +26,7 @@ from motes.rows.journal import FrameRow, Header, ObjectRow
 from motes.rows.writer import JournalWriter
 from motes.studio import exports, messages
 from motes.studio.safety import Limits
+from motes.studio.scenes import ScenePart
 from onnx_trackers import save_pair
 from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
@@ -70,6 +75,19 @@ def zipped(files: dict[str, bytes]) -> bytes:
         for name, data in files.items():
             archive.writestr(name, data)
     return out.getvalue()
+
+
+def table(count: int, **columns: list[Any]) -> bytes:
+    """Return rows as Parquet, which needs hardly a byte for each."""
+    out, zeros = io.BytesIO(), np.zeros(count, np.int64)
+    pyarrow.parquet.write_table(pyarrow.table({"frame": zeros, "x": zeros, **columns}), out)
+    return out.getvalue()
+
+
+def crowded(count: int) -> bytes:
+    """Return rows of as many objects in one frame."""
+    lines = (f"0,0,{identity},5,5,9,9" for identity in range(count))
+    return "\n".join(["frame,time,id,left,top,width,height", *lines, ""]).encode()
 
 
 class Both:
@@ -350,6 +368,11 @@ def test_every_format_that_is_written_is_read_back(
         ("a.json", b'{"images":3}', "a.json: Expected `array`, got `int`"),
         ("a-csv", b"frame,time,left,top,width,height\n", "a-csv ends neither in .csv nor in"),
         ("b.csv.run.json", b'{"form": 2}', "b.csv.run.json is the history beside rows;"),
+        ("a.parquet", table(10**6), "a.parquet holds 15 MB of rows, more than 1 MB"),
+        ("a.parquet", b"PAR1" + bytes(9) + b"PAR1", "it is not a table of Parquet"),
+        ("a.parquet", table(2, more=[[0] * 9] * 2), "its column more holds lists"),
+        ("a.zip", zipped({"a/" * 99 + "1.txt": LABELS}), "folders in folders, too many"),
+        ("a.csv", crowded(51), "has 51 objects, and a session has 50 at most"),
     ],
     ids=[
         "anonymous",
@@ -362,6 +385,11 @@ def test_every_format_that_is_written_is_read_back(
         "json",
         "name",
         "history",
+        "unpacked",
+        "no table",
+        "lists",
+        "deep",
+        "crowd",
     ],
 )
 def test_what_cannot_be_imported_is_one_line(
@@ -418,6 +446,27 @@ def test_a_job_is_stopped(page: Page) -> None:
     page.tracked(number)
 
 
+def test_what_is_not_tracked_to_its_end_is_said_or_left_out(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    page, address = both.page, f"/api/sessions/{session}/export"
+    number = page.drawn(preset="nummiaro", config=SLOW)
+    assert "track one first" in client.get(address).json()["error"]
+    page.do("set_absent", object=number, first=1, last=2)
+    job = page.do("track").job
+    page.until(lambda: 3 in page.rows.get(number, {}))
+    for options in ({}, {"object": number}):
+        assert "is being tracked; wait" in client.get(address, params=options).json()["error"]
+    page.do("stop", job=job)
+    page.until(lambda: page.of(messages.Progress)[-1].status == "stopped")
+    rows = [line.split(",") for line in both.exported(number).decode().splitlines()]
+    states = [row[rows[0].index("status")] for row in rows[1:]]
+    assert states[:3] == ["tracking", "absent", "absent"]
+    whole = page.drawn(name="whole")
+    page.tracked(whole)
+    assert both.get("export").content == both.exported(whole)
+
+
 def test_errors_are_replies(page: Page) -> None:
     number = page.drawn()
     for kind, fields, word in (
@@ -436,15 +485,27 @@ def test_errors_are_replies(page: Page) -> None:
     assert page.item(number).preset == "mean_shift"
 
 
-def test_a_network_of_the_configuration_joins_the_tracker(both: Both) -> None:
-    page = both.page
-    files = json.dumps(save_pair(both.at))
-    number = page.drawn(preset="default", config=f"network.files = {files}")
-    page.tracked(number)
-    assert both.repeated(number, "rows.csv") == both.exported(number)
-    alone = page.drawn(preset="default")
-    page.tracked(alone)
-    assert page.rows[alone] != page.rows[number]
+def test_a_configuration_names_the_networks_of_the_owner_alone(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Files that are there, empty or missing are not told apart, and none of them is read."""
+    files, others = save_pair(tmp_path), ("/etc/passwd", "/dev/null", "/nowhere", "head.onnx")
+    with running(folder, tmp_path / "data", limits=Limits(networks=files)) as client:
+        session = begin(client)
+        with looking(client, session) as page:
+            alone = page.drawn(preset="default")
+            given = {"preset": "default", "name": "x", "color": "#000000", "frame": 0}
+            asked = [
+                page.ask(kind, config=f"network.files = {json.dumps([*files[:1], other])}", **more)
+                for other in others
+                for kind, more in (("add_object", {**given, "region": BOX}),
+                                   ("change_object", {"object": alone}))
+            ]  # fmt: skip
+            (said,) = {each.error for each in asked}
+            assert "motes studio --network" in str(said)
+            number = page.drawn(preset="default", config=f"network.files = {json.dumps(files)}")
+            page.tracked(number, alone)
+            assert page.rows[alone] != page.rows[number]
 
 
 def test_presets_and_formats(client: httpx.Client) -> None:
@@ -498,13 +559,16 @@ def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> N
     assert [classes(object=number)[0] for number in numbers] == classes()
 
 
-def test_a_guess_is_not_exported_as_seen() -> None:
-    place = Ellipse(50, 40, 9, 9, 0)
+def test_a_guess_is_not_exported_as_seen(tmp_path: Path) -> None:
+    there = Ellipse(50, 40, 9, 9, 0)
     states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
     rows = [
-        FrameRow(i, i / 25, (ObjectRow(1, place, 0.9, state),)) for i, state in enumerate(states)
+        FrameRow(i, i / 25, (ObjectRow(1, there, 0.9, state),)) for i, state in enumerate(states)
     ]
+    part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
-    data, said = exports.recorded_file("coco", film, [], rows)
-    found = [each["attributes"]["occluded"] for each in json.loads(data)["annotations"]]
-    assert (found, said[:15]) == ([False, True, False], "1 guess marked ")
+    place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
+    said = exports.write_scene(place, str(tmp_path / "n.json"), "coco", film, [part])
+    annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
+    found = [each["attributes"]["occluded"] for each in annotations]
+    assert (found, said[:15]) == ([False, True, False], b"1 guess marked ")

@@ -38,7 +38,7 @@ def label_studio(
     port
         Port to listen at.
     """
-    from motes.services.label_studio import server
+    from motes.services.label_studio import Backend
     from motes.sot.presets import preset as preset_of
 
     preset_of(preset)
@@ -46,7 +46,7 @@ def label_studio(
         raise SourceError(f"There is no folder {files}; give that of the videos.")
     if not 0 < port < 65536:
         raise ConfigError(f"--port is {port}; give 1 to 65535.")
-    with server(host, port, files, preset) as answering:
+    with Backend(host, port, files, preset) as answering:
         address = address_of(host, port).rstrip("/")
         log(f"Label Studio finds the tracker at {address}; Ctrl-C ends it.")
         answering.serve_forever()

@@ -9,7 +9,7 @@ from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.messages import log
-from motes.cli.options import FLAG
+from motes.cli.options import FLAG, FileName
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 
 app = App(name="studio", help_format="plaintext")
@@ -23,6 +23,7 @@ def studio(
     host: str = "127.0.0.1",
     port: int = 8765,
     data: Path | None = None,
+    network: FileName | None = None,
     headless: Annotated[bool, FLAG] = False,
 ) -> int:
     """Open a page in which tracks are made, seen and corrected, until Ctrl-C.
@@ -37,6 +38,9 @@ def studio(
         Port to listen at; 0 for any free one.
     data
         Folder of sessions and uploads. [default: the user's folder for data]
+    network
+        Trained network that configurations of the page may name, as in motes track:
+        backbone.onnx,head.onnx.
     headless
         Do not open a browser.
     """
@@ -53,5 +57,12 @@ def studio(
         raise SourceError(f"{folder} is not a folder; give that of the films.")
     if not 0 <= port < 65536:
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
-    serve(folder, host, port, data, log=log, browser=not headless, limits=Limits())
+    files: tuple[str, ...] = ()
+    if network is not None:
+        from motes.sot.network.network import Network, files_of
+
+        files = files_of(network)
+        Network(files=files).open()
+    limits = Limits(networks=files)
+    serve(folder, host, port, data, log=log, browser=not headless, limits=limits)
     return DONE

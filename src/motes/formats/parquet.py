@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,11 @@ from motes.core.optional import optional
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.rows import recording_of_rows, table_of
 from motes.rows.schema import TEXT, WHOLE
+
+BATCH = 1 << 14
+"""Rows that are unpacked at a time."""
+VALUE = 8
+"""Bytes of a value."""
 
 
 def _pyarrow() -> Any:
@@ -41,11 +47,43 @@ def _kind(name: str) -> type:
 
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a table that `write` made."""
+    nested = _pyarrow().types.is_nested
+    with _opened(path) as file:
+        names = file.schema_arrow.names
+        if "frame" not in names:
+            raise FormatError(f"its columns are {', '.join(names)[:200]}; it needs one frame")
+        for field in file.schema_arrow:
+            if nested(field.type):
+                raise FormatError(f"its column {field.name[:80]} holds lists; leave it out")
+        rows = (row for batch in file.iter_batches(BATCH) for row in batch.to_pylist())
+        return recording_of_rows(rows, names, facts)
+
+
+def size(path: Path) -> int:
+    """Return how many bytes the values of a table have, of which its file may have few.
+
+    Raises
+    ------
+    FormatError
+        If it is no table.
+    """
+    with _opened(path) as file:
+        about = file.metadata
+        groups = [about.row_group(i).total_byte_size for i in range(about.num_row_groups)]
+        found: int = max(sum(groups), VALUE * about.num_rows * about.num_columns)
+        return found
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a table, of which nothing but its metadata is read at first."""
     pyarrow = _pyarrow()
     try:
-        table = pyarrow.parquet.read_table(path)
-    except (pyarrow.ArrowException, ValueError) as error:
+        with pyarrow.parquet.ParquetFile(path) as file:
+            yield file
+    except MemoryError:  # which is one of Arrow's too
+        raise
+    except (pyarrow.ArrowException, OSError) as error:
+        if getattr(error, "errno", None):
+            raise
         raise FormatError(f"it is not a table of Parquet: {error}") from None
-    if "frame" not in table.column_names:
-        raise FormatError(f"its columns are {', '.join(table.column_names)}; it needs one frame")
-    return recording_of_rows(iter(table.to_pylist()), table.column_names, facts)

@@ -44,6 +44,14 @@ def check_writable(path: str | Path, overwrite: bool = False) -> None:
         raise FormatError(f"{path} cannot be written: no permission; choose another place.")
 
 
+def appeared(path: str | Path) -> FormatError:
+    """Return the error of a file that was not there when the run began."""
+    return FormatError(
+        f"{path} has appeared since this run began, so another run writes it; give each its own "
+        f"file."
+    )
+
+
 def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
     """Check that the file that is being written has not been deleted.
 
@@ -176,6 +184,8 @@ class Lines:
         self._size += len(data)
 
     def _failure(self, error: OSError) -> FormatError:
+        if isinstance(error, FileExistsError):
+            return appeared(self.name)
         name = "Standard output" if self.name == "-" else self.name
         return FormatError(
             f"{name} cannot be written: {error.strerror}; make room, or choose another place. The "
@@ -226,6 +236,8 @@ class JournalWriter(Lines):
     """
 
     def __init__(self, path: Path, head: Header) -> None:
+        if os.path.lexists(path):
+            raise appeared(path)
         super().__init__(str(path))
         try:
             self._encode(head)

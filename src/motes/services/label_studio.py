@@ -8,7 +8,9 @@ https://labelstud.io/guide/ml_create
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Mapping
+from functools import partial
 from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from motes import __version__
 from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
+from motes.core.worker import Alive, Answer, Done, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
@@ -32,6 +35,8 @@ from motes.video.sources import open_source
 
 SAME_RATE = 1e-3
 """Rates that differ by a smaller share are one: it is less than a frame in half a minute."""
+WAITING = 8
+"""Requests to predict that wait for their turn at once; there are connections for others then."""
 NOTHING = {"error": "There is nothing here; ask for /predict."}
 
 
@@ -203,13 +208,24 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
 def _region(key: label_studio.VideoKeyframe, facts: FilmFacts) -> Box | Ellipse:
     """Return where a rectangle was drawn; in one that is turned, the ellipse."""
     if key.rotation:
-        return label_studio.place_of(key, facts)
+        try:
+            return label_studio.place_of(key, facts)
+        except (ValueError, OverflowError) as error:
+            raise ConfigError(f"The rectangle in frame {key.frame} is none: {error}.") from None
     x, y = key.x / 100 * facts.width, key.y / 100 * facts.height
     return Box(x, y, key.width / 100 * facts.width, key.height / 100 * facts.height)
 
 
-def server(host: str, port: int, files: Path, preset: str) -> Server:
-    """Return the server of the backend; it answers in `serve_forever`.
+class Backend(Server):
+    """The server of the backend: it answers in `serve_forever`.
+
+    Requests to predict are answered one after another by a process of their own, so that all others
+    are answered meanwhile.
+
+    Parameters
+    ----------
+    host, port, files, preset
+        Where it listens; the folder of the videos and the preset of the trackers.
 
     Raises
     ------
@@ -217,31 +233,70 @@ def server(host: str, port: int, files: Path, preset: str) -> Server:
         If it cannot listen there.
     """
 
-    def get(request: BaseHTTPRequestHandler) -> None:
-        if urlsplit(request.path).path in ("/", "/health"):
-            _answer(request, 200, {"status": "UP", "model_class": version()})
-        else:
-            _answer(request, 404, NOTHING)
+    def __init__(self, host: str, port: int, files: Path, preset: str) -> None:
+        self._task = partial(_predicted, files=files, preset=preset)
+        self._room, self._turn = threading.BoundedSemaphore(WAITING), threading.Lock()
+        self._worker: Worker | None = None
+        super().__init__(host, port, _get, self._post)
 
-    def post(request: BaseHTTPRequestHandler, body: bytes) -> None:
+    def _post(self, request: BaseHTTPRequestHandler, body: bytes) -> None:
         path = urlsplit(request.path).path
         if path in ("/setup", "/validate"):
             _answer(request, 200, {"model_version": version()})
         elif path in ("/webhook", "/train"):  # there is nothing to train
             _answer(request, 201, {})
-        elif path == "/predict":
-            try:
-                found = predict(body, files, preset)
-            except MotesError as error:
-                _answer(request, 400, {"error": str(error)})
-            except Exception as error:  # else the client would only see that we hang up
-                _answer(request, 500, {"error": f"The tracker failed: {error!r}."})
-            else:
-                _answer(request, 200, found)
-        else:
+        elif path != "/predict":
             _answer(request, 404, NOTHING)
+        elif not self._room.acquire(blocking=False):
+            _answer(request, 503, {"error": f"{WAITING} requests wait already; try again later."})
+        else:
+            try:
+                with self._turn:
+                    answer = self._ask(body)
+            finally:
+                self._room.release()
+            _answer(request, *answer)
 
-    return Server(host, port, get, post)
+    def _ask(self, body: bytes) -> tuple[int, dict[str, Any]]:
+        """Return the status and the content of an answer to a request to predict."""
+        if self._worker is None:
+            self._worker = Worker(do_tasks)
+        self._worker.give(partial(self._task, body=body))
+        while isinstance(answer := receive(self._worker.pipe, Answer), Alive):
+            pass
+        if isinstance(answer, Done):
+            return msgspec.json.decode(answer.data, type=tuple[int, dict[str, Any]])
+        if isinstance(answer, Failed):
+            return 500, {"error": f"The tracker failed: {answer.error}"}
+        how = self._worker.cause()
+        self._end()
+        return 500, {"error": f"The tracker has ended ({how})."}
+
+    def _end(self) -> None:
+        if self._worker is not None:
+            self._worker.end()
+        self._worker = None
+
+    def server_close(self) -> None:
+        """Stop listening, and end the process."""
+        super().server_close()
+        self._end()
+
+
+def _predicted(line: WorkerLine, body: bytes, files: Path, preset: str) -> bytes:
+    """Return the status and the content of an answer, in JSON; a task."""
+    del line
+    try:
+        return json.dumps((200, predict(body, files, preset))).encode()
+    except MotesError as error:
+        return json.dumps((400, {"error": str(error)})).encode()
+
+
+def _get(request: BaseHTTPRequestHandler) -> None:
+    if urlsplit(request.path).path in ("/", "/health"):
+        _answer(request, 200, {"status": "UP", "model_class": version()})
+    else:
+        _answer(request, 404, NOTHING)
 
 
 def _answer(request: BaseHTTPRequestHandler, status: int, content: Mapping[str, Any]) -> None:

@@ -14,6 +14,8 @@ Toml = Annotated[str, Meta(max_length=1 << 16)]
 """The text of a configuration file; it takes the place of a preset."""
 Number = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 """A frame, an object, a job or a seed."""
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""A place in pixels or metres."""
 Few = Annotated[list[Number], Meta(max_length=100)]
 
 
@@ -127,7 +129,7 @@ class Watch(_Command, frozen=True, tag="watch"):
 class DrawnLine(msgspec.Struct, frozen=True):
     """A line whose crossings count: its ends, and its name."""
 
-    points: tuple[float, float, float, float]
+    points: tuple[Coordinate, Coordinate, Coordinate, Coordinate]
     name: Name = ""
     label: tuple[Name, Name] = ("in", "out")
 
@@ -135,13 +137,14 @@ class DrawnLine(msgspec.Struct, frozen=True):
 class DrawnZone(msgspec.Struct, frozen=True):
     """A polygon whose entries and exits count: x and y of its corners, and its name."""
 
-    points: Annotated[tuple[float, ...], Meta(min_length=6, max_length=400)]
+    points: Annotated[tuple[Coordinate, ...], Meta(min_length=6, max_length=100)]
     name: Name = ""
     dwell: Annotated[float, Meta(gt=0)] | None = None
 
 
 GroundPoints = Annotated[
-    tuple[tuple[float, float, float, float], ...], Meta(min_length=4, max_length=100)
+    tuple[tuple[Coordinate, Coordinate, Coordinate, Coordinate], ...],
+    Meta(min_length=4, max_length=100),
 ]
 """Points of the picture and their places on the ground: x, y in pixels, X, Y in metres."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -119,9 +119,16 @@ def _values(places: Places) -> dict[str, object]:
 
 
 def changed(
-    document: Document, command: commands.Command, film: OpenFilm, row_at: RowAt
+    document: Document,
+    command: commands.Command,
+    film: OpenFilm,
+    row_at: RowAt,
+    networks: Container[str] = (),
 ) -> tuple[Document, int | None]:
     """Return the document after a command, and the number of an object that is new or changed.
+
+    A configuration may name the files `networks` and no others: a page is not to learn which files
+    this computer has, nor to choose what is read.
 
     Raises
     ------
@@ -130,13 +137,13 @@ def changed(
     """
     match command:
         case commands.AddObject():
-            return _added(document, command, film)
+            return _added(document, command, film, networks)
         case commands.ChangeObject():
             names = ("name", "color", "preset", "config", "seed")
             given = {name: getattr(command, name) for name in names}
             given = {name: value for name, value in given.items() if value is not UNSET}
             target = replace(document.target(command.object), **given)
-            target.tracker  # noqa: B018
+            _check_tracker(target, networks)
             if not target.name.strip():
                 raise ConfigError("An object needs a name; give it one.")
             return _with(document, target), target.object
@@ -176,7 +183,18 @@ def appended(document: Document, target: DrawnTarget) -> Document:
     return replace(document, targets=(*document.targets, target), following=document.following + 1)
 
 
-def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> tuple[Document, int]:
+def _check_tracker(target: DrawnTarget, networks: Container[str]) -> None:
+    network = getattr(target.tracker, "network", None)
+    if network is not None and not all(file in networks for file in network.files):
+        raise ConfigError(
+            "The configuration names a network that this studio was not started with; its owner "
+            "names files with motes studio --network."
+        )
+
+
+def _added(
+    document: Document, command: commands.AddObject, film: OpenFilm, networks: Container[str]
+) -> tuple[Document, int]:
     _check_frame(command.frame, range(film.frames))
     region_within(command.region, film.width, film.height)
     number = document.following
@@ -184,7 +202,7 @@ def _added(document: Document, command: commands.AddObject, film: OpenFilm) -> t
         number, command.name or f"object {number}", command.color, command.preset,
         command.config, command.seed, 0, film.frames - 1, keys={command.frame: command.region},
     )  # fmt: skip
-    target.tracker  # noqa: B018
+    _check_tracker(target, networks)
     return appended(document, target), number
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import shlex
 import tempfile
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -20,12 +19,15 @@ from motes.core.track import Status, Track
 from motes.correction.history import FORMAT, History
 from motes.formats import registry
 from motes.formats.recording import LABEL, Recording
-from motes.rows.journal import FrameRow, Header, ObjectRow
-from motes.rows.schema import hindsight
+from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
+from motes.rows.schema import FORMS, hindsight
 from motes.studio.commands import Places, Watch
 from motes.studio.document import DrawnTarget, places_toml
 from motes.studio.messages import OpenFilm
-from motes.studio.scenes import watch_config
+from motes.studio.scenes import ScenePart, watch_config
+from motes.studio.tables import Table
+from motes.studio.tables import tracks as tracks_of
+from motes.studio.workplace import Workplace
 
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
@@ -68,13 +70,10 @@ def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[Frame
     return [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
 
 
-def recorded_file(
-    form: str, film: OpenFilm, files: Sequence[str], rows: Sequence[FrameRow], label: str = LABEL
-) -> tuple[bytes, str]:
-    """Return objects in a format of `motes convert`, a format of many files as ZIP; and a remark.
-
-    The film may have images: then `files` are their names, by frame. `label` is the class of
-    objects without one.
+def write_objects(
+    place: Workplace, path: str, form: str, film: OpenFilm, tables: Mapping[int, tuple[str, Table]]
+) -> bytes:
+    """Write the objects with these names and rows as a file of a format; a task.
 
     Raises
     ------
@@ -83,28 +82,78 @@ def recorded_file(
     FormatError
         If the format cannot hold them.
     """
-    known = registry.FORMATS.resolve(form)
+    found = {number: (name, tracks_of(table)) for number, (name, table) in tables.items()}
+    if len(found) > 1:
+        return _write(place, path, form, film, objects_rows(found))
+    ((name, only),) = found.values()
+    return _write(place, path, form, film, target_rows(only), class_of(name))
+
+
+def write_scene(
+    place: Workplace, path: str, form: str, film: OpenFilm, parts: Sequence[bytes]
+) -> bytes:
+    """Write the frames of the many-object mode as a file of a format; a task. As `write_objects`.
+
+    Parameters
+    ----------
+    parts
+        The JSON of `ScenePart`s.
+    """
+    found = (msgspec.json.decode(part, type=ScenePart) for part in parts)
+    frames = [row for part in found for row in part.frames]
+    if form in FORMS.values():  # as `motes watch` writes them: a row for each object
+        frames = [row for row in frames if row.objects]
+    return _write(place, path, form, film, frames)
+
+
+class _Signs(list[FrameRow]):
+    """Frames whose reader gives signs of life."""
+
+    def __init__(self, rows: Sequence[FrameRow], check: Callable[[], None]) -> None:
+        super().__init__(rows)
+        self._check = check
+
+    def __iter__(self) -> Iterator[FrameRow]:
+        for row in super().__iter__():
+            self._check()
+            yield row
+
+
+def _write(
+    place: Workplace,
+    path: str,
+    form: str,
+    film: OpenFilm,
+    rows: Sequence[FrameRow],
+    label: str = LABEL,
+) -> bytes:
+    """Write objects in a format of `motes convert`; a format of many files as ZIP.
+
+    `label` is the class of objects without one.
+    """
+    known, files = registry.FORMATS.resolve(form), [*map(text_name, place.film.files)]
     if files:
         rows = [replace(row, file=files[row.frame]) for row in rows]
-    recording = Recording(Header(film.name, film.width, film.height, label), rows)
+    signs = _Signs(rows, place.check)
+    recording = Recording(Header(film.name, film.width, film.height, label), signs)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "file"
+        made = Path(folder) / "file" if known.folder else Path(path)
         try:
-            said = registry.write(path, form, recording).guesses_told(form)
+            said = registry.write(made, form, recording).guesses_told(form)
+            if known.folder:
+                _zip(made, path)
         except OSError as error:
             raise FormatError(f"{form} cannot be written: {error.strerror}.") from None
-        return zipped(path) if known.folder else path.read_bytes(), said
+    return said.encode()
 
 
-def zipped(folder: Path) -> bytes:
-    """Return the files of a folder as ZIP; equal files give equal bytes."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(folder.rglob("*")):
-            if path.is_file():
-                name = path.relative_to(folder).as_posix()
-                archive.writestr(zipfile.ZipInfo(name), path.read_bytes())
-    return out.getvalue()
+def _zip(folder: Path, path: str) -> None:
+    """Write the files of a folder as ZIP; equal files give equal bytes."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for each in sorted(folder.rglob("*")):
+            if each.is_file():
+                name = each.relative_to(folder).as_posix()
+                archive.writestr(zipfile.ZipInfo(name), each.read_bytes())
 
 
 def file_name(film: OpenFilm, what: str, form: str) -> str:

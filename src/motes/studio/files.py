@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import io
+import shutil
 import tempfile
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import msgspec
 
-from motes.core.errors import ConfigError
-from motes.rows.schema import FORMS
+from motes.core.errors import ConfigError, FormatError
 from motes.studio import drawing, exports, imports
 from motes.studio.commands import Number
 from motes.studio.document import DrawnTarget
+from motes.studio.film_worker import EndedError
 from motes.studio.messages import DoubtfulFrame, Overlay
 from motes.studio.plan import pass_to
+from motes.studio.results import cues_of
 from motes.studio.sessions import LiveSession
-from motes.studio.tables import Table, tracks
+from motes.studio.tables import Table, unpack, without
 from motes.studio.tracking import find_doubts, look_at
 
 HISTORY = "corrections"
@@ -28,10 +32,10 @@ MOST_DOUBTS = 100
 
 
 class File(NamedTuple):
-    """A file: its name, its content, and what of it is to be said."""
+    """A file: its name, its content to be read from its begin and closed, and what is to be said."""
 
     name: str
-    data: bytes
+    data: BinaryIO
     said: str = ""
 
 
@@ -61,47 +65,58 @@ class Imported(msgspec.Struct, frozen=True):
 async def export(session: LiveSession, about: Question) -> File:
     """Return rows in a format: of one object, of all, or of the many-object mode.
 
+    Of all objects, those are left out that have not been tracked to their ends.
+
     Raises
     ------
     MotesError
-        If there are none, or the format cannot hold them.
+        If there are none, a run still makes them, or the format cannot hold them.
     """
     if about.scene is not None:
         return await _export_scene(session, about.format)
     film, form = session.facts, about.format
-    targets = _targets(session, about.object)
     if form == HISTORY:
+        targets = _targets(session, about.object)
         if len(targets) > 1:
             raise ConfigError("Corrections are of one object; choose one.")
         stem = exports.file_name(film, targets[0].name, "csv")
-        return File(f"{stem}.run.json", exports.history_file(targets[0], film))
-    exports.check_formats(form, several=len(targets) > 1)
-    tables = {each.object: (each.name, _table(session, each)) for each in targets}
-
-    def made() -> tuple[bytes, str]:
-        found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
-        if len(found) > 1:
-            return exports.recorded_file(form, film, session.files, exports.objects_rows(found))
-        ((name, only),) = found.values()
-        rows, label = exports.target_rows(only), exports.class_of(name)
-        return exports.recorded_file(form, film, session.files, rows, label)
-
-    what = "objects" if len(targets) > 1 else targets[0].name
-    return File(exports.file_name(film, what, form), *await asyncio.to_thread(made))
+        return File(f"{stem}.run.json", io.BytesIO(exports.history_file(targets[0], film)))
+    tables = _tables(session, about.object)
+    exports.check_formats(form, several=len(tables) > 1)
+    named = {each.object: (each.name, table) for each, table in tables}
+    what = "objects" if len(tables) > 1 else tables[0][0].name
+    task = partial(exports.write_objects, form=form, film=film, tables=named)
+    return await _made(session, exports.file_name(film, what, form), task)
 
 
 async def _export_scene(session: LiveSession, form: str) -> File:
     """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
-    film = session.facts
+    film, job = session.facts, session.watching.job
+    if job is not None and job.active:
+        raise ConfigError("All that moves is being tracked; wait for the end, or stop the run.")
     if form == "events":
         lines = (msgspec.json.encode(event) + b"\n" for event in session.watching.events())
-        return File(exports.file_name(film, "events", "jsonl"), b"".join(lines))
+        return File(exports.file_name(film, "events", "jsonl"), io.BytesIO(b"".join(lines)))
     exports.check_formats(form, several=True)
-    frames = session.watching.frames()
-    if form in FORMS.values():  # as `motes watch` writes them: a row for each object
-        frames = [row for row in frames if row.objects]
-    made = await asyncio.to_thread(exports.recorded_file, form, film, session.files, frames)
-    return File(exports.file_name(film, "watched", form), *made)
+    task = partial(exports.write_scene, form=form, film=film, parts=session.watching.parts())
+    return await _made(session, exports.file_name(film, "watched", form), task)
+
+
+async def _made(session: LiveSession, name: str, task: Callable[..., bytes]) -> File:
+    """Return the file that a task writes at its `path`; it returns what is to be said of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "file"
+        said = await session.work(partial(task, path=str(path)))
+        return File(name, await asyncio.to_thread(_kept, path), said.decode())
+
+
+def _kept(path: Path) -> BinaryIO:
+    """Return a copy of a file that is gone as soon as it is closed."""
+    kept = tempfile.TemporaryFile()  # noqa: SIM115  (who reads it closes it)
+    with path.open("rb") as file:
+        shutil.copyfileobj(file, kept, 1 << 20)
+    kept.seek(0)
+    return kept
 
 
 async def command(session: LiveSession, about: Question) -> exports.Reproduction:
@@ -116,19 +131,18 @@ async def command(session: LiveSession, about: Question) -> exports.Reproduction
 
 async def film(session: LiveSession, about: Question) -> File:
     """Return a film in which one object, or all are drawn."""
-    targets = _targets(session, about.object)
-    tables = {target.object: _table(session, target) for target in targets}
+    tables = {each.object: table for each, table in _tables(session, about.object)}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         task = partial(drawing.annotated, tables=tables, path=str(path))
         await session.ask(task, frames=session.facts.frames)
         stem = Path(session.facts.name).stem
-        return File(f"{stem}-annotated.mp4", path.read_bytes())
+        return File(f"{stem}-annotated.mp4", await asyncio.to_thread(_kept, path))
 
 
 async def strip(session: LiveSession, about: Question) -> File:
     """Return thumbnails of the film side by side."""
-    return File("strip.jpg", await session.strip(about.count, about.height))
+    return File("strip.jpg", io.BytesIO(await session.strip(about.count, about.height)))
 
 
 async def doubts(session: LiveSession, about: Question) -> list[DoubtfulFrame]:
@@ -155,20 +169,25 @@ async def overlay(session: LiveSession, about: Question) -> Overlay:
     return msgspec.json.decode(data, type=Overlay)
 
 
-async def take(
-    session: LiveSession, name: str, data: bytes, form: str | None, most: int
-) -> Imported:
-    """Add the objects of a file; a ZIP may hold `most` bytes."""
-    recorded, known = await asyncio.to_thread(
-        imports.recording, name, data, form, session.facts, session.files, most
-    )
+async def take(session: LiveSession, path: Path, form: str | None, most: int) -> Imported:
+    """Add the objects of a file, which may hold `most` bytes once unpacked."""
+    task = partial(imports.read_file, path=str(path), form=form, film=session.facts, most=most)
+    try:
+        data = await session.work(task)
+    except EndedError:
+        raise FormatError(
+            f"{path.name} needs more time or memory than a worker may have; send a part of it."
+        ) from None
+    found = msgspec.msgpack.decode(data, type=imports.Taken)
     before = session.document.following
-    document, tables = imports.taken(
-        session.document, recorded, known, session.times, Path(name).stem or "object"
-    )
+    document = imports.arrived(session.document, found.targets)
+    new = document.targets[len(document.targets) - len(found.targets) :]
+    tables = {
+        target.object: unpack(rows, cues_of(target))
+        for target, rows in zip(new, found.rows, strict=False)  # keyframes alone have no rows
+    }
     session.take_rows(document, tables)
-    numbers = [each.object for each in document.targets if each.object >= before]
-    return Imported(numbers, [*recorded.left_out, *recorded.notes])
+    return Imported([*range(before, document.following)], found.left_out)
 
 
 def _target(session: LiveSession, about: Question) -> DrawnTarget:
@@ -186,12 +205,25 @@ def _targets(session: LiveSession, number: int | None) -> list[DrawnTarget]:
     return [*document.targets]
 
 
-def _table(session: LiveSession, target: DrawnTarget) -> Table:
-    """Return the rows of an object: the result, or what there is of it so far."""
-    final = session.jobs.results.of_object(target)
-    if final is not None:
-        return final
-    shown = session.board.rows(target.object, target.first, target.last)
-    if len(shown):
-        return shown
-    raise ConfigError(f"{target.name} has no rows yet; track it first.")
+def _tables(session: LiveSession, number: int | None) -> list[tuple[DrawnTarget, Table]]:
+    """Return the rows of an object as far as there are any; of all, those that are complete.
+
+    Raises
+    ------
+    ConfigError
+        If there are none, or a run still makes them.
+    """
+    targets = _targets(session, number)
+    for each in targets:
+        if session.jobs.runs(each.object):
+            raise ConfigError(f"{each.name} is being tracked; wait for the end, or stop the run.")
+    known = [(each, session.jobs.results.of_object(each)) for each in targets]
+    if found := [(each, table) for each, table in known if table is not None]:
+        return found
+    if number is None:
+        raise ConfigError("No object is tracked to its end; track one first.")
+    (target,) = targets
+    shown = session.board.rows(number, target.first, target.last)
+    if not len(shown):
+        raise ConfigError(f"{target.name} has no rows yet; track it first.")
+    return [(target, without(shown, target.absences))]

@@ -26,6 +26,10 @@ class WorkerError(MotesError):
     """A worker has failed, or has ended."""
 
 
+class EndedError(WorkerError):
+    """A worker was ended: its task took too much time, or memory."""
+
+
 class LaterError(WorkerError):
     """The film is read anew; who asks again gets an answer."""
 
@@ -142,7 +146,7 @@ class FilmWorker:
         if answer.kind == DamagedError.__name__:
             self._damaged()
             raise LaterError(said)
-        raise WorkerError(said)
+        raise (EndedError if answer.kind == MemoryError.__name__ else WorkerError)(said)
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
@@ -158,7 +162,7 @@ class FilmWorker:
         try:
             answer = await asyncio.wait_for(self._answers.get(), self._limits.silence)
         except TimeoutError:
-            raise WorkerError(
+            raise EndedError(
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
                 "result, so that worker was ended; convert the film."
             ) from None
@@ -166,7 +170,7 @@ class FilmWorker:
             return answer
         if self._closed:
             raise LaterError(f"{self._name} was closed meanwhile; open it again.")
-        raise WorkerError(f"{self._name} has ended its worker ({answer}); convert the film.")
+        raise EndedError(f"{self._name} has ended its worker ({answer}); convert the film.")
 
     def _listen(self) -> None:
         """Take answers until the process has ended; in a thread."""

@@ -19,7 +19,7 @@ from motes.video.image_files import IMAGE_ENDINGS
 DEPTH = 4
 """Folders in folders that are looked into."""
 MOST = 1000
-"""Films that are listed."""
+"""Films that are listed, and uploads that are kept."""
 
 
 class Films:
@@ -100,8 +100,10 @@ class Films:
         path = self._uploads / plain
         while path.exists():
             path = path.with_name(f"{Path(plain).stem}-{secrets.token_hex(3)}{path.suffix}")
-        used = sum(each.stat().st_size for each in self._uploads.iterdir() if each.is_file())
-        room = min(self._limits.upload, self._limits.uploads - used)
+        sizes = [each.stat().st_size for each in self._uploads.iterdir() if each.is_file()]
+        if len(sizes) >= MOST:
+            raise FormatError(f"{MOST:,} films were sent already; put it into the folder instead.")
+        room = min(self._limits.upload, self._limits.uploads - sum(sizes))
         if size is not None and size > room:
             raise _too_large(plain, room)
         partial = path.with_name(f".{secrets.token_hex(8)}{path.suffix}")
@@ -172,6 +174,6 @@ def _is_animated(path: Path) -> bool:
 
     try:
         with Image.open(path) as image:
-            return getattr(image, "n_frames", 1) > 1
-    except (OSError, ValueError, Image.DecompressionBombError):
+            return bool(getattr(image, "is_animated", False))  # without a walk to the last one
+    except Exception:  # a damaged image may raise any, and the list is of all films
         return False

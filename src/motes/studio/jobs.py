@@ -113,6 +113,10 @@ class Jobs:
                 self._board.show(target.object, kept)
         self._reconcile()
 
+    def runs(self, number: int) -> bool:
+        """Return whether an object is being tracked."""
+        return self._job_of(number) is not None
+
     def complete(self, number: int) -> bool:
         """Return whether all stretches of an object are tracked."""
         target, plan = self._plans[number]

@@ -47,10 +47,14 @@ class Presets(msgspec.Struct, frozen=True):
 
 
 class Open(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The body of `POST /api/sessions`: a film's name, and whether it is an upload."""
+    """The body of `POST /api/sessions`: a film's name, and whether it is an upload.
+
+    The session of the film that changed last is opened; with `anew`, another one is made.
+    """
 
     film: Annotated[str, Meta(max_length=1000)]
     uploaded: bool = False
+    anew: bool = False
 
 
 class SessionCard(msgspec.Struct, frozen=True):

@@ -62,6 +62,8 @@ class Limits:
     """Bytes of memory of a worker."""
     silence: float = 60.0
     """Seconds after which a worker that gives no sign is ended."""
+    networks: tuple[str, ...] = ()
+    """Files of networks that a configuration may name, as they are written there."""
 
 
 class Guard:

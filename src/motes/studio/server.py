@@ -5,16 +5,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import mimetypes
+import tempfile
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import quote
 
 import msgspec
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, RedirectResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -26,7 +27,7 @@ from motes.studio import commands, files, messages, protocol
 from motes.studio.clients import Client
 from motes.studio.files import Question
 from motes.studio.film_worker import LaterError, prepare
-from motes.studio.safety import COOKIE, HEADERS, Guard
+from motes.studio.safety import COOKIE, HEADERS, Guard, plain_name
 from motes.studio.sessions import LiveSession
 from motes.studio.studio import Studio, presets
 
@@ -38,6 +39,8 @@ SOON = 409
 """The status where the film is read anew: the page asks again by itself."""
 GIVEN_UP = 499
 """The status of an answer that nobody waits for any more."""
+PIECE = 1 << 20
+"""Bytes of a file that are sent at a time."""
 
 Endpoint = Callable[[Request], Coroutine[Any, Any, Response]]
 
@@ -164,9 +167,10 @@ class _Api:
         return _json(self._studio.store.sessions())
 
     async def begin(self, request: Request) -> Response:
-        body = await _body(request, protocol.LARGEST_MESSAGE)
+        parts = [part async for part in _parts(request, protocol.LARGEST_MESSAGE)]
+        body = b"".join(parts)
         wanted = msgspec.json.decode(body, type=messages.Open)
-        session = await self._studio.begin(wanted.film, uploaded=wanted.uploaded)
+        session = await self._studio.begin(**msgspec.structs.asdict(wanted))
         return _json(session.state(), 201)
 
     async def session(self, request: Request) -> Response:
@@ -207,9 +211,13 @@ class _Api:
     async def take(self, request: Request) -> Response:
         session = await self._session(request)
         most = self._studio.limits.imported
-        data = await _body(request, most)
         name, form = (request.query_params.get(each) for each in ("name", "format"))
-        return _json(await files.take(session, name or "rows", data, form or None, most), 201)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / plain_name(name or "rows")
+            with path.open("xb") as file:
+                async for part in _parts(request, most):
+                    file.write(part)
+            return _json(await files.take(session, path, form or None, most), 201)
 
     async def formats(self, _: Request) -> Response:
         every = FORMATS.usable().items()
@@ -252,14 +260,14 @@ async def _send_to(client: Client, socket: WebSocket) -> None:
     await socket.close(AGAIN)
 
 
-async def _body(request: Request, most: int) -> bytes:
-    """Return the body of a request; raise a ConfigError if it is larger than `most` bytes."""
-    body = bytearray()
+async def _parts(request: Request, most: int) -> AsyncIterator[bytes]:
+    """Yield the body of a request; raise a ConfigError if it is larger than `most` bytes."""
+    size = 0
     async for part in request.stream():
-        body += part
-        if len(body) > most:
+        size += len(part)
+        if size > most:
             raise ConfigError(f"This is larger than {most >> 10} kB; send less.")
-    return bytes(body)
+        yield part
 
 
 def _download(file: files.File) -> Response:
@@ -268,7 +276,13 @@ def _download(file: files.File) -> Response:
     if file.said:
         headers["Motes-Said"] = file.said
     kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
-    return Response(file.data, media_type=kind, headers=headers)
+    return StreamingResponse(_content(file.data), media_type=kind, headers=headers)
+
+
+async def _content(data: BinaryIO) -> AsyncIterator[bytes]:
+    with data:
+        while part := data.read(PIECE):
+            yield part
 
 
 class _Gate:

@@ -66,7 +66,8 @@ class LiveSession:
         """Whether the film is known to be damaged, and is read as a whole."""
         workers = partial(FilmWorker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)
-        self._pictures = WorkerPool(partial(workers, background=False), most=1)
+        waited_for = partial(workers, background=False)
+        self._pictures, self._files = (WorkerPool(waited_for, most=1) for _ in range(2))
         self.facts: OpenFilm
         self.times: list[float]
         self.files: list[str]
@@ -127,8 +128,8 @@ class LiveSession:
         if hasattr(self, "watching"):
             self.jobs.close()
             self.watching.close()
-        self._pool.close()
-        self._pictures.close()
+        for pool in (self._pool, self._pictures, self._files):
+            pool.close()
 
     # Pictures.
 
@@ -151,6 +152,13 @@ class LiveSession:
     async def ask(self, task: Task, frames: int = 0) -> bytes:
         """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
         return await self._pool.run(task, frames)
+
+    async def work(self, task: Task) -> bytes:
+        """Let a worker do a task about a file that comes in or goes out; runs do not wait for it.
+
+        One is done at a time, so that the memory of one worker is enough for all.
+        """
+        return await self._files.run(task)
 
     # What pages see.
 
@@ -220,7 +228,9 @@ class LiveSession:
         return Reply(command.id)
 
     def _change(self, command: Command) -> Reply:
-        document, number = changed(self.document, command, self.facts, self._row_at)
+        document, number = changed(
+            self.document, command, self.facts, self._row_at, self._limits.networks
+        )
         self._put(document)
         if isinstance(command, commands.Split) and command.object in self._tracked:
             assert number is not None

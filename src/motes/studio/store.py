@@ -80,14 +80,16 @@ class Store:
             for number, film, changed, content, counted in self._rows(query)
         ]
 
-    def untouched(self, film: str, *, uploaded: bool) -> list[str]:
-        """Return the sessions of a film in which nothing was ever done, the newest first."""
+    def of_film(self, film: str, *, uploaded: bool) -> list[tuple[str, bool]]:
+        """Return the sessions of a film, the one that changed last first.
+
+        Each comes with whether anything was ever done in it.
+        """
         query = """
-            SELECT id FROM session WHERE film = ? AND uploaded = ?
-            AND NOT EXISTS (SELECT 1 FROM document WHERE session = id AND place > 0)
-            AND NOT EXISTS (SELECT 1 FROM part WHERE session = id AND key = 'scene run')
-            ORDER BY changed DESC"""
-        return [row[0] for row in self._rows(query, film, uploaded)]
+            SELECT id, EXISTS (SELECT 1 FROM document WHERE session = id AND place > 0)
+                OR EXISTS (SELECT 1 FROM part WHERE session = id AND key = 'scene run')
+            FROM session WHERE film = ? AND uploaded = ? ORDER BY changed DESC"""
+        return [(name, bool(touched)) for name, touched in self._rows(query, film, uploaded)]
 
     def begin(self, film: str, *, uploaded: bool) -> str:
         """Make a session, and return its name."""

@@ -40,14 +40,16 @@ class Studio:
         self._used: dict[str, float] = {}
         self._locks: dict[str, asyncio.Lock] = {}
 
-    async def begin(self, film: str, *, uploaded: bool) -> LiveSession:
-        """Make a session of a film, and open it; one that cannot be opened is removed.
+    async def begin(self, film: str, *, uploaded: bool, anew: bool = False) -> LiveSession:
+        """Open the session of a film that changed last; make one if there is none, or `anew`.
 
-        A session of this film in which nothing was done, and at which nobody looks, is taken again.
+        One in which nothing was done, and at which nobody looks, is as good as a new one. A new one
+        that cannot be opened is removed.
         """
         self.films.path(film, uploaded=uploaded)
-        for name in self.store.untouched(film, uploaded=uploaded):
-            if name not in self._open or not self._open[name].busy:
+        for name, touched in self.store.of_film(film, uploaded=uploaded):
+            idle = name not in self._open or not self._open[name].busy
+            if not anew or (idle and not touched):
                 return await self.session(name)
         name = self.store.begin(film, uploaded=uploaded)
         try:

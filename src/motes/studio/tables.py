@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -61,6 +61,15 @@ def tracks(table: Table) -> list[Track]:
         )
         for row in table.tolist()
     ]  # fmt: skip
+
+
+def without(table: Table, absent: Collection[int]) -> Table:
+    """Return rows in which the object is absent in some frames, where it has no place then."""
+    table = table.copy()
+    there = np.isin(table[:, FRAME], [*absent])
+    table[there, ELLIPSE.start : VARIANCES.stop] = table[there, CONFIDENCE] = math.nan
+    table[there, STATUS] = STATUSES.index(Status.ABSENT)
+    return table
 
 
 def rows(table: Table) -> list[Row]:

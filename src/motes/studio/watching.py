@@ -9,7 +9,6 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import MotesError
-from motes.rows.journal import FrameRow
 from motes.studio.board import Board, StudioJob
 from motes.studio.commands import Places, Watch
 from motes.studio.document import regions_of
@@ -112,13 +111,12 @@ class Watching:
         scene = FoundScene(frames, part.events, part.objects, part.totals, reset=first == 0)
         return scene, first + len(found)
 
-    def _parts(self, first: int = 0, most: int = -1) -> list[ScenePart]:
-        data = self._store.parts_from(self._session, PARTS, first, most)
-        return [msgspec.json.decode(each, type=ScenePart) for each in data]
+    def parts(self, first: int = 0, most: int = -1) -> list[bytes]:
+        """Return the JSON of `ScenePart`s: `most` at most from one on, or all."""
+        return self._store.parts_from(self._session, PARTS, first, most)
 
-    def frames(self) -> list[FrameRow]:
-        """Return all frames so far."""
-        return [row for part in self._parts() for row in part.frames]
+    def _parts(self, first: int = 0, most: int = -1) -> list[ScenePart]:
+        return [msgspec.json.decode(each, type=ScenePart) for each in self.parts(first, most)]
 
     def events(self) -> list[dict[str, Any]]:
         """Return all events so far."""

@@ -164,6 +164,7 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     page.get_by_label("Format of the file").select_option("otb")
     chosen.set_input_files(odd)
     page.get_by_text("odd.txt was imported.").wait_for()
+    page.get_by_role("dialog").get_by_role("combobox").first.select_option("Object 1")
     page.locator("select:has(option[value=corrections])").select_option("corrections")
     with page.expect_download() as download:
         page.get_by_role("button", name="Export", exact=True).click()
@@ -363,6 +364,39 @@ def test_a_film_that_was_left_untouched_opens_the_same_session(shown: Shown) -> 
     shown.page.goto(shown.address)
     shown.until("s.session === null && s.sessions")
     assert shown.open() == first
+
+
+def test_a_click_on_a_film_opens_its_work(shown: Shown) -> None:
+    first = shown.open()
+    shown.draw()
+    for again in (True, False):
+        shown.page.goto(shown.address)
+        shown.until("s.session === null && s.sessions")
+        films = shown.page.get_by_label("Films", exact=True).locator("li")
+        films.first.get_by_role("button").nth(0 if again else 1).click()
+        shown.until("s.session && s.pictured === 0")
+        assert (shown.state("s.session.id") == first) is again
+
+
+def test_all_objects_are_taken_home_and_enter_is_enough(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    shown.draw()
+    shown.track()
+    page.get_by_text("Another tracker or seed drops the rows").wait_for()
+    shown.draw()  # and not tracked
+    page.keyboard.press("x")
+    page.get_by_text("Without those that are not tracked to their end: Object 2.").wait_for()
+    with page.expect_download() as download:
+        page.keyboard.press("Enter")
+    assert download.value.suggested_filename == "film-Object_1.csv"
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Absent from").click()
+    page.get_by_role("dialog").wait_for()
+    page.keyboard.press("Control+a")
+    page.keyboard.type("1")
+    page.keyboard.press("Enter")
+    page.get_by_role("dialog").wait_for(state="hidden")
 
 
 def test_absent_frames_are_gaps_in_the_timeline(shown: Shown) -> None:

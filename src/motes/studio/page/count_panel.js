@@ -1,6 +1,6 @@
 // The many-object mode: track all that moves, count it, and show it over time.
 
-import { button, element, field, fill, fillAnew } from "./dom.js";
+import { button, element, field, fill, fillAnew, form } from "./dom.js";
 import { numbersIn, numberTyped } from "./numbers.js";
 import { endGround } from "./places.js";
 import { trackerChoice } from "./trackers.js";
@@ -115,20 +115,20 @@ function stay(zone, usual, change) {
 function mountGroundForm(app) {
   const rows = element("div", { class: "stack" });
   const send = () => {
-    const metres = numbersIn([...rows.querySelectorAll("input")]);
-    if (metres) endGround(app, metres);
+    const typed = numbersIn([...rows.querySelectorAll("input")]);
+    if (typed) endGround(app, typed);
   };
   const set = button("Set the ground", send, { class: "main", text: "Set the ground" });
-  const form = element("fieldset", { class: "ground" },
-    element("legend", { class: "muted" }, "Metres of each point: X, Y"), rows, set);
+  const metres = form(element("fieldset", { class: "ground" },
+    element("legend", { class: "muted" }, "Metres of each point: X, Y"), rows, set));
   app.store.on(["corners", "tool"], ({ corners, tool }) => {
     const count = tool === "ground" ? corners.length : 0;
     while (rows.children.length > count) rows.lastChild.remove();
     while (rows.children.length < count) rows.append(groundPoint(rows.children.length));
-    form.hidden = count === 0;
+    metres.hidden = count === 0;
     set.disabled = count < 4;
   });
-  return form;
+  return metres;
 }
 
 /** The place in metres of one point; the four usual ones are a square's. */

@@ -2,7 +2,7 @@
 
 import { ask } from "./api.js";
 import { tried } from "./announce.js";
-import { button, element, field } from "./dom.js";
+import { button, element, field, form } from "./dom.js";
 import { helpOf } from "./keyboard.js";
 import { showCommand, showExports } from "./files.js";
 import { refreshHome } from "./home.js";
@@ -10,13 +10,17 @@ import { numbersIn } from "./numbers.js";
 
 let numbered = 0;
 
-/** Show a dialog: Escape or its cross close it, and the focus goes back to where it was. */
+/**
+ * Show a dialog: Escape or its cross close it, and the focus goes back to where it was. It begins at the first field, and
+ * Enter in a field presses the main button.
+ */
 export function show(title, body, footer = []) {
   const id = `dialog-${(numbered += 1)}`;
+  const fields = form(element("div", { class: "body" }, body), footer.length ? element("footer", {}, footer) : null);
+  fields.querySelector("input, select, button")?.setAttribute("autofocus", "");
   const dialog = element("dialog", { "aria-labelledby": id },
     element("header", {}, element("h2", { id }, title), button("Close", () => dialog.close(), { picture: "close" })),
-    element("div", { class: "body" }, body),
-    footer.length ? element("footer", {}, footer) : null);
+    fields);
   const said = document.getElementById("said"); // what is behind a dialog cannot be pressed, and is not read
   dialog.addEventListener("close", () => {
     dialog.remove();

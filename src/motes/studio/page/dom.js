@@ -56,6 +56,17 @@ export function field(label, control, properties = {}) {
   return element("label", { class: "field", ...properties }, element("span", {}, label), control);
 }
 
+/** Return a part of the page in which Enter in a field presses the main button. */
+export function form(...children) {
+  return element("div", { onkeydown(event) {
+    const { key, target, currentTarget } = event;
+    const main = currentTarget.querySelector("button.main");
+    if (key !== "Enter" || !main || !target.matches("input:not([type=file]), select")) return;
+    event.preventDefault(); // a menu would open
+    main.click();
+  } }, ...children);
+}
+
 /** Replace what is in a parent; nothing is touched where the nodes are the same. */
 export function fill(parent, ...children) {
   parent.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));

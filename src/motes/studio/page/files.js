@@ -4,7 +4,6 @@ import { answerOf, ask, send } from "./api.js";
 import { announce, read, tried } from "./announce.js";
 import { button, element, field } from "./dom.js";
 import { show } from "./dialogs.js";
-import { selectedItem } from "./derived.js";
 
 const SAID = 5; // kinds of things left out that are named; the others are counted
 
@@ -17,11 +16,11 @@ export async function showExports(app) {
   const tracked = session.objects.filter((item) => item.tracked);
   const which = element("select", {}, element("option", { value: "" }, "All objects"),
     tracked.map(({ object, name }) => element("option", { value: object }, name)));
-  which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
+  const left = session.objects.filter((item) => !item.tracked).map(({ name }) => name);
   const format = element("select", {}, formatOptions({ ...formats.write, corrections: "for motes refine, beside the rows" }));
   const rows = element("select", {}, formatOptions(formats.write));
   const object = () => (which.value ? `object=${which.value}` : "");
-  const form = () => `format=${encodeURIComponent(format.value)}`;
+  const chosen = () => `format=${encodeURIComponent(format.value)}`;
   const take = (label, address, properties) =>
     button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
   const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats.read));
@@ -32,8 +31,9 @@ export async function showExports(app) {
   show("Export and import", [
     tracked.length ? element("section", { class: "stack" }, element("h3", {}, "Take home"),
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
+      left.length ? element("p", { class: "muted" }, `Without those that are not tracked to their end: ${left.join(", ")}.`) : null,
       element("div", { class: "row" },
-        take("Export", () => `${base}/export?${form()}&${object()}`, { class: "main grow", picture: "export" }),
+        take("Export", () => `${base}/export?${chosen()}&${object()}`, { class: "main grow", picture: "export" }),
         take("Annotated film", () => `${base}/film?${object()}`)))
       : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
     scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),

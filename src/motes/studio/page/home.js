@@ -10,7 +10,7 @@ export function mountHome(root, app) {
   const films = element("ul", { class: "films", "aria-label": "Films" });
   const sessions = element("ul", { class: "sessions", "aria-label": "Sessions" });
   const filter = element("input", { type: "search", placeholder: "Find a film", "aria-label": "Find a film", oninput: () => paint() });
-  const paint = () => fillAnew(films, [store.state.films, filter.value], () => filmEntries(app, filter.value));
+  const paint = () => fillAnew(films, [store.state.films, store.state.sessions, filter.value], () => filmEntries(app, filter.value));
   root.append(
     element("div", { class: "intro" },
       element("h1", {}, "See, correct and trust tracks"),
@@ -20,7 +20,7 @@ export function mountHome(root, app) {
     element("div", { class: "lists" },
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Sessions")), sessions)));
-  store.on(["films"], paint);
+  store.on(["films", "sessions"], paint);
   store.on(["sessions"], (state) => fillAnew(sessions, state.sessions, () => sessionEntries(app, state)));
 }
 
@@ -36,12 +36,12 @@ export async function refreshHome({ store }) {
 
 let opening = false;
 
-/** Open a new session on a film; a second click does not open a second one. */
-async function openFilm(app, film, uploaded = false) {
+/** Open the session of a film, or another one, anew; a second click does not open a second one. */
+async function openFilm(app, film, uploaded = false, anew = false) {
   if (opening) return;
   opening = true;
   document.body.classList.add("busy");
-  const session = await tried(ask("/api/sessions", { method: "POST", body: { film, uploaded } }));
+  const session = await tried(ask("/api/sessions", { method: "POST", body: { film, uploaded, anew } }));
   if (session) location.hash = `#${session.id}`;
   opening = false;
   document.body.classList.remove("busy");
@@ -69,10 +69,12 @@ function filmEntries(app, words) {
   if (!own) return [element("li", { class: "muted empty" }, "There is no film in the folder. Drop one above, or try one that is made here:"), ...sampleEntries(app)];
   const found = films.filter(({ name }) => name.toLowerCase().includes(words.toLowerCase()));
   if (!found.length) return element("li", { class: "muted empty" }, "No film has this name.");
-  return found.map(({ name, bytes, uploaded }) => element("li", {},
+  const known = new Set((app.store.state.sessions ?? []).map(({ film }) => film));
+  return found.map(({ name, bytes, uploaded }) => element("li", { class: "row" },
     element("button", { type: "button", class: "entry", onclick: () => openFilm(app, name, uploaded) },
       icon("film"), element("span", { class: "grow name" }, name),
-      element("span", { class: "muted" }, uploaded ? "uploaded" : ""), element("span", { class: "muted size" }, size(bytes)))));
+      element("span", { class: "muted" }, uploaded ? "uploaded" : ""), element("span", { class: "muted size" }, size(bytes))),
+    known.has(name) ? button(`New session of ${name}`, () => openFilm(app, name, uploaded, true), { picture: "plus" }) : null));
 }
 
 const sampleEntries = (app) => Object.entries(SAMPLES).map(([name, words]) => element("li", {},

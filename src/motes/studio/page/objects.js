@@ -111,6 +111,7 @@ function settings(app, item) {
     element("header", {}, element("h2", {}, item.name), button(`Remove ${item.name}`, () => actions.remove(), { picture: "trash" })),
     field("Name", name), colors,
     trackerFields(app.store.state.presets?.track ?? [], item, change),
+    item.tracked ? element("p", { class: "muted" }, "Another tracker or seed drops the rows; undo brings them back.") : null,
     element("div", { class: "row" }, track));
 }
 
