@@ -32,7 +32,7 @@ MOST_DOUBTS = 100
 
 
 class File(NamedTuple):
-    """A file: its name, its content to be read from its begin and closed, and what is to be said."""
+    """A file: its name, its content read from its begin and closed, and what is to be said."""
 
     name: str
     data: BinaryIO
