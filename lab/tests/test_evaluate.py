@@ -366,7 +366,7 @@ def test_what_callables_must_not_return(value: Any, home: Path) -> None:
         (REGION, -0.1, "confidence"),
         (REGION, np.inf, "confidence"),
         (REGION._replace(x=np.nan), 0.5, "not finite"),
-        (REGION._replace(a=1e200), 0.5, r"A region of 1\.9.*e\+200"),
+        (REGION._replace(a=1e200), 0.5, "not finite, or too large"),
         (REGION._replace(a=-1.0), 0.5, "no area"),
     ],
 )

@@ -127,8 +127,6 @@ FIGURE = re.compile(r"^[*+-]*\d|\d\.\d|±|\d ?(?:%|ms|µs|s|MB|MiB)\b")
 UNMEASURED = {
     "figure, table or claim": "its numbers are those of other tables; tests compare them",
     "value": "written by docs/generate/paper_values.py; a test compares it",
-    "package | lines of Python": "budgets, which tests/test_imports.py has",
-    "what | before": "sizes of the code, counted",
     "what happens": "exit codes",
     "limit": "limits of the studio",
     "network | files": "files of others",

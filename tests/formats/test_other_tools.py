@@ -270,8 +270,3 @@ def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Pat
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(SourceError, match=reason):
         registry.recognized(tmp_path / "a.json")
-
-
-def test_identities_of_coco_begin_with_one(tmp_path: Path) -> None:
-    found = registry.read(coco(tmp_path, ["1.png"], attributes={"track_id": 0}), "coco", FILM)
-    assert [each.identity for row in found for each in row.objects] == [1]

@@ -282,7 +282,7 @@ def test_what_is_there_already_stays(go: Go) -> None:
     for name in ("a", "b"):
         Path(f"{name}.json.rows.jsonl").symlink_to("mine" if name == "a" else "nowhere")
         assert go(f"track FILM {BOX} -o {name}.json")[0] == 5
-    with pytest.raises(FormatError, match="exists"):
+    with pytest.raises(FormatError, match="another run writes it"):
         JournalWriter(Path("a.json.rows.jsonl"), Header("film", 1, 1, "object"))
     code, _, error = go("watch FILM -o c.json --events c.json.rows.jsonl")
     assert (code, "Two outputs are the same file" in error) == (2, True)

@@ -34,6 +34,7 @@ CHANGES: dict[str, tuple[Callable[[int], Picture], dict[int, str]]] = {
     ),
     "slowly darker": (lambda i: (STREET * (1 - 0.004 * i)).astype(np.uint8), {}),
     "a pan": (lambda i: np.roll(STREET, 2 * i, axis=1), {}),
+    "noise from the fifth on": (lambda i: STREET if i < 5 else scenery(i, 0, 255), {5: "cut"}),
     "an object": (lambda i: np.where(np.arange(160)[:, None] // 16 == i // 3, ROOM, STREET), {}),
 }
 

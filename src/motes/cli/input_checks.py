@@ -18,7 +18,6 @@ from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
-from motes.core.geometry import of_corners
 
 if TYPE_CHECKING:
     from motes.cli.options import OutputOptions
@@ -65,6 +64,8 @@ def check_counts(**counts: int) -> None:
 
 def point_out_corners(region: Sequence[float] | None, width: int, height: int) -> None:
     """Say if the numbers of a box x,y,width,height may be its corners."""
+    from motes.core.geometry import of_corners  # brings NumPy, which the help does without
+
     meant = None if region is None else of_corners(region, width, height)
     if meant is not None:
         log(

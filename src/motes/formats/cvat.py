@@ -23,7 +23,6 @@ from motes.formats.recording import (
     FilmFacts,
     Recording,
     frames_between,
-    from_one,
     recording_of,
     sound,
 )
@@ -180,7 +179,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
-    return recording_of(facts, from_one(objects), times, _size(root, images), named, left_out)
+    return recording_of(facts, objects, times, _size(root, images), named, left_out)
 
 
 def _check_one_task(root: Element, parts: list[Element]) -> None:

@@ -12,10 +12,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 
 from motes import __version__
 from motes.core.errors import FormatError
@@ -37,6 +38,8 @@ LENGTHS = 0.02
 """The share by which the length of a film in a browser may differ, as sound is often longer,"""
 ENDS = 0.3
 """and the seconds beside it."""
+LARGEST = 2**53
+"""The largest number of a frame that is read at all: JSON of a browser has no other."""
 VIDEO, BOX = "video", "box"
 """Names of the tags in the labeling configuration, as in Label Studio's own template."""
 
@@ -136,7 +139,7 @@ class VideoKeyframe(msgspec.Struct):
     the next one if `enabled`; else the object ends here.
     """
 
-    frame: int
+    frame: Annotated[int, Meta(ge=-LARGEST, le=LARGEST)]
     x: float
     y: float
     width: float

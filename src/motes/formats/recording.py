@@ -211,16 +211,6 @@ def sound(each: ObjectRow) -> ObjectRow:
     return each
 
 
-def from_one(objects: list[tuple[int, ObjectRow]]) -> list[tuple[int, ObjectRow]]:
-    """Return objects whose identities begin with 1, as those of CVAT begin with 0."""
-    if all(each.identity for _, each in objects):
-        return objects
-    return [
-        (frame, structs.replace(each, identity=each.identity + (each.identity != ANONYMOUS)))
-        for frame, each in objects
-    ]
-
-
 def frames_between(first: int, last: int) -> range:
     """Return the frames between two keyframes, which a tool interpolates.
 

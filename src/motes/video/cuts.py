@@ -51,6 +51,8 @@ class PictureChanges:
 
     def __init__(self) -> None:
         self._past = deque[_Look]()
+        self._restless = False
+        """Whether the last picture was another one: noise and strobes cut nothing."""
 
     def update(self, frame: Frame) -> Change | None:
         """Return how the picture has changed in a frame; None if it goes on."""
@@ -60,12 +62,15 @@ class PictureChanges:
         change: Change | None = None
         if past and past[-1].gray.shape != now.gray.shape:
             past.clear()
-        if past and _apart(past[-1], now) > COLORS and _alike(past[-1], now) < STRUCTURE:
-            change = "cut"
+        other = bool(past) and _apart(past[-1], now) > COLORS
+        other = other and _alike(past[-1], now) < STRUCTURE
+        if other:
+            change = None if self._restless else "cut"
         elif past and abs(_lighter(past[0], now)) > LIGHT and _alike(past[0], now) >= STRUCTURE:
             change = "light"
-        if change is not None:
+        if other or change is not None:
             past.clear()
+        self._restless = other
         past.append(now)
         while abs(now.time - past[0].time) > LATELY:
             past.popleft()

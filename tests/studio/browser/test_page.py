@@ -159,7 +159,7 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     odd, chosen = tmp_path / "odd.txt", page.get_by_label("File to import")
     odd.write_text("10,20,30,40\n" * FRAMES)
     chosen.set_input_files(odd)
-    page.get_by_text("format of odd.txt is not clear").wait_for()
+    page.get_by_text("odd.txt: it has four numbers a line").wait_for()
     assert chosen.input_value() == ""  # so that the same file can be chosen again
     page.get_by_label("Format of the file").select_option("otb")
     chosen.set_input_files(odd)
