@@ -1,0 +1,111 @@
+"""Stage 9: when those that have met are seen apart again, one assignment says who is who."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.who_is_who import who_is_who
+from motes.mot.boxes import as_rows, room
+from motes.mot.look import FRAMES, looks_at
+from motes.mot.overlaps import grouped, nested_pairs
+from motes.mot.tracked_object import TrackedObject
+
+STAY = 2.0
+"""Logarithm of how much likelier an object is who it was followed as than somebody else whom it has
+met: its path speaks for it."""
+
+
+def tell_apart(
+    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+) -> list[TrackedObject]:
+    """Return the objects with the identities that they have from the next frame on.
+
+    Objects that touch are a group, whether they are detected or not, until each has been seen clear
+    of the others for `FRAMES` frames. An identity keeps its last clear look from before. In each
+    frame, the objects of the group that are seen clear are assigned to all of its identities, also
+    to those that are hidden or still covered; these then are who is left.
+
+    Parameters
+    ----------
+    objects, free
+        The objects, and the detections that belong to none: somebody unknown may stand there.
+    touching
+        Objects touch if one covers more than this share of another.
+    """
+    after, clear = _seen(objects, free, frame, touching)
+    for group in _groups(after):
+        if clear.intersection(group):
+            _assign(after, group)
+    for n, each in enumerate(after):
+        if each.seen is not None and not each.met:
+            after[n] = replace(each, known=each.seen, seen=None)
+    return after
+
+
+def _seen(
+    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+) -> tuple[list[TrackedObject], set[int]]:
+    """Return the objects with whom they have met and how they look, and which are clear now."""
+    boxes, alive = as_rows(each.track.box for each in objects), {each.identity for each in objects}
+    i, j, _ = nested_pairs(boxes, boxes, touching)
+    near = grouped(i[i != j], j[i != j])
+    unclear = set(nested_pairs(boxes, as_rows(each.box for each in free), touching)[0].tolist())
+    after, clear = list[TrackedObject](), list[int]()
+    for n, each in enumerate(objects):
+        others = [objects[m] for m in near.get(n, ())]
+        met = (each.met | {other.identity for other in others}) & alive
+        covered = each.occluded or not all(other.occluded for other in others)
+        if each.detected and not covered and n not in unclear and room(each.track.box, frame) >= 0:
+            clear.append(n)
+        after.append(replace(each, met=met, seen=None if covered else each.seen))
+    looks = looks_at(frame, [after[n].track.ellipse for n in clear])
+    for n, look in zip(clear, looks, strict=True):
+        each = after[n]
+        if each.met:
+            after[n] = replace(each, seen=look.joined(each.seen))
+        else:
+            after[n] = replace(each, known=look.joined(each.known))
+    return after, set(clear)
+
+
+def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
+    """Yield groups of two or more that have met, directly or through others, as sorted indices."""
+    index = {each.identity: n for n, each in enumerate(objects)}
+    left = {n for n, each in enumerate(objects) if each.met}
+    while left:
+        group = [left.pop()]
+        for n in group:
+            found = {index[identity] for identity in objects[n].met} & left
+            left -= found
+            group += found
+        yield sorted(group)
+
+
+def _assign(objects: list[TrackedObject], group: list[int]) -> None:
+    """Give the objects of a group the identities that they most likely have, in place."""
+    before = [objects[n] for n in group]
+    tracks = [k for k, each in enumerate(before) if each.seen is not None]
+    costs = np.array([[before[k].seen.cost(each.known) for each in before] for k in tracks])
+    costs[range(len(tracks)), tracks] -= STAY
+    models, certainty = who_is_who(costs)
+    if certainty.min() > 0.5:
+        became = dict(zip(models.tolist(), tracks, strict=True))
+        for k, n in enumerate(group):
+            who = int(models[tracks.index(k)]) if k in tracks else k
+            while k not in tracks and who in became:  # whoever took it leaves an identity
+                who = became[who]
+            if who != k:
+                objects[n] = before[k].with_identity_of(before[who])
+    told = {
+        objects[n].identity
+        for n in group
+        if (seen := objects[n].seen) is not None and seen.frames >= FRAMES
+    }
+    for n in group:
+        if objects[n].identity in told:
+            objects[n] = replace(objects[n], met=objects[n].met - told)
