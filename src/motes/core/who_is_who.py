@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from motes.core.types import Floats
 
-FEW = 50_000
-"""Most assignments that are compared one by one, some milliseconds: all of 8 to 8."""
+FEW = 5040
+"""Most assignments that are compared one by one, in half a millisecond: all of 7 to 7."""
 
 
 def who_is_who(costs: Floats) -> tuple[NDArray[np.int64], Floats]:
@@ -61,11 +61,10 @@ def _best(costs: Floats) -> NDArray[np.int64]:
 
 def _near(best: NDArray[np.int64], m: int) -> NDArray[np.int64]:
     """Return an assignment, and all that one exchange or one move to a free column makes of it."""
-    ways = [best]
-    for i, j in itertools.combinations(range(len(best)), 2):
-        ways.append(best.copy())
-        ways[-1][[i, j]] = best[[j, i]]
-    for i, j in itertools.product(range(len(best)), sorted(set(range(m)) - set(best.tolist()))):
-        ways.append(best.copy())
-        ways[-1][i] = j
-    return np.array(ways)
+    i, j = np.triu_indices(len(best), 1)
+    k, free = np.meshgrid(np.arange(len(best)), np.setdiff1d(np.arange(m), best))
+    ways = np.tile(best, (1 + i.size + k.size, 1))
+    exchanged, moved = 1 + np.arange(i.size), 1 + i.size + np.arange(k.size)
+    ways[exchanged, i], ways[exchanged, j] = best[j], best[i]
+    ways[moved, k.ravel()] = free.ravel()
+    return ways

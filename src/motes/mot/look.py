@@ -22,13 +22,13 @@ INNER = 0.6
 """Share of the width in which colors are read; beside it there is much background."""
 FRAMES = 5
 """Frames from which a look is: a mean over the first ones, then it follows at this rate."""
-COLOR_WEIGHT, EDGES_WEIGHT = 20.0, 10.0
+COLOR_WEIGHT, EDGES_WEIGHT = 20.0, 7.0
 """Change of the logarithm of the likelihood that two looks are those of one object, for a distance.
 
 Color distances of one person before and after an occlusion are 0.42 ± 0.12, those of two people of
 one group 0.70 ± 0.11; edge distances 0.31 and 0.36 ± 0.06. The ratio of two such densities is
 linear, with a slope of the means' difference over the variance."""
-UNKNOWN = 15.0
+UNKNOWN = 13.0
 """Cost of an object whose look is not known: halfway between one object and two."""
 
 
@@ -51,13 +51,6 @@ class Look(msgspec.Struct, frozen=True, eq=False):
         edges = before.edges + share * (self.edges - before.edges)
         return Look(color, edges, before.frames + 1)
 
-    def cost(self, model: Look | None) -> float:
-        """Return the negative logarithm of how likely this is the model's look, but for a constant."""
-        if model is None:
-            return UNKNOWN
-        color, edges = _distance(self.color, model.color), _distance(self.edges, model.edges)
-        return COLOR_WEIGHT * color + EDGES_WEIGHT * edges
-
 
 def looks_at(frame: Frame, ellipses: Sequence[Ellipse]) -> list[Look]:
     """Return the looks of upright ellipses in a frame."""
@@ -71,6 +64,23 @@ def looks_at(frame: Frame, ellipses: Sequence[Ellipse]) -> list[Look]:
     return [Look(*each) for each in zip(colors, EDGES.histograms(frame, whole), strict=True)]
 
 
-def _distance(one: Floats, other: Floats) -> float:
-    """Return the Bhattacharyya distance of two histograms; 1 of an empty one."""
-    return float(np.sqrt(max(0.0, 1 - np.sqrt(one * other).sum())))
+def costs(seen: Sequence[Look], known: Sequence[Look | None]) -> Floats:
+    """Return how unlikely each look that is seen is that of each known one: (seen, known).
+
+    These are negative logarithms of likelihoods, but for a constant.
+    """
+    told = [k for k, each in enumerate(known) if each is not None]
+    models = [each for each in known if each is not None]
+    out = np.full((len(seen), len(known)), UNKNOWN)
+    out[:, told] = COLOR_WEIGHT * _distances(
+        [each.color for each in seen], [each.color for each in models]
+    ) + EDGES_WEIGHT * _distances([each.edges for each in seen], [each.edges for each in models])
+    return out
+
+
+def _distances(some: Sequence[Floats], others: Sequence[Floats]) -> Floats:
+    """Return the Bhattacharyya distances of histograms: (some, others); 1 of an empty one."""
+    if not others:
+        return np.zeros((len(some), 0))
+    distances: Floats = np.sqrt(np.maximum(0, 1 - np.sqrt(some) @ np.sqrt(others).T))
+    return distances

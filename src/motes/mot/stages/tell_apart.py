@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
 from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
 from motes.mot.boxes import as_rows, room
-from motes.mot.look import FRAMES, looks_at
+from motes.mot.look import FRAMES, costs, looks_at
 from motes.mot.overlaps import grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
-STAY = 2.0
+STAY = 3.0
 """Logarithm of how much likelier an object is who it was followed as than somebody else whom it has
 met: its path speaks for it."""
 
@@ -89,15 +88,17 @@ def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
 def _assign(objects: list[TrackedObject], group: list[int]) -> None:
     """Give the objects of a group the identities that they most likely have, in place."""
     before = [objects[n] for n in group]
-    tracks = [k for k, each in enumerate(before) if each.seen is not None]
-    costs = np.array([[before[k].seen.cost(each.known) for each in before] for k in tracks])
-    costs[range(len(tracks)), tracks] -= STAY
-    models, certainty = who_is_who(costs)
+    clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
+    tracks = [*clear]
+    likely = costs([*clear.values()], [each.known for each in before])
+    likely[range(len(tracks)), tracks] -= STAY
+    models, certainty = who_is_who(likely)
     if certainty.min() > 0.5:
         became = dict(zip(models.tolist(), tracks, strict=True))
+        now = dict(zip(tracks, models.tolist(), strict=True))
         for k, n in enumerate(group):
-            who = int(models[tracks.index(k)]) if k in tracks else k
-            while k not in tracks and who in became:  # whoever took it leaves an identity
+            who = now.get(k, k)
+            while k not in now and who in became:  # whoever took it leaves an identity
                 who = became[who]
             if who != k:
                 objects[n] = before[k].with_identity_of(before[who])
