@@ -16,7 +16,7 @@ from motes.cues.sampling import Lattice
 
 COLOR = Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=256))
 """Of the upper and of the lower half; a half alone tells a shirt from trousers."""
-EDGES = Hog(cells=3, rotation_normalized=False, sampling=Lattice(points=512))
+EDGES = Hog(cells=3, rotation_normalized=False, sampling=Lattice(points=256))
 """The 72 bins by which Zhao and Pei, section 3, distinguish targets of one color."""
 INNER = 0.6
 """Share of the width in which colors are read; beside it there is much background."""

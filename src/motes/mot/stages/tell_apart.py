@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
-from motes.mot.boxes import as_rows, room
+from motes.mot.boxes import as_rows
 from motes.mot.look import FRAMES, costs, looks_at
 from motes.mot.overlaps import grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
@@ -53,22 +54,29 @@ def _seen(
     boxes, alive = as_rows(each.track.box for each in objects), {each.identity for each in objects}
     i, j, _ = nested_pairs(boxes, boxes, touching)
     near = grouped(i[i != j], j[i != j])
-    unclear = set(nested_pairs(boxes, as_rows(each.box for each in free), touching)[0].tolist())
-    after, clear = list[TrackedObject](), list[int]()
+    unknown = set(nested_pairs(boxes, as_rows(each.box for each in free), touching)[0].tolist())
+    covered = {
+        n for n, each in enumerate(objects)
+        if each.occluded or not all(objects[m].occluded for m in near.get(n, ()))
+    }  # fmt: skip
+    whole = np.all(
+        (boxes[:, :2] >= 0) & (boxes[:, :2] + boxes[:, 2:] <= (frame.width, frame.height)), axis=1
+    )
+    detected = {n for n in np.flatnonzero(whole).tolist() if objects[n].detected}
+    clear = sorted(detected - covered - unknown)
+    looks = dict(
+        zip(clear, looks_at(frame, [objects[n].track.ellipse for n in clear]), strict=True)
+    )
+    after = list(objects)
     for n, each in enumerate(objects):
-        others = [objects[m] for m in near.get(n, ())]
-        met = (each.met | {other.identity for other in others}) & alive
-        covered = each.occluded or not all(other.occluded for other in others)
-        if each.detected and not covered and n not in unclear and room(each.track.box, frame) >= 0:
-            clear.append(n)
-        after.append(replace(each, met=met, seen=None if covered else each.seen))
-    looks = looks_at(frame, [after[n].track.ellipse for n in clear])
-    for n, look in zip(clear, looks, strict=True):
-        each = after[n]
-        if each.met:
-            after[n] = replace(each, seen=look.joined(each.seen))
-        else:
-            after[n] = replace(each, known=look.joined(each.known))
+        met = (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
+        known, seen, look = each.known, None if n in covered else each.seen, looks.get(n)
+        if look is not None and met:
+            seen = look.joined(seen)
+        elif look is not None:
+            known = look.joined(known)
+        if look is not None or met or each.met:
+            after[n] = replace(each, met=met, known=known, seen=seen)
     return after, set(clear)
 
 
