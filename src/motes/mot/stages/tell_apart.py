@@ -19,6 +19,9 @@ STAY = 3.0
 """Logarithm of how much likelier an object is who it was followed as than somebody else whom it has
 met: its path speaks for it."""
 
+TURNS = 3
+"""Objects that have met nobody learn how they look in one frame of so many, to save time."""
+
 
 def tell_apart(
     objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
@@ -64,12 +67,15 @@ def _seen(
     )
     detected = {n for n in np.flatnonzero(whole).tolist() if objects[n].detected}
     clear = sorted(detected - covered - unknown)
-    looks = dict(
-        zip(clear, looks_at(frame, [objects[n].track.ellipse for n in clear]), strict=True)
-    )
+    met_by = [
+        (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
+        for n, each in enumerate(objects)
+    ]
+    learning = [n for n in clear if met_by[n] or _has_turn(objects[n], frame)]
+    ellipses = [objects[n].track.ellipse for n in learning]
+    looks = dict(zip(learning, looks_at(frame, ellipses), strict=True))
     after = list(objects)
-    for n, each in enumerate(objects):
-        met = (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
+    for n, (each, met) in enumerate(zip(objects, met_by, strict=True)):
         known, seen, look = each.known, None if n in covered else each.seen, looks.get(n)
         if look is not None and met:
             seen = look.joined(seen)
@@ -78,6 +84,11 @@ def _seen(
         if look is not None or met or each.met:
             after[n] = replace(each, met=met, known=known, seen=seen)
     return after, set(clear)
+
+
+def _has_turn(each: TrackedObject, frame: Frame) -> bool:
+    """Return whether an object that has met nobody learns how it looks in this frame."""
+    return each.known is None or (each.identity + frame.index) % TURNS == 0
 
 
 def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
