@@ -33,7 +33,7 @@ from motes.mot.stages.follow_camera import follow_camera
 from motes.mot.stages.initiate import initiate
 from motes.mot.stages.mark_occluded import mark_occluded
 from motes.mot.stages.reidentify import reidentify
-from motes.mot.stages.report import report, trust
+from motes.mot.stages.report import report
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.stages.update import update
@@ -55,15 +55,13 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
     created: int = 0
     terminated: int = 0
     """How many objects there have been, and how many of them have ended."""
-    trusted: tuple[float, ...] = ()
-    """The latest mean scores of objects that have moved."""
 
 
 class SceneInfo(NamedTuple):
     """What happened in a frame."""
 
     tracks: list[SceneTrack]
-    """The tracks, oldest first; see `report`."""
+    """All tracks, oldest first."""
     surplus: int
     """How many detections were beyond the limit, and were not used."""
     admitted: Mapping[int, int]
@@ -105,11 +103,10 @@ def step(
     if looked:
         begun, initiation = initiate(seed, created, initiation, free, frame, config)
         objects, created = objects + begun, created + len(begun)
-    trusted = trust(state.trusted, objects)
-    tracks, staying = report(objects, frame, config, trusted)
+    tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = tell_apart(staying, free, frame, config.occlusion.overlap)
-    after = SceneState(staying, initiation, created, terminated, trusted)
+    after = SceneState(staying, initiation, created, terminated)
     return after, SceneInfo(tracks, surplus, keys)
 
 

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
@@ -29,8 +28,6 @@ REMEMBERED = 1.0
 DETECTED = 0.5
 """Probability that what is detected is one whole object, whatever its colors; of people who are
 found by the background alone, 0.54 are."""
-SCORES = 20
-"""Number of detections that an object's mean score follows."""
 FIRST_SURPRISE = 0.25**2
 """How far a detection of a new object is off, squared, in mean half-axes."""
 
@@ -110,8 +107,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     """The identities of those that it has met, and may have been mistaken for since."""
     votes: dict[str, int] = {}
     """How many of its detections had each class, in the order of their first appearance."""
-    score: float = math.inf
-    """Mean score of about the last `SCORES` of its detections; infinite if it has had none."""
     origin: tuple[float, float] = (0.0, 0.0)
     """The center of its first detection."""
     moved: bool = False
@@ -254,15 +249,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             cut_for=self.cut_for if part else 0.0,
         )
 
-    def vote(self, detection: Detection) -> Self:
-        """Count a detection's class, if it has one, and average its score with those so far."""
-        score, label = detection.score, detection.label
-        if math.isfinite(self.score):
-            score = self.score + (score - self.score) / SCORES
-        votes = self.votes
-        if label is not None:
-            votes = {**votes, label: votes.get(label, 0) + 1}
-        return replace(self, votes=votes, score=score)
+    def vote(self, label: str | None) -> Self:
+        """Count a detection's class, if it has one."""
+        if label is None:
+            return self
+        return replace(self, votes={**self.votes, label: self.votes.get(label, 0) + 1})
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
         """Correct its velocity by the detection; it keeps a share of the old one, the smoothing.

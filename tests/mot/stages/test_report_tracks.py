@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 from msgspec.structs import replace
 
-from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.mot.stages.report import ENOUGH, report, trust
+from motes.mot.stages.report import report
 from scene_objects import RED, config, occluded, picture, visible
 
 PLACE = Box(40, 30, 20, 40)
@@ -59,33 +58,3 @@ def test_tracks_say_what_is_known_of_an_object() -> None:
         (1, 3, False),
     ]
     assert [t.track for t in tracks] == [each.track for each in objects]
-
-
-def test_what_never_moved_and_has_low_scores_has_no_track() -> None:
-    """Posters: a detector of any scale gives them lower scores than those who walk."""
-    poster, walker, standing = (visible(identity, BEFORE, PLACE) for identity in (1, 2, 3))
-    for scale in (1.0, 100.0):
-        trusted: tuple[float, ...] = ()
-        for n in range(ENOUGH):
-            moved = replace(walker, moved=True, score=scale * (0.6 + 0.3 * (n % 2)))
-            trusted = trust(trusted, [moved, replace(poster, score=0.2 * scale)])
-        low = replace(poster, score=0.2 * scale)
-        objects = [
-            low,
-            replace(walker, moved=True, score=0.2 * scale),
-            replace(standing, score=scale),
-        ]
-        tracks, staying = report(objects, BEFORE, config(), trusted)
-        assert [each.identity for each in tracks] == [2, 3]
-        assert staying == objects
-        tracks, _ = report(objects, BEFORE, config(), trusted[:-1])  # too few to tell
-        assert len(tracks) == 3
-
-
-def test_a_mean_score_follows_the_detections() -> None:
-    one = visible(1, BEFORE, PLACE)
-    assert one.score == float("inf")
-    for score, mean in ((0.5, 0.5), (0.5, 0.5), (0.9, 0.52)):
-        one = one.vote(Detection(PLACE, score))
-        assert one.score == pytest.approx(mean)
-    assert trust((0.1,), [one]) == (0.1,)  # it has not moved

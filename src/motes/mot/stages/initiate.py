@@ -33,5 +33,5 @@ def initiate(
     for identity, (each, hits) in enumerate(confirmed, start=created + 1):
         rng = np.random.Generator(np.random.PCG64((seed, identity)))
         new = TrackedObject.begin(identity, config.tracker, rng, frame, hits)
-        begun.append(new.vote(each))
+        begun.append(new.vote(each.label))
     return begun, after

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows, room
@@ -18,32 +15,11 @@ MAX_AGE_AT_BORDER = 0.2
 COVERED_AGE_FACTOR = 2
 """An object that should be where another one is visible is kept for this many times as long."""
 
-LOWEST = 0.1
-"""Share of the scores of objects that have moved, the lowest, that are doubtful for one that has
-not."""
-ENOUGH, LATEST = 200, 1000
-"""Numbers of such scores from which this is told, and that are kept."""
-
 
 def report(
-    objects: Sequence[TrackedObject],
-    frame: Frame,
-    config: SceneConfig,
-    trusted: Sequence[float] = (),
+    objects: Sequence[TrackedObject], frame: Frame, config: SceneConfig
 ) -> tuple[list[SceneTrack], list[TrackedObject]]:
-    """Return the tracks of the objects, and the objects that stay; the others are lost.
-
-    What has never moved, and has lower scores than most that have, has no track: a poster or a
-    bush that a detector takes for somebody. It stays an object, to which its detections go.
-
-    Parameters
-    ----------
-    objects, frame, config
-        As they are now.
-    trusted
-        The latest mean scores of objects that have moved; see `trust`.
-    """
-    least = np.quantile(trusted, LOWEST) if len(trusted) >= ENOUGH else -np.inf
+    """Return the tracks of all objects, and the objects that stay; the others are lost."""
     covered = _covered(objects)
     tracks, staying = list[SceneTrack](), list[TrackedObject]()
     for each in objects:
@@ -52,18 +28,12 @@ def report(
             max_age = MAX_AGE_AT_BORDER
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR
-        lost = frame.time - each.last_time > max_age
-        if each.moved or each.score >= least:
-            tracks.append((each.terminate() if lost else each).scene_track)
-        if not lost:
+        if frame.time - each.last_time > max_age:
+            tracks.append(each.terminate().scene_track)
+        else:
+            tracks.append(each.scene_track)
             staying.append(each)
     return tracks, staying
-
-
-def trust(trusted: tuple[float, ...], objects: Sequence[TrackedObject]) -> tuple[float, ...]:
-    """Return the latest mean scores of objects that have moved, with those detected now."""
-    now = [each.score for each in objects if each.moved and each.detected]
-    return (*trusted, *(score for score in now if math.isfinite(score)))[-LATEST:]
 
 
 def _covered(objects: Sequence[TrackedObject]) -> set[int]:
