@@ -15,6 +15,7 @@ from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, 
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.mot_rows import MotRows, read_rows
 from motes_lab.metrics.mot import Tally, tally
+from motes_lab.metrics.mot_errors import errors
 from motes_lab.protocols.mot import write_rows
 
 SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")
@@ -56,6 +57,21 @@ def test_by_hand() -> None:
     assert found.deta == pytest.approx([4 / 11] * 10 + [3 / 12] * 9)
     assert found.loca == pytest.approx([3.5 / 4] * 10 + [1] * 9)
     assert found.hota == pytest.approx(np.sqrt(found.deta * found.assa))
+
+
+def test_errors_by_hand() -> None:
+    """Tracks 5 and 6 change persons in frame 3, and back in frame 4; 7 is nobody, 8 on person 1."""
+    truth = rows(*line(1, range(1, 6)), *line(2, range(1, 6), x=50), *line(3, range(1, 6), x=52))
+    results = rows(
+        *line(5, range(2, 3)), *line(5, range(3, 4), x=50), *line(5, range(4, 6)),
+        *line(6, range(1, 3), x=50), *line(6, range(3, 4)), *line(6, range(4, 6), x=50),
+        *line(7, range(2, 4), x=90), *line(8, range(5, 6), shift=1),
+    )  # fmt: skip
+    found = errors(truth, results)
+    assert (found.handovers, found.exchanges) == (4, 2)
+    assert (found.ghosts, found.doubled) == (2, 1)
+    assert (found.merged, found.late) == (5, 1)  # 3 stands in the box of 2 or of 5
+    assert errors(truth, rows(*line(5, range(1, 6)))).handovers == 0
 
 
 def test_the_track_of_before_is_kept() -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from motes.core.types import Floats
 from motes_lab.metrics import sot as metrics
+from motes_lab.metrics.mot_errors import Errors
 from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
 
@@ -24,6 +25,7 @@ def ranking_column(protocol: str) -> str:
 LESS_IS_BETTER = {
     *("od", "lost_track", "ece", "losses", "ms_median", "ms_95", "switches", "fragmentations"),
     *("false_positives", "false_negatives", "mostly_lost"),
+    *Errors._fields,
 }
 """The numbers of results.csv, and of its counts, of which less is better."""
 

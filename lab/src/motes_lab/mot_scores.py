@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cached_property, reduce
-from operator import add
+from operator import add, attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from motes_lab.aggregate import Passes
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.metrics.mot import Tally, tally
+from motes_lab.metrics.mot_errors import Errors
 from motes_lab.protocols.mot import Tracks, load_tracks
 from motes_lab.scores import (
     PassResult,
@@ -44,6 +45,7 @@ NUMBERS: dict[str, Callable[[Tally], float | int]] = {
     "false_negatives": lambda t: t.false_negatives,
     "mostly_tracked": lambda t: t.mostly_tracked,
     "mostly_lost": lambda t: t.mostly_lost,
+    **{name: attrgetter(name) for name in Errors._fields},
 }
 """Columns of results.csv, and how they are computed from a tally."""
 

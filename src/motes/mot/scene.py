@@ -36,8 +36,8 @@ from motes.mot.stages.initiate import initiate
 from motes.mot.stages.mark_occluded import mark_occluded
 from motes.mot.stages.reidentify import reidentify
 from motes.mot.stages.report import report
-from motes.mot.stages.resolve_identity_switches import resolve_identity_switches
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
+from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import SceneTrack, TrackedObject
@@ -114,7 +114,7 @@ def step(
         objects, created = objects + begun, created + len(begun)
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
-    staying = resolve_identity_switches(staying, frame)
+    staying = tell_apart(staying, free, frame, config.occlusion.overlap)
     after = SceneState(staying, initiation, created, terminated)
     return after, SceneInfo(tracks, surplus, keys)
 

@@ -15,8 +15,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.cues.histogram_cue import HistogramModel
 from motes.mot.expected import CUE, Expected
+from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
@@ -106,12 +106,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     detected: bool = True
     occluded_by: int | None = None
     """As in `SceneTrack`."""
-    near_other: bool = False
-    """Whether another object is so near that one may occlude the other."""
-    shape_model: HistogramModel | None = None
-    """Its edges when another object last came so near."""
-    occluder_candidate: int | None = None
-    """The identity of the object that last occluded it, until both have been compared."""
+    known: Look | None = None
+    """How it last looked when it was clear of others, before it met those in `met`."""
+    seen: Look | None = None
+    """How it looks since it is clear of them again."""
+    met: frozenset[int] = frozenset()
+    """The identities of those that it has met, and may have been mistaken for since."""
     votes: dict[str, int] = {}
     """How many of its detections had each class, in the order of their first appearance."""
     origin: tuple[float, float] = (0.0, 0.0)
@@ -316,7 +316,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             predicted=whole,
             track=replace(self.track, status=Status.OCCLUDED, confidence=0.0),
             occluded_by=occluder,
-            occluder_candidate=occluder,
         )
 
     def extrapolate(self, frame: Frame) -> Self:
@@ -337,7 +336,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             identity=other.identity,
             rng=other.rng,
             votes=other.votes,
-            shape_model=other.shape_model,
+            known=other.known,
+            met=other.met,
             state=replace(
                 self.state,
                 models=theirs.models,

@@ -27,7 +27,7 @@ def test_a_detected_object_occludes_an_undetected_one() -> None:
     front = seen(2, OVER).detect(OVER, FRAME.time)
     after = mark_occluded([seen(1, PLACE), front], FRAME, Occlusion())
     assert statuses(after) == {1: Status.OCCLUDED, 2: Status.TRACKING}
-    assert (after[0].occluded_by, after[0].occluder_candidate) == (2, 2)
+    assert after[0].occluded_by == 2
     assert after[0].track.confidence == 0
 
 

@@ -35,17 +35,6 @@ def test_models_learn_only_while_no_other_object_is_near() -> None:
         before = learning(1, PLACE)
         after, _ = update([before, learning(2, other)], frame, DT)
         assert (histogram(after) == histogram(before)) == near
-        assert after.near_other == near
-        assert (after.shape_model is not None) == near
-
-
-def test_edges_are_learned_once_when_another_object_comes_near() -> None:
-    frame = picture(1, (PLACE, RED), (NEAR, BLUE))
-    objects = [learning(1, PLACE), learning(2, NEAR)]
-    once = update(objects, frame, DT)
-    later = picture(2, (PLACE, BLUE), (NEAR, RED))
-    twice = update([each.predict(DT) for each in once], later, DT)
-    assert [each.shape_model for each in twice] == [each.shape_model for each in once]
 
 
 def test_a_detected_object_stays_at_its_detection_and_others_follow_their_filter() -> None:

@@ -17,6 +17,7 @@ from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes_lab.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 from motes_lab.datasets.mot_rows import MotRows
+from motes_lab.metrics.mot_errors import errors
 
 Integers = NDArray[np.int64]
 
@@ -49,6 +50,13 @@ class Tally:
     mostly_tracked: int
     mostly_lost: int
     """Numbers of objects."""
+    handovers: int
+    exchanges: int
+    ghosts: int
+    doubled: int
+    merged: int
+    late: int
+    """As in `Errors`."""
     identified: int
     """Number of matches if each object has one track, and each track one object, for the whole
     sequence."""
@@ -161,6 +169,7 @@ def tally(truth: MotRows, results: MotRows, frames: int) -> Tally:
         len(results.frames),
         objects.size,
         *_clear(per_frame, lengths),
+        *errors(truth, results),
         _identified(per_frame, lengths, track_lengths),
         *_hota(per_frame, lengths, track_lengths),
     )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motes.core.config import Count
 from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes.mot.assignment import assign
@@ -27,7 +28,6 @@ from motes_lab.report.tables import Cell, Row, Table, number
 from motes_lab.runner import Job, plan
 
 TRACKERS = ("motes:scene", "trackers:sort", "trackers:bytetrack")
-SEEDS = 5
 
 COVERED = 0.5
 """An occlusion covers at least this share of the farther box in some frame."""
@@ -45,17 +45,21 @@ NOTE = (
 )
 
 
-def real_occlusions(dataset: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
+def real_occlusions(
+    dataset: Path, /, *, seeds: Count = 5, results: ResultOptions = ResultOptions()
+) -> int:
     """Zhao and Pei, section 3: occlusions on film.
 
     Parameters
     ----------
     dataset
         A folder of sequences of many objects, as for motes-lab evaluate.
+    seeds
+        Number of runs of each tracker that draws random numbers.
     """
     trackers, unusable = resolve(TRACKERS, mot_tracker_spec)
     crowds, problems = crowds_of(dataset)
-    jobs, unreadable = plan(trackers, crowds, ["mot"], SEEDS)
+    jobs, unreadable = plan(trackers, crowds, ["mot"], seeds)
     steps = kept_identities(crowds, [each.name for each in trackers], jobs)
     return results.show("real-occlusions", steps, [*unusable, *problems, *unreadable])
 

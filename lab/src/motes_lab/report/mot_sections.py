@@ -30,6 +30,15 @@ MEASURES = {
     "mostly lost": ("mostly_lost", 0),
 }
 """Titles of columns; their names in results.csv, and digits."""
+ERRORS = {
+    "handed over": ("handovers", 0),
+    "exchanged": ("exchanges", 0),
+    "ghosts": ("ghosts", 0),
+    "doubled": ("doubled", 0),
+    "merged": ("merged", 0),
+    "late": ("late", 0),
+}
+"""The same of what a user sees go wrong, for each sequence."""
 
 
 def tables(evaluation: MotEvaluation) -> list[Table]:
@@ -74,7 +83,7 @@ def _number(
 def details(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker on each sequence that it finished."""
     columns = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
-    columns |= MEASURES
+    columns |= MEASURES | ERRORS
     rows = [
         (
             Cell(tracker),

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from msgspec.structs import replace
-
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows
-from motes.mot.identity_switch import EDGES
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.tracked_object import TrackedObject
 
@@ -24,9 +21,5 @@ def update(objects: Sequence[TrackedObject], frame: Frame, dt: float) -> list[Tr
     pairs = occlusion_candidates(as_rows(objects[n].predicted.box for n in visible))
     meeting = set(pairs[0].tolist())
     for i, n in enumerate(visible):
-        near = i in meeting
-        each = objects[n].observe(frame, dt, learn=not near)
-        begins = near and not each.near_other
-        edges = EDGES.learn(frame, each.track.ellipse) if begins else each.shape_model
-        after[n] = replace(each, near_other=near, shape_model=edges)
+        after[n] = objects[n].observe(frame, dt, learn=i not in meeting)
     return after

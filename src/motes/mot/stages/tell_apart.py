@@ -1,0 +1,131 @@
+"""Stage 9: when those that have met are seen apart again, one assignment says who is who."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.who_is_who import who_is_who
+from motes.mot.boxes import as_rows
+from motes.mot.look import FRAMES, costs, looks_at
+from motes.mot.overlaps import grouped, nested_pairs
+from motes.mot.tracked_object import TrackedObject
+
+STAY = 3.0
+"""Logarithm of how much likelier an object is who it was followed as than somebody else whom it has
+met: its path speaks for it."""
+
+TURNS = 3
+"""Objects that have met nobody learn how they look in one frame of so many, to save time."""
+
+
+def tell_apart(
+    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+) -> list[TrackedObject]:
+    """Return the objects with the identities that they have from the next frame on.
+
+    Objects that touch are a group, whether they are detected or not, until each has been seen clear
+    of the others for `FRAMES` frames. An identity keeps its last clear look from before. In each
+    frame, the objects of the group that are seen clear are assigned to all of its identities, also
+    to those that are hidden or still covered; these then are who is left.
+
+    Parameters
+    ----------
+    objects, free
+        The objects, and the detections that belong to none: somebody unknown may stand there.
+    touching
+        Objects touch if one covers more than this share of another.
+    """
+    after, clear = _seen(objects, free, frame, touching)
+    for group in _groups(after):
+        if clear.intersection(group):
+            _assign(after, group)
+    for n, each in enumerate(after):
+        if each.seen is not None and not each.met:
+            after[n] = replace(each, known=each.seen, seen=None)
+    return after
+
+
+def _seen(
+    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+) -> tuple[list[TrackedObject], set[int]]:
+    """Return the objects with whom they have met and how they look, and which are clear now."""
+    boxes, alive = as_rows(each.track.box for each in objects), {each.identity for each in objects}
+    i, j, _ = nested_pairs(boxes, boxes, touching)
+    near = grouped(i[i != j], j[i != j])
+    unknown = set(nested_pairs(boxes, as_rows(each.box for each in free), touching)[0].tolist())
+    covered = {
+        n for n, each in enumerate(objects)
+        if each.occluded or not all(objects[m].occluded for m in near.get(n, ()))
+    }  # fmt: skip
+    whole = np.all(
+        (boxes[:, :2] >= 0) & (boxes[:, :2] + boxes[:, 2:] <= (frame.width, frame.height)), axis=1
+    )
+    detected = {n for n in np.flatnonzero(whole).tolist() if objects[n].detected}
+    clear = sorted(detected - covered - unknown)
+    met_by = [
+        (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
+        for n, each in enumerate(objects)
+    ]
+    learning = [n for n in clear if met_by[n] or _has_turn(objects[n], frame)]
+    ellipses = [objects[n].track.ellipse for n in learning]
+    looks = dict(zip(learning, looks_at(frame, ellipses), strict=True))
+    after = list(objects)
+    for n, (each, met) in enumerate(zip(objects, met_by, strict=True)):
+        known, seen, look = each.known, None if n in covered else each.seen, looks.get(n)
+        if look is not None and met:
+            seen = look.joined(seen)
+        elif look is not None:
+            known = look.joined(known)
+        if look is not None or met or each.met:
+            after[n] = replace(each, met=met, known=known, seen=seen)
+    return after, set(clear)
+
+
+def _has_turn(each: TrackedObject, frame: Frame) -> bool:
+    """Return whether an object that has met nobody learns how it looks in this frame."""
+    return each.known is None or (each.identity + frame.index) % TURNS == 0
+
+
+def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
+    """Yield groups of two or more that have met, directly or through others, as sorted indices."""
+    index = {each.identity: n for n, each in enumerate(objects)}
+    left = {n for n, each in enumerate(objects) if each.met}
+    while left:
+        group = [left.pop()]
+        for n in group:
+            found = {index[identity] for identity in objects[n].met} & left
+            left -= found
+            group += found
+        yield sorted(group)
+
+
+def _assign(objects: list[TrackedObject], group: list[int]) -> None:
+    """Give the objects of a group the identities that they most likely have, in place."""
+    before = [objects[n] for n in group]
+    clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
+    tracks = [*clear]
+    likely = costs([*clear.values()], [each.known for each in before])
+    likely[range(len(tracks)), tracks] -= STAY
+    models, certainty = who_is_who(likely)
+    if certainty.min() > 0.5:
+        became = dict(zip(models.tolist(), tracks, strict=True))
+        now = dict(zip(tracks, models.tolist(), strict=True))
+        for k, n in enumerate(group):
+            who = now.get(k, k)
+            while k not in now and who in became:  # whoever took it leaves an identity
+                who = became[who]
+            if who != k:
+                objects[n] = before[k].with_identity_of(before[who])
+    told = {
+        objects[n].identity
+        for n in group
+        if (seen := objects[n].seen) is not None and seen.frames >= FRAMES
+    }
+    for n in group:
+        if objects[n].identity in told:
+            objects[n] = replace(objects[n], met=objects[n].met - told)

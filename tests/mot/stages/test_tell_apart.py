@@ -1,0 +1,135 @@
+"""Who is who in a group that is seen apart again: by colors, by edges, and also who is hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.look import looks_at
+from motes.mot.scene import Scene
+from motes.mot.stages.tell_apart import tell_apart
+from motes.mot.tracked_object import TrackedObject
+from scene_objects import BLUE, RED, Color, occluded, picture, visible
+
+GREEN = (60, 220, 60)
+PLACES = [Box(20, 30, 20, 40), Box(90, 30, 20, 40), Box(160, 30, 20, 40)]
+TOUCH = 0.1
+
+
+def met(
+    before: Sequence[Color], hidden: Sequence[int] = (), others: Sequence[int] = (1, 2, 3)
+) -> list[TrackedObject]:
+    """Return objects 1, 2, ... of these colors, side by side, that have met each other."""
+    seen = picture(0, *zip(PLACES, before, strict=False))
+    found = list[TrackedObject]()
+    for identity, (place, _) in enumerate(zip(PLACES, before, strict=False), start=1):
+        one = visible(identity, seen, place)
+        (look,) = looks_at(seen, [one.track.ellipse])
+        if identity in hidden:
+            one = occluded(identity, seen, place)
+        found.append(replace(one, known=look, met=frozenset(others) - {identity}))
+    return found
+
+
+def after(
+    objects: Sequence[TrackedObject], *colors: Color, free: Sequence[Detection] = ()
+) -> list[int]:
+    """Return the identities where these colors are seen now."""
+    now = picture(1, *zip(PLACES, colors, strict=False))
+    return [each.identity for each in tell_apart(objects, free, now, TOUCH)]
+
+
+def test_a_group_is_assigned_as_a_whole() -> None:
+    three = met((RED, GREEN, BLUE))
+    assert after(three, RED, GREEN, BLUE) == [1, 2, 3]
+    assert after(three, GREEN, RED, BLUE) == [2, 1, 3]
+    assert after(three, GREEN, BLUE, RED) == [2, 3, 1]  # three in a circle
+    assert after(met((RED, RED, RED)), RED, RED, RED) == [1, 2, 3]
+
+
+def test_who_is_hidden_may_be_the_one_that_is_seen() -> None:
+    """The one detection of two that met went on as the other one."""
+    two = met((RED, BLUE), hidden=[1], others=[1, 2])
+    assert after(two, RED, RED) == [2, 1]
+    assert after(two, RED, BLUE) == [1, 2]
+    # Three: the last one is seen as the first; the hidden first one has what is left.
+    assert after(met((RED, GREEN, BLUE), hidden=[1]), BLUE, GREEN, RED) == [3, 2, 1]
+
+
+@pytest.mark.parametrize("why", ["never met", "detection of somebody unknown", "at the border"])
+def test_nobody_is_exchanged_who(why: str) -> None:
+    two = met((RED, BLUE), others=[] if why == "never met" else [1, 2])
+    free = [Detection(place) for place in PLACES[:2] if why.startswith("detection")]
+    if why == "at the border":
+        two = [
+            replace(each, track=replace(each.track, ellipse=each.track.ellipse._replace(y=5)))
+            for each in two
+        ]
+    assert after(two, BLUE, RED, free=free) == [1, 2]
+
+
+def test_an_exchange_takes_the_models_along_and_leaves_the_places() -> None:
+    before = met((RED, BLUE), others=[1, 2])
+    now = tell_apart(before, (), picture(1, *zip(PLACES, (BLUE, RED), strict=False)), TOUCH)
+    assert [each.identity for each in now] == [2, 1]
+    assert [each.track for each in now] == [each.track for each in before]
+    assert [each.rng for each in now] == [each.rng for each in before[::-1]]
+    assert now[0].state.models == before[1].state.models
+
+
+def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_frames() -> None:
+    objects: list[TrackedObject] = met((RED, BLUE), others=[1, 2])
+    said = []
+    for index in range(1, 8):
+        one, other = (BLUE, RED) if index == 1 else (RED, BLUE)  # the first frame misleads
+        now = picture(index, (PLACES[0], one), (PLACES[1], other))
+        objects = tell_apart(objects, (), now, TOUCH)
+        said.append([each.identity for each in objects])
+    assert said[0] == [2, 1]
+    assert said[-1] == [1, 2]
+    assert all(not each.met and each.seen is None for each in objects)
+    gone = tell_apart(met((RED,), others=[1, 2]), (), picture(1, (PLACES[0], RED)), TOUCH)
+    assert gone[0].met == frozenset()
+
+
+SIDE = 24
+GROUND = np.random.default_rng(0).integers(90, 110, (80, 200, 3)).astype(np.uint8)
+
+
+def striped(index: int, *things: tuple[int, bool]) -> Frame:
+    """Return a frame with squares of red stripes, upright or level ones."""
+    pixels = GROUND.copy()
+    for x, upright in things:
+        part = np.full((SIDE, SIDE, 3), 150, np.uint8)
+        part[np.arange(SIDE) % 8 < 4] = RED
+        pixels[28 : 28 + SIDE, x : x + SIDE] = part.swapaxes(0, 1) if upright else part
+    return Frame(index, index / 25, pixels)
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_two_that_turn_back_behind_each_other_are_told_apart(alike: bool) -> None:
+    """They seem to walk past each other, but turn back. Edges tell, if they differ."""
+    found: list[Detection] = []
+    scene = Scene(lambda _: found)
+    for index in range(50):
+        step = index if index < 20 else max(40 - index, 2)
+        left, right = 10 + 4 * step, 162 - 4 * step
+        together = left + SIDE > right
+        seen = (right if index < 20 else left,) if together else (left, right)
+        found[:] = [Detection(Box(x, 28, SIDE, SIDE)) for x in seen]
+        said = {
+            each.identity: each.track
+            for each in scene.update(striped(index, (left, False), (right, not alike)))
+        }
+        if index == 10:
+            (first,) = [i for i, track in said.items() if track.ellipse.x < 100]
+    assert len(said) == 2
+    assert all(track.status is Status.TRACKING for track in said.values())
+    assert (said[first].ellipse.x < 100) == (not alike)
