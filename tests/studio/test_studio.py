@@ -510,6 +510,19 @@ def test_a_configuration_names_the_networks_of_the_owner_alone(
             assert page.rows[alone] != page.rows[number]
 
 
+def test_a_seed_that_is_taken_back_has_its_rows_again(client: httpx.Client) -> None:
+    with looking(client, begin(client)) as page:
+        number = page.drawn(preset="nummiaro")
+        page.tracked(number)
+        assert page.item(number).tracked
+        page.ask("change_object", object=number, seed=7)
+        assert not page.item(number).tracked
+        page.ask("undo")
+        assert page.item(number).tracked
+        page.ask("redo")
+        assert not page.item(number).tracked
+
+
 def test_networks_of_a_folder(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="no files"):
         networks_of(str(tmp_path))
