@@ -453,6 +453,7 @@ PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "left": [10.0, 12.5], "top": [1
         ("id", [1.0, 1.5], "row 2: '1.5' is not a whole number"),
         ("time", [0.0, float("inf")], "frame 1 has the time inf"),
         ("speed", [[1], [2]], "column speed holds lists"),
+        ("label", ["x" * 2000] * 2, "a text of 2,000 characters"),
     ],
 )
 def test_parquet(column: str, values: list[object] | None, message: str, convert: Convert) -> None:

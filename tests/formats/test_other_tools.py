@@ -204,6 +204,19 @@ def test_a_hash_behind_the_number_of_a_frame_is_no_number(tmp_path: Path) -> Non
     assert frames(registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)) == [12]
 
 
+def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
+    """Ultralytics and CVAT have them in `labels/train` and `labels/val`."""
+    folder = yolo(tmp_path, "names: [x, person]\n")
+    for part in ("train", "val"):
+        (folder / "labels" / part).mkdir()
+        (folder / "labels" / part / "frame_000003.txt").write_text(LINE)
+        if part == "train":
+            (row,) = registry.read(folder, "yolo", FILM)
+            assert (row.frame, row.objects[0].label) == (3, "person")
+    with pytest.raises(SourceError, match="its labels are in train and val; give one of"):
+        registry.read(folder, "yolo", FILM)
+
+
 def _coco(*names: str | dict[str, Any], **more: Any) -> Any:
     return lambda folder: ("coco", coco(folder, names, **more))
 

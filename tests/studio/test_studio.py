@@ -19,6 +19,8 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
+from motes.cli.studio import networks_of
+from motes.core.errors import SourceError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.registry import FORMATS
@@ -508,6 +510,27 @@ def test_a_configuration_names_the_networks_of_the_owner_alone(
             assert page.rows[alone] != page.rows[number]
 
 
+def test_a_seed_that_is_taken_back_has_its_rows_again(client: httpx.Client) -> None:
+    with looking(client, begin(client)) as page:
+        number = page.drawn(preset="nummiaro")
+        page.tracked(number)
+        assert page.item(number).tracked
+        page.ask("change_object", object=number, seed=7)
+        assert not page.item(number).tracked
+        page.ask("undo")
+        assert page.item(number).tracked
+        page.ask("redo")
+        assert not page.item(number).tracked
+
+
+def test_networks_of_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="no files"):
+        networks_of(str(tmp_path))
+    files = save_pair(tmp_path)
+    assert networks_of(str(tmp_path)) == tuple(sorted(files))
+    assert networks_of(",".join(files)) == files
+
+
 def test_presets_and_formats(client: httpx.Client) -> None:
     presets = client.get("/api/presets").json()
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
@@ -559,7 +582,13 @@ def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> N
     assert [classes(object=number)[0] for number in numbers] == classes()
 
 
-def test_a_guess_is_not_exported_as_seen(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("wanted", "hidden", "begin"),
+    [(False, [False, True, False], b"1 guess marked "), (True, [False, False, False], b"")],
+)
+def test_a_guess_is_exported_as_seen_for_who_wants_it(
+    tmp_path: Path, wanted: bool, hidden: list[bool], begin: bytes
+) -> None:
     there = Ellipse(50, 40, 9, 9, 0)
     states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
     rows = [
@@ -568,7 +597,8 @@ def test_a_guess_is_not_exported_as_seen(tmp_path: Path) -> None:
     part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
     place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
-    said = exports.write_scene(place, str(tmp_path / "n.json"), "coco", film, [part])
+    path = str(tmp_path / "n.json")
+    said = exports.write_scene(place, path, "coco", film, [part], guesses=wanted)
     annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
     found = [each["attributes"]["occluded"] for each in annotations]
-    assert (found, said[:15]) == ([False, True, False], b"1 guess marked ")
+    assert (found, said[:15]) == (hidden, begin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -40,7 +41,7 @@ def studio(
         Folder of sessions and uploads. [default: the user's folder for data]
     network
         Trained network that configurations of the page may name, as in motes track:
-        backbone.onnx,head.onnx.
+        backbone.onnx,head.onnx. Or a folder of networks.
     headless
         Do not open a browser.
     """
@@ -59,10 +60,21 @@ def studio(
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
     files: tuple[str, ...] = ()
     if network is not None:
-        from motes.sot.network.network import Network, files_of
-
-        files = files_of(network)
-        Network(files=files).open()
+        files = networks_of(network)
     limits = Limits(networks=files)
     serve(folder, host, port, data, log=log, browser=not headless, limits=limits)
     return DONE
+
+
+def networks_of(given: str) -> tuple[str, ...]:
+    """Return the files that a page may name: those of one network, or all in a folder."""
+    from motes.sot.network.network import Network, files_of
+
+    if not os.path.isdir(given):
+        files = files_of(given)
+        Network(files=files).open()
+        return files
+    found = sorted(map(str, Path(given).glob("*.onnx")))
+    if not found:
+        raise SourceError(f"{given} has no files .onnx; give a folder of networks.")
+    return tuple(found)

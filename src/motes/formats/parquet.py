@@ -10,11 +10,13 @@ from typing import Any
 from motes.core.errors import FormatError
 from motes.core.optional import optional
 from motes.formats.recording import FilmFacts, Recording
-from motes.formats.rows import recording_of_rows, table_of
+from motes.formats.rows import KNOWN, recording_of_rows, table_of
 from motes.rows.schema import TEXT, WHOLE
 
 BATCH = 1 << 14
 """Rows that are unpacked at a time."""
+LONGEST = 1000
+"""Characters of a text: a few that are long may be in all rows of a small file."""
 VALUE = 8
 """Bytes of a value."""
 
@@ -55,8 +57,18 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         for field in file.schema_arrow:
             if nested(field.type):
                 raise FormatError(f"its column {field.name[:80]} holds lists; leave it out")
-        rows = (row for batch in file.iter_batches(BATCH) for row in batch.to_pylist())
+        known = [name for name in names if name in KNOWN]
+        batches = file.iter_batches(BATCH, columns=known)
+        cells = (row for batch in batches for row in zip(*batch.columns, strict=True))
+        rows = (dict(zip(known, map(_value, row), strict=True)) for row in cells)
         return recording_of_rows(rows, names, facts)
+
+
+def _value(cell: Any) -> Any:
+    value = cell.as_py()
+    if isinstance(value, str) and len(value) > LONGEST:
+        raise FormatError(f"it has a text of {len(value):,} characters; shorten it")
+    return value
 
 
 def size(path: Path) -> int:

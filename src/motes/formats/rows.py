@@ -32,6 +32,9 @@ from motes.rows.schema import (
     line,
 )
 
+KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
+"""The columns that are read; others are left out."""
+
 
 def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
     """Return the columns and the rows of a recording.
@@ -129,9 +132,8 @@ def recording_of_rows(
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
-    known_names = (*COLUMNS, *HINDSIGHT, *GROUND)
-    further = [name for name in known_names[len(COLUMNS) :] if name in names]
-    others = [name for name in names if name not in known_names]
+    further = [name for name in KNOWN[len(COLUMNS) :] if name in names]
+    others = [name for name in names if name not in KNOWN]
     left_out = [f"the columns {', '.join(others)[:80]}"] if others else []
     objects, searched = [], []
     turned = set[int]()

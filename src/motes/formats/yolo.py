@@ -85,7 +85,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     Of a folder of images, a text belongs to the image of its name. Of a video, its frame is the
     last number in its name, from 0; but Ultralytics counts from 1, in the video's name and "_1".
     """
-    path = path / LABELS if (path / LABELS).is_dir() else path
+    path = _labels(path)
     names, images = _names(path), images_of(facts)
     stem = Path(facts.source).stem
     from_one = not images and not (path / f"{stem}_0.txt").exists()
@@ -156,6 +156,18 @@ def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked:
     confidence = more[0] if more else 1.0
     row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
     return sound(row)
+
+
+def _labels(folder: Path) -> Path:
+    """Return the folder of the texts: `labels`, or the part of a set for training in it."""
+    folder = folder / LABELS if (folder / LABELS).is_dir() else folder
+    if not any(folder.glob("*.txt")) and folder.name == LABELS:
+        parts = sorted(each for each in folder.iterdir() if each.is_dir())
+        if len(parts) > 1:
+            named = " and ".join(each.name for each in parts)
+            raise FormatError(f"its labels are in {named}; give one of these folders")
+        return parts[0] if parts else folder
+    return folder
 
 
 def _names(folder: Path) -> dict[int, str]:

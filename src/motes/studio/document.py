@@ -35,6 +35,11 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
         return tracker_of(self.preset, self.config)
 
     @property
+    def made_by(self) -> tuple[str, str | None, int]:
+        """What its rows depend on beside its marks: the tracker and the seed."""
+        return self.preset, self.config, self.seed
+
+    @property
     def boxed(self) -> bool:
         """Whether all drawn regions are boxes."""
         return all(len(region) == 4 for region in self.keys.values())

@@ -71,9 +71,17 @@ def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[Frame
 
 
 def write_objects(
-    place: Workplace, path: str, form: str, film: OpenFilm, tables: Mapping[int, tuple[str, Table]]
+    place: Workplace,
+    path: str,
+    form: str,
+    film: OpenFilm,
+    tables: Mapping[int, tuple[str, Table]],
+    *,
+    guesses: bool = False,
 ) -> bytes:
     """Write the objects with these names and rows as a file of a format; a task.
+
+    Guesses are written as if they were seen if `guesses`.
 
     Raises
     ------
@@ -84,13 +92,19 @@ def write_objects(
     """
     found = {number: (name, tracks_of(table)) for number, (name, table) in tables.items()}
     if len(found) > 1:
-        return _write(place, path, form, film, objects_rows(found))
+        return _write(place, path, form, film, objects_rows(found), guesses=guesses)
     ((name, only),) = found.values()
-    return _write(place, path, form, film, target_rows(only), class_of(name))
+    return _write(place, path, form, film, target_rows(only), class_of(name), guesses=guesses)
 
 
 def write_scene(
-    place: Workplace, path: str, form: str, film: OpenFilm, parts: Sequence[bytes]
+    place: Workplace,
+    path: str,
+    form: str,
+    film: OpenFilm,
+    parts: Sequence[bytes],
+    *,
+    guesses: bool = False,
 ) -> bytes:
     """Write the frames of the many-object mode as a file of a format; a task. As `write_objects`.
 
@@ -103,7 +117,7 @@ def write_scene(
     frames = [row for part in found for row in part.frames]
     if form in FORMS.values():  # as `motes watch` writes them: a row for each object
         frames = [row for row in frames if row.objects]
-    return _write(place, path, form, film, frames)
+    return _write(place, path, form, film, frames, guesses=guesses)
 
 
 class _Signs(list[FrameRow]):
@@ -126,6 +140,8 @@ def _write(
     film: OpenFilm,
     rows: Sequence[FrameRow],
     label: str = LABEL,
+    *,
+    guesses: bool,
 ) -> bytes:
     """Write objects in a format of `motes convert`; a format of many files as ZIP.
 
@@ -139,7 +155,8 @@ def _write(
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "file" if known.folder else Path(path)
         try:
-            said = registry.write(made, form, recording).guesses_told(form)
+            written = registry.write(made, form, recording, guesses=guesses)
+            said = written.guesses_told(form)
             if known.folder:
                 _zip(made, path)
         except OSError as error:

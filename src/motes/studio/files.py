@@ -43,7 +43,8 @@ class Question(msgspec.Struct, frozen=True):
     """What the address of a request about a session says; each question takes what it needs.
 
     The frame, the object (None for all), the size of a picture, how many are wanted, the format of
-    a file, and whether the many-object mode is meant.
+    a file, whether guesses are in it as if they were seen, and whether the many-object mode is
+    meant.
     """
 
     index: Number = 0
@@ -52,6 +53,7 @@ class Question(msgspec.Struct, frozen=True):
     height: Number = 54
     count: Number = 20
     format: str = "csv"
+    guesses: bool = False
     scene: str | None = None
 
 
@@ -73,7 +75,7 @@ async def export(session: LiveSession, about: Question) -> File:
         If there are none, a run still makes them, or the format cannot hold them.
     """
     if about.scene is not None:
-        return await _export_scene(session, about.format)
+        return await _export_scene(session, about)
     film, form = session.facts, about.format
     if form == HISTORY:
         targets = _targets(session, about.object)
@@ -85,20 +87,21 @@ async def export(session: LiveSession, about: Question) -> File:
     exports.check_formats(form, several=len(tables) > 1)
     named = {each.object: (each.name, table) for each, table in tables}
     what = "objects" if len(tables) > 1 else tables[0][0].name
-    task = partial(exports.write_objects, form=form, film=film, tables=named)
+    task = partial(exports.write_objects, form=form, film=film, tables=named, guesses=about.guesses)
     return await _made(session, exports.file_name(film, what, form), task)
 
 
-async def _export_scene(session: LiveSession, form: str) -> File:
+async def _export_scene(session: LiveSession, about: Question) -> File:
     """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
-    film, job = session.facts, session.watching.job
+    film, job, form = session.facts, session.watching.job, about.format
     if job is not None and job.active:
         raise ConfigError("All that moves is being tracked; wait for the end, or stop the run.")
     if form == "events":
         lines = (msgspec.json.encode(event) + b"\n" for event in session.watching.events())
         return File(exports.file_name(film, "events", "jsonl"), io.BytesIO(b"".join(lines)))
     exports.check_formats(form, several=True)
-    task = partial(exports.write_scene, form=form, film=film, parts=session.watching.parts())
+    parts = session.watching.parts()
+    task = partial(exports.write_scene, form=form, film=film, parts=parts, guesses=about.guesses)
     return await _made(session, exports.file_name(film, "watched", form), task)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -64,7 +64,8 @@ def read_file(place: Workplace, path: str, form: str | None, film: OpenFilm, mos
         If it cannot be read, or has frames or more objects than a session may have.
     """
     given, times = Path(path), place.film.times
-    recorded, known = recording(given, form, film, [*map(text_name, place.film.files)], most)
+    files = [*map(text_name, place.film.files)]
+    recorded, known = recording(given, form, film, files, most, place.check)
     place.check()
     targets, tables = taken(recorded, known, times, given.stem)
     found = Taken(targets, [pack(table) for table in tables], [*recorded.left_out, *recorded.notes])
@@ -87,11 +88,17 @@ def arrived(document: Document, targets: Sequence[DrawnTarget]) -> Document:
 
 
 def recording(
-    path: Path, form: str | None, film: OpenFilm, files: Sequence[str], most: int
+    path: Path,
+    form: str | None,
+    film: OpenFilm,
+    files: Sequence[str],
+    most: int,
+    check: Callable[[], None],
 ) -> tuple[Recording, str]:
     """Return the objects in a file, and its format, which is recognized unless given.
 
-    The film may have the names of its images. A ZIP may hold a file or a folder of `most` bytes.
+    The film may have the names of its images. A ZIP may hold a file or a folder of `most` bytes;
+    `check` is called after each file that is unpacked.
 
     Raises
     ------
@@ -108,7 +115,7 @@ def recording(
             with path.open("rb") as file:
                 zipped = file.read(len(ZIP)) == ZIP
             if zipped:
-                path = _unpacked(path, Path(folder), most)
+                path = _unpacked(path, Path(folder), most, check)
             form = form or registry.recognized(path)
             packed = form == "parquet" and path.is_file()
             if packed and (size := parquet.size(path)) > most:
@@ -135,7 +142,7 @@ def recording(
     return recorded, form
 
 
-def _unpacked(path: Path, folder: Path, most: int) -> Path:
+def _unpacked(path: Path, folder: Path, most: int, check: Callable[[], None]) -> Path:
     """Unpack a ZIP into a folder; return that folder, or the only file or folder in it."""
     try:
         with zipfile.ZipFile(path) as archive:
@@ -146,7 +153,9 @@ def _unpacked(path: Path, folder: Path, most: int) -> Path:
                 )
             if any(each.filename.count("/") > DEPTH for each in files):
                 raise FormatError(f"{path.name} has folders in folders, too many; send the inner.")
-            archive.extractall(folder / path.name)
+            for each in files:
+                archive.extract(each, folder / path.name)
+                check()
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError):
         # RuntimeError: it has a password, or is compressed in another way.
         raise FormatError(f"{path.name} cannot be unpacked; make the ZIP anew.") from None

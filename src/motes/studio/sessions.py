@@ -262,7 +262,14 @@ class LiveSession:
             raise ConfigError(error)
         self._store.go(self.name, place)
         self._place = place
-        self._take(self._store.document(self.name, place))
+        document, before = self._store.document(self.name, place), self.document
+        results, known = self.jobs.results, {each.object: each for each in before.targets}
+        for each in document.targets:  # an earlier tracker or seed may have its rows
+            if each.object in known and each.made_by != known[each.object].made_by:
+                whole = results.of_object(each) is not None
+                kept = self._tracked - {each.object}
+                self._set_tracked(kept | {each.object} if whole else kept)
+        self._take(document)
 
     def _take(self, document: Document) -> None:
         """Take a changed document; what was tracked is tracked again where it has changed."""

@@ -20,7 +20,9 @@ export async function showExports(app) {
   const format = element("select", {}, formatOptions({ ...formats.write, corrections: "for motes refine, beside the rows" }));
   const rows = element("select", {}, formatOptions(formats.write));
   const object = () => (which.value ? `object=${which.value}` : "");
-  const chosen = () => `format=${encodeURIComponent(format.value)}`;
+  const guesses = element("input", { type: "checkbox" });
+  const chosen = ({ value }) => `format=${encodeURIComponent(value)}&guesses=${guesses.checked}`;
+  const asSeen = element("label", { class: "check" }, guesses, "Labels with guesses, as if they were seen");
   const take = (label, address, properties) =>
     button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
   const read = element("select", {}, element("option", { value: "" }, "recognized by the content"), formatOptions(formats.read));
@@ -33,14 +35,15 @@ export async function showExports(app) {
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
       left.length ? element("p", { class: "muted" }, `Without those that are not tracked to their end: ${left.join(", ")}.`) : null,
       element("div", { class: "row" },
-        take("Export", () => `${base}/export?${chosen()}&${object()}`, { class: "main grow", picture: "export" }),
+        take("Export", () => `${base}/export?${chosen(format)}&${object()}`, { class: "main grow", picture: "export" }),
         take("Annotated film", () => `${base}/film?${object()}`)))
       : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
     scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),
       field("Format of the rows", rows),
       element("div", { class: "row" },
-        take("Rows of all objects", () => `${base}/export?scene&format=${encodeURIComponent(rows.value)}`),
+        take("Rows of all objects", () => `${base}/export?scene&${chosen(rows)}`),
         take("Events", () => `${base}/export?scene&format=events`))) : null,
+    tracked.length || scene.length ? asSeen : null,
     element("section", { class: "stack" }, element("h3", {}, "Bring in"),
       element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads; a folder as ZIP."),
       field("Format of the file", read), file),
