@@ -449,9 +449,12 @@ def test_an_identity_that_changes_right_after_a_line_keeps_the_crossing(
     for i in range(140):
         walker = high(i, (50 + 2 * i, 60), 1 if i < change else 2)
         tracks = [walker] if i < 110 else []
-        if i == (change + 50 if hidden else change):
+        if i == (125 if hidden else change):
             lost = structs.replace(high(i, (0, 0)).track, status=Status.LOST)
             tracks.insert(0, SceneTrack(1, lost))
+        if i == 110:
+            lost = structs.replace(high(i, (0, 0), 2).track, status=Status.LOST)
+            tracks.append(SceneTrack(2, lost))
         events += counting.update(tracks, i / 25)
     events += counting.finish()
     assert [(e.frame, e.place) for e in events if e.place] == [(25, "west"), (75, "east")]
