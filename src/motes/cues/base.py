@@ -89,7 +89,8 @@ class AdaptableCue(Cue):
 
 def check_bins(model: Any, bins: int) -> None:
     """Raise a ConfigError unless a model has a histogram of so many bins."""
-    if np.shape(getattr(model, "histogram", None)) != (bins,):
+    histogram: Any = getattr(model, "histogram", None)
+    if np.shape(histogram) != (bins,):
         raise ConfigError(
             f"The target model has no histogram of {bins} bins; let the same cue learn it."
         )
