@@ -33,9 +33,10 @@ ORDER = [
     {"services"},
     {"studio"},
     {"cli"},
+    {"start"},
     {"filtering", "__main__"},
 ]
-"""The packages, and last the modules of public names and the program.
+"""The packages, and last the program and the modules of public names.
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 

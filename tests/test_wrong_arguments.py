@@ -43,6 +43,7 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "digits": (lambda _: motes.Tracker().init(PIXELS, "9999"), "region is"),  # type: ignore[arg-type]
     "a row of bytes": (lambda _: motes.as_detections([b"2222"]), "must return"),
     "a box in a set": (lambda _: motes.as_detections([motes.Detection({1, 2, 3, 4})]), "must"),  # type: ignore[arg-type]
+    "no scene": (lambda _: motes.Scene(lambda frame: [], {}), "SceneConfig"),  # type: ignore[arg-type]
     "smoothed twice": (lambda film: motes.smooth(motes.correct(film, {0: BOX})), "already"),
 }
 

@@ -5,12 +5,10 @@ Four more modules are public: `motes.cues` (how far pixels are from a target mod
 truth) and `motes.testing` (checks for packages that extend motes).
 """
 
-from __future__ import annotations
-
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in typing, which takes longer to import than all else here
 if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them for all else
+    from typing import Any
+
     from motes import (
         cues as cues,
         filtering as filtering,
@@ -138,7 +136,9 @@ _MODULES = ("cues", "filtering", "synthetic", "testing")
 __all__ = sorted(_HOMES)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
+    import importlib
+
     if name in _MODULES:
         return importlib.import_module(f"motes.{name}")
     if name not in _HOMES:

@@ -388,3 +388,19 @@ def test_an_interrupt_while_a_thread_begins_leaves_none_behind(
         pass
     assert threading.active_count() == before
     items.close()  # type: ignore[attr-defined]  # which a thread in it would not allow
+
+
+@pytest.mark.parametrize("program", ["motes", "motes_lab"])
+def test_an_interrupt_of_the_imports_shows_no_traceback(program: str) -> None:
+    """Ctrl-C right after a command: it comes while modules are imported, whichever is the first."""
+    code = f"""if True:
+        import sys
+        class Interrupted:
+            def find_spec(self, name, *rest):
+                if name not in ("motes", "motes_lab", "motes.start", "{program}.start"):
+                    raise KeyboardInterrupt
+        sys.meta_path.insert(0, Interrupted())
+        from {program}.start import main
+        sys.exit(main())"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "")

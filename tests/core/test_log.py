@@ -46,6 +46,9 @@ def test_changes_of_status_and_warnings_are_logged(
     assert said.count(("WARNING", scene.warnings["broken"])) == 1
     assert problems is not None
     assert said.count(("WARNING", f"{path}: {problems}.")) == 1
+    caplog.clear()
+    motes.correct(path, {0: (20, 20, 20, 20)}, "nummiaro")
+    assert f"{path}: {problems}." in [record.getMessage() for record in caplog.records]
 
 
 def test_nothing_is_printed_unasked() -> None:

@@ -68,11 +68,23 @@ def test_no_particle_is_too_wild_to_be_compared(cue: Any) -> None:
             cue.distances(model, PICTURE, wrong)
 
 
-@pytest.mark.parametrize("cue", [Color(), Edges()], ids=lambda each: type(each).__name__)
-def test_a_model_of_more_bins_is_refused(cue: Any) -> None:
-    other = type(cue)(bins=(4, 4, 4) if cue.bins == (8, 8, 8) else 12)
-    with pytest.raises(ValueError, match=r"needs .* model"):
-        cue.distances(other.learn(PICTURE, GOOD), PICTURE, rows(GOOD))
+@pytest.mark.parametrize(
+    ("cue", "other"),
+    [
+        (Color(), Color(bins=(4, 4, 4))), (Color(bins=(4, 4, 4)), Color()),
+        (Edges(), Edges(bins=5)), (Edges(bins=5), Edges()), (Hog(), Hog(cells=3)),
+        (Orientation(), Orientation(form="fourier", bins=9)), (Color(), Posterior()),
+    ],
+)  # fmt: skip
+def test_a_model_of_other_bins_is_refused(cue: Any, other: Any) -> None:
+    """One of fewer bins had a distance, which meant nothing."""
+    model = other.learn(PICTURE, GOOD)
+    calls = [cue.learn_also, *([cue.shift] if isinstance(cue, Color) else [])]
+    with pytest.raises(ConfigError, match="no histogram of"):
+        cue.distances(model, PICTURE, rows(GOOD))
+    for call in calls:
+        with pytest.raises(ConfigError, match="no histogram of"):
+            call(model, PICTURE, GOOD)
 
 
 # Kernels, by themselves

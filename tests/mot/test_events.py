@@ -438,6 +438,29 @@ def test_an_identity_that_changes_in_a_zone_is_one_visit(gap: int, hidden: bool)
     assert visit == [("enters", 1, None), ("stays", 2, 3.0), ("leaves", 2, 4.0)]
 
 
+@pytest.mark.parametrize("hidden", [True, False])
+@pytest.mark.parametrize("change", [28, 34, 78])
+def test_an_identity_that_changes_right_after_a_line_keeps_the_crossing(
+    change: int, hidden: bool
+) -> None:
+    """It did not count yet: the first one might have come back."""
+    lines = Line((100, 0, 100, 999), "west"), Line((200, 0, 200, 999), "east")
+    counting, events = EventCounter(Regions(lines)), list[Event]()
+    for i in range(140):
+        walker = high(i, (50 + 2 * i, 60), 1 if i < change else 2)
+        tracks = [walker] if i < 110 else []
+        if i == (125 if hidden else change):
+            lost = structs.replace(high(i, (0, 0)).track, status=Status.LOST)
+            tracks.insert(0, SceneTrack(1, lost))
+        if i == 110:
+            lost = structs.replace(high(i, (0, 0), 2).track, status=Status.LOST)
+            tracks.append(SceneTrack(2, lost))
+        events += counting.update(tracks, i / 25)
+    events += counting.finish()
+    assert [(e.frame, e.place) for e in events if e.place] == [(25, "west"), (75, "east")]
+    assert counting.turns == {("west", "east"): 1}
+
+
 @pytest.mark.parametrize("gap", [0, 6])
 def test_turns_are_from_the_first_line_to_the_last(gap: int) -> None:
     """Also of an object that changes its identity between them."""

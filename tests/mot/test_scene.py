@@ -209,7 +209,8 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
 @pytest.mark.slow
 def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
     rng = np.random.default_rng(0)
-    pictures = rng.integers(0, 256, (16, 24, 32, 3), np.uint8)
+    noise = rng.integers(0, 64, (16, 24, 32, 3), np.uint8)
+    pictures = rng.integers(0, 192, (24, 32, 3), np.uint8) + noise  # of one place: no film of cuts
     found: list[Detection] = []
 
     def detector(frame: Frame) -> list[Detection]:
@@ -384,6 +385,16 @@ def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
         with pytest.raises(SourceError, match=why):
             next(watched)
         assert threading.active_count() == threads
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
+    images = [np.roll(GROUND, i, axis=1) for i in range(6)]
+    one, other = (Scene(lambda frame: [(30 + frame.index, 20, 20, 20)]) for _ in range(2))
+    watched = [told for image in images[:3] for told in one.update(image)]
+    watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
+    updated = [told for image in images for told in other.update(image)]
+    assert [(t.track.frame, t.box) for t in watched] == [(t.track.frame, t.box) for t in updated]
 
 
 def test_who_stops_watching_leaves_no_thread() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +146,17 @@ def test_bgr_is_the_same_picture() -> None:
             each.update(image) if index else each.init(image, REGIONS) for each, image in pictures
         )
         assert [track.ellipse for track in one] == [track.ellipse for track in other]
+
+
+@pytest.mark.parametrize(
+    "twice", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
+)
+def test_a_copy_is_independent(twice: Callable[[Trackers], Trackers]) -> None:
+    with Trackers("nummiaro", threads=2) as trackers:
+        trackers.init(CLIP[0], REGIONS)
+        trackers.update(CLIP[1])
+        with twice(trackers) as other:
+            found = other.update(CLIP[2])
+            other.remove(0)
+        again = trackers.update(CLIP[2])
+        assert [track.ellipse for track in found] == [track.ellipse for track in again]

@@ -20,10 +20,17 @@ def scenery(seed: int, low: int, high: int) -> Picture:
     return patches.repeat(20, axis=0).repeat(20, axis=1).astype(np.uint8)
 
 
+def gray(picture: Picture) -> Picture:
+    return np.repeat(picture[..., 1:2], 3, axis=2)
+
+
 STREET, ROOM = scenery(0, 40, 200), scenery(1, 90, 255)
+LAB = scenery(4, 40, 200)  # of much the same grays as the street
 CHANGES: dict[str, tuple[Callable[[int], Picture], dict[int, str]]] = {
     "nothing": (lambda i: STREET, {}),
     "cut": (lambda i: ROOM if i >= 5 else STREET, {5: "cut"}),
+    "cut in gray": (lambda i: gray(LAB if i >= 5 else STREET), {5: "cut"}),
+    "a pan in gray": (lambda i: gray(np.roll(STREET, 2 * i, axis=1)), {}),
     "a shot and back": (lambda i: ROOM if 5 <= i < 9 else STREET, {5: "cut", 9: "cut"}),
     "through black": (lambda i: (STREET, 0 * STREET, ROOM)[min(i // 4, 2)], {8: "cut"}),
     "a black frame": (lambda i: 0 * STREET if i == 6 else STREET, {}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from motes_lab.cli import main
+from motes_lab.start import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -233,7 +233,7 @@ def of_corners(region: Numbers, width: int, height: int) -> Box | None:
         region = region.box
     if len(region) != 4:
         return None
-    x, y, right, bottom = region
+    x, y, right, bottom = map(float, region)
     leaves = x + right > width or y + bottom > height
     fits = 0 <= x < right <= width and 0 <= y < bottom <= height
     return Box(x, y, right - x, bottom - y) if leaves and fits else None

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipses
 from motes.core.registry import Registry
@@ -80,9 +81,19 @@ class AdaptableCue(Cue):
     def learn_also(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the model with the mean of its histogram and the region's; the anchor stays."""
         seen = self.observe(model, frame, ellipse)
+        check_bins(model, len(seen))
         if not seen.any():
             return model
         return replace(model, histogram=(model.histogram + seen) / 2)
+
+
+def check_bins(model: Any, bins: int) -> None:
+    """Raise a ConfigError unless a model has a histogram of so many bins."""
+    histogram: Any = getattr(model, "histogram", None)
+    if np.shape(histogram) != (bins,):
+        raise ConfigError(
+            f"The target model has no histogram of {bins} bins; let the same cue learn it."
+        )
 
 
 def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:

@@ -17,6 +17,7 @@ from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats
+from motes.cues.base import check_bins
 from motes.cues.histogram_cue import HistogramModel, PixelHistogramCue
 from motes.cues.sampling import Profile
 from motes.kernels.structures import ColorBins, ColorTarget
@@ -97,6 +98,7 @@ class Color(PixelHistogramCue, frozen=True):
 
     def target(self, model: ColorModel) -> ColorTarget:
         """Return what kernels need to compare ellipses with a model."""
+        check_bins(model, self.size)
         return ColorTarget(self.reading, model.slots, model.roots, self._bins)
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
@@ -107,6 +109,7 @@ class Color(PixelHistogramCue, frozen=True):
         Comaniciu, Ramesh and Meer, Real-time
         tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
         """
+        check_bins(model, self.size)
         region = np.array(as_ellipse(ellipse))
         seen = self.histograms(frame, region[None])[0][model.histogram > 0]
         ratios = np.zeros(seen.size + 1)

@@ -15,7 +15,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
-from motes.cues.base import AdaptableCue
+from motes.cues.base import AdaptableCue, check_bins
 from motes.cues.sampling import EllipsePixels
 
 
@@ -47,7 +47,9 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        return bhattacharyya(self.histograms(frame, ellipses), model.histogram)
+        histograms = self.histograms(frame, ellipses)
+        check_bins(model, histograms.shape[1])
+        return bhattacharyya(histograms, model.histogram)
 
     def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> Floats:
         """Return the region's histogram, (m,); zeros if no pixel is read."""

@@ -20,7 +20,7 @@ from motes.core.config import Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats, Singles
-from motes.cues.base import AdaptableCue
+from motes.cues.base import AdaptableCue, check_bins
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramModel, bhattacharyya
 from motes.cues.sampling import PROFILES, EllipsePixels
@@ -98,6 +98,7 @@ class Orientation(AdaptableCue, EllipsePixels, frozen=True):
     def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
         seen = self._histograms(frame, model.scale, model.threshold, ellipses)
+        check_bins(model, seen.shape[1])
         return bhattacharyya(seen, model.histogram)
 
     def observe(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> Floats:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
@@ -173,6 +173,8 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
+        if not isinstance(self.config, SceneConfig):
+            raise ConfigError(f"A scene takes a preset's name or a SceneConfig; got {config!r}.")
         if isinstance(detector, type) or not callable(detector):
             raise ConfigError(
                 f"A detector is a callable from a Frame to Detections, such as "
@@ -235,19 +237,19 @@ class Scene:
         ConfigError
             If the detector's detections or its motion are in no form that is known.
         """
-        picture = self._as_frame(frame)
+        picture = _next(frame, self._last)
         self._check(picture)
         return self._step(picture, self._detect(picture))
 
     def watch(
-        self, frames: Iterable[Frame], *, ahead: bool = True
+        self, frames: Iterable[Frame | NDArray[Any]], *, ahead: bool = True
     ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
         """Yield each frame and its objects, as `update` returns them.
 
         Parameters
         ----------
         frames
-            In order.
+            In order: `Frame`s or images, as for `update`.
         ahead
             Whether a thread runs the detector on the next frames meanwhile: two, or as many more as
             it leaves out. The results are the same. They come later if frames are live and faster
@@ -258,7 +260,7 @@ class Scene:
         SourceError
             As `update`. Errors of `frames` and of the detector come after the frames before.
         """
-        found = ((frame, self._detect(frame)) for frame in frames)
+        found = ((frame, self._detect(frame)) for frame in _in_order(frames, self._last))
         queue = self.config.detections.every
         with prefetch(found, queue) if ahead else contextlib.nullcontext(found) as detected:
             for frame, what in detected:
@@ -335,15 +337,6 @@ class Scene:
             text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
             self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
 
-    def _as_frame(self, picture: Frame | NDArray[Any]) -> Frame:
-        """Return a picture as the next frame."""
-        if isinstance(picture, Frame):
-            return picture
-        if self._last is None:
-            return Frame(0, 0.0, picture)
-        last = self._last
-        return Frame(last.index + 1, last.time + FRAME_INTERVAL, picture, depth=last.depth)
-
     def _check(self, frame: Frame) -> None:
         """Raise a SourceError if a frame cannot follow the last one."""
         last = self._last
@@ -357,6 +350,22 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def _next(picture: Frame | NDArray[Any], last: Frame | None) -> Frame:
+    """Return a picture as the frame after the last one, if there was one."""
+    if isinstance(picture, Frame):
+        return picture
+    if last is None:
+        return Frame(0, 0.0, picture)
+    return Frame(last.index + 1, last.time + FRAME_INTERVAL, picture, depth=last.depth)
+
+
+def _in_order(pictures: Iterable[Frame | NDArray[Any]], last: Frame | None) -> Iterator[Frame]:
+    """Yield pictures as frames, each after the one before."""
+    for picture in pictures:
+        last = _next(picture, last)
+        yield last
 
 
 def _broken(found: Detection) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -199,6 +200,10 @@ class Trackers:
     def _opened(self) -> None:
         if self._closed:
             raise ConfigError("These trackers are closed; make new ones.")
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what an independent copy needs, also in another process, without threads."""
+        return {**self.__dict__, "_pool": None, "each": [copy.copy(each) for each in self.each]}
 
     def __enter__(self) -> Self:
         return self

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.interrupts import check
+from motes.core.log import LOG
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
 from motes.video.sources import (
@@ -146,6 +147,8 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
+        if problems := self.report.problems:
+            LOG.warning("%s: %s.", self.name, problems)
 
     @classmethod
     def quickly(cls, source: str | Path, check: Callable[[], None] = check) -> Film:

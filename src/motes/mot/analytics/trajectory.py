@@ -137,7 +137,8 @@ class Trajectory:
         self.clear, self.crossed = dict(before.clear), before.crossed
         self.zones, self.stays = before.zones, before.stays
         self.outside, self.touched = before.outside, before.touched
-        before.zones, before.stays = {}, set()
+        self.pending, self.sure = before.pending, before.sure
+        before.zones, before.stays, before.pending, before.sure = {}, set(), {}, []
         before.outside, before.touched, before.over, before.leaving = set(), set(), {}, []
         before.continued = True
 
