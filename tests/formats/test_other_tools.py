@@ -54,6 +54,24 @@ def test_an_annotation_at_another_rate_is_mapped_by_time(
     assert bool(found.notes) == (rate != 25)
 
 
+@pytest.mark.parametrize("times", [(0.0, 2.36), (None, None)])
+def test_times_that_are_of_no_rate_shift_nothing(
+    times: tuple[float | None, float | None], tmp_path: Path
+) -> None:
+    drawn = region()
+    drawn["value"]["sequence"] = [
+        {**key, "time": time}
+        for key, time in zip(drawn["value"]["sequence"][::2], times, strict=True)
+    ]
+    drawn["value"]["labels"].append("bus")
+    path = labeled(tmp_path, {"annotations": [{"result": [drawn]}]})
+    found = registry.read(path, "label-studio", FILM)
+    assert frames(found) == [*range(60)]
+    assert [row.time for row in found] == pytest.approx([each / 25 for each in range(60)])
+    assert not found.notes
+    assert found.left_out == ["further classes of 1 region"]
+
+
 SEEN, CANCELLED = {"result": [region()]}, {"result": [], "was_cancelled": True}
 
 
@@ -325,8 +343,3 @@ def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Pat
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(SourceError, match=reason):
         registry.recognized(tmp_path / "a.json")
-
-
-def test_identities_of_coco_begin_with_one(tmp_path: Path) -> None:
-    found = registry.read(coco(tmp_path, ["1.png"], attributes={"track_id": 0}), "coco", FILM)
-    assert [each.identity for row in found for each in row.objects] == [1]

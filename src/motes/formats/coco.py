@@ -26,7 +26,6 @@ from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
     Recording,
-    from_one,
     recording_of,
     sound,
 )
@@ -214,7 +213,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         ),
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
-    found = recording_of(facts, from_one(objects), times, size, files, left_out)
+    found = recording_of(facts, objects, times, size, files, left_out)
     return replace(found, notes=notes)
 
 
