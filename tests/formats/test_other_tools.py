@@ -343,3 +343,10 @@ def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Pat
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(SourceError, match=reason):
         registry.recognized(tmp_path / "a.json")
+
+
+@pytest.mark.parametrize("identity", [0, -1])
+def test_identities_of_coco_are_kept(identity: int, tmp_path: Path) -> None:
+    path = coco(tmp_path, ["1.png"], attributes={"track_id": identity})
+    found = registry.read(path, "coco", FILM)
+    assert [each.identity for row in found for each in row.objects] == [identity]
