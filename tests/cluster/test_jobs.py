@@ -40,6 +40,7 @@ def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
         ({"do": "trck", "end": "2.5"}, 'refine", "track" or "watch"; column end: got \'2.5\'; it'),
         ({"init": "1,2,a,4"}, "column init: got '1,2,a,4'; it takes list"),
         ({"seed": -1}, "0 or more"),
+        ({"label": "a\u2028b"}, "U.2028"),
         ({"do": "trck"}, '^column do: got \'trck\'; it takes "refine", "track" or "watch".$'),
         ({"init": "1,2,3"}, "4 numbers"),
         ({"init": "1,2,0,4"}, "no area"),

@@ -54,6 +54,24 @@ def test_an_annotation_at_another_rate_is_mapped_by_time(
     assert bool(found.notes) == (rate != 25)
 
 
+@pytest.mark.parametrize("times", [(0.0, 2.36), (None, None)])
+def test_times_that_are_of_no_rate_shift_nothing(
+    times: tuple[float | None, float | None], tmp_path: Path
+) -> None:
+    drawn = region()
+    drawn["value"]["sequence"] = [
+        {**key, "time": time}
+        for key, time in zip(drawn["value"]["sequence"][::2], times, strict=True)
+    ]
+    drawn["value"]["labels"].append("bus")
+    path = labeled(tmp_path, {"annotations": [{"result": [drawn]}]})
+    found = registry.read(path, "label-studio", FILM)
+    assert frames(found) == [*range(60)]
+    assert [row.time for row in found] == pytest.approx([each / 25 for each in range(60)])
+    assert not found.notes
+    assert found.left_out == ["further classes of 1 region"]
+
+
 SEEN, CANCELLED = {"result": [region()]}, {"result": [], "was_cancelled": True}
 
 
@@ -122,6 +140,58 @@ TASK = (
 BOX = (
     '<box frame="0" keyframe="1" outside="0" occluded="0" xtl="30" ytl="60" xbr="70" ybr="80" {}/>'
 )
+
+
+def images(*names: str) -> str:
+    shape = '<box label="car" occluded="0" xtl="30" ytl="60" xbr="70" ybr="80"/>'
+    parts = (f'<image id="{i}" name="{name}">{shape}</image>' for i, name in enumerate(names))
+    return "".join(parts)
+
+
+@pytest.mark.parametrize(
+    ("names", "files", "expected"),
+    [
+        (["i_010.png", "i_015.png"], [f"i_{5 * i:03}.png" for i in range(4)], [2, 3]),
+        (["frame_000010.png", "frame_000020.png"], (), [10, 20]),
+        (["i_1.png", "i_2.png"], (), [0, 1]),
+        (["4f3e2a19.png", "77.png"], (), [0, 1]),
+    ],
+)
+def test_frames_of_cvats_images(
+    names: list[str], files: Sequence[str], expected: list[int], tmp_path: Path
+) -> None:
+    facts = FilmFacts(source="film", width=320, height=240, files=files)
+    found = registry.read(cvat(tmp_path, "", images(*names)), "cvat", facts)
+    assert [row.frame for row in found] == expected
+    assert bool(found.notes) == ("77.png" in names)
+
+
+@pytest.mark.parametrize(
+    ("meta", "expected"),
+    [
+        ("<task><size>3</size>{}</task>", [10, 20, 30]),
+        ("<job><size>3</size>{}</job>", [20]),
+        ("<task><size>3</size></task>", [0, 1, 2, 20]),
+    ],
+)
+def test_frames_that_no_task_of_cvat_has_are_unknown(
+    meta: str, expected: list[int], tmp_path: Path
+) -> None:
+    step = "<start_frame>10</start_frame><frame_filter>step=10</frame_filter>"
+    there = BOX.format("").replace('frame="0"', 'frame="20"')
+    found = registry.read(cvat(tmp_path, meta.format(step), track(0, shape=there)), "cvat", FILM)
+    assert [row.frame for row in found] == expected
+
+
+@pytest.mark.parametrize("text", [False, "False", "0", None, 0])
+def test_marks_of_coco_may_be_text(text: Any, tmp_path: Path) -> None:
+    path = coco(tmp_path, ["1.png"], attributes={"occluded": text}, iscrowd=text)
+    (row,) = registry.read(path, "coco", FILM)
+    assert row.objects[0].status == "tracking"
+    path = coco(tmp_path, ["1.png"], iscrowd="true")
+    assert registry.read(path, "coco", FILM).left_out == ["1 annotation of a crowd"]
+
+
 BONES = '<skeleton {}><points label="1" outside="0" occluded="0" points="1,2"/></skeleton>'
 
 
@@ -253,6 +323,8 @@ def _yolo(names: str, **texts: str) -> Any:
         (_coco("1.png", attributes={"track_id": "a7"}), "track_id is 'a7'"),
         (_coco("1.png", category_id=4), "category 4 is missing"),
         (_coco("1.png", attributes={"rotation": 400}), "rotation is 400"),
+        (_coco("1.png", attributes={"occluded": "partly"}), "occluded is 'partly'"),
+        (_cvat("", images("a/1.png", "b/1.png")), "several films, by their folder"),
         (_cvat("", track(0, 1) + track(1, 2)), "2 tasks of a project"),
         (_cvat(f"<project><tasks>{2 * TASK}</tasks></project>", track(0)), "2 tasks of a project"),
         (_cvat(TASK, '<image id="0"><points occluded="0" points=""/></image>'), "has no points"),
@@ -276,6 +348,7 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
     ("text", "reason"),
     [
         ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
+        ("frame,id,left,top,width,height\r0,1,1,2,3,4\r", "new-line character"),
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
     ],
 )
@@ -283,3 +356,10 @@ def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Pat
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(SourceError, match=reason):
         registry.recognized(tmp_path / "a.json")
+
+
+@pytest.mark.parametrize("identity", [0, -1])
+def test_identities_of_coco_are_kept(identity: int, tmp_path: Path) -> None:
+    path = coco(tmp_path, ["1.png"], attributes={"track_id": identity})
+    found = registry.read(path, "coco", FILM)
+    assert [each.identity for row in found for each in row.objects] == [identity]

@@ -14,6 +14,7 @@ from msgspec.structs import astuple, replace
 
 from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import as_ellipse
+from motes.core.labels import check_label
 from motes.core.type_words import words
 from motes.sot.presets import preset
 from motes.video.sources import check_rate, is_recorded
@@ -171,6 +172,8 @@ def _mistakes(job: Job) -> list[str]:
             as_ellipse(region)
     with noted(wrong):
         check_rate(job.fps)
+    with noted(wrong):
+        check_label(job.label or "-")
     if job.seed < 0 or job.start < 0 or job.stride < 1:
         wrong.append("seed and start are 0 or more, and stride is 1 or more.")
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):

@@ -21,7 +21,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs, shapes
-from motes.formats.image_names import OF_VIDEO, frame_of, images_of
+from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
@@ -153,6 +153,11 @@ class _Annotation(msgspec.Struct):
     angle: Any = None
 
     @property
+    def is_crowd(self) -> bool:
+        """Whether it is of several objects."""
+        return _flag({"iscrowd": self.iscrowd}, "iscrowd")
+
+    @property
     def is_skeleton(self) -> bool:
         """Whether it is of points alone: then CVAT writes a box without a size."""
         return bool(self.keypoints) and self.bbox is not None and not any(self.bbox[2:])
@@ -177,7 +182,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     _check_once("images", [image.id for image in document.images])
     _check_once("categories", [each.id for each in document.categories])
     _check_once("annotations", [each.id for each in document.annotations if each.id is not None])
-    _check_one_film(
+    check_one_film(
         video_id=(each.video_id for each in document.images),
         size=(f"{each.width}x{each.height}" for each in document.images if each.width),
     )
@@ -191,7 +196,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError(f"its image {each.image_id} is missing")
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
-            if each.iscrowd != 1 and not each.is_skeleton:
+            if not (each.is_crowd or each.is_skeleton):
                 row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
                 objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
@@ -201,7 +206,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         notes.append("it has no categories, so that its objects have no classes.")
     given = document.annotations
     others = {
-        "{} of a crowd": (sum(each.iscrowd == 1 for each in given), "annotation"),
+        "{} of a crowd": (sum(each.is_crowd for each in given), "annotation"),
         "{}": (sum(each.is_skeleton for each in given), "skeleton"),
         "{} beside a box, of which no rule is known": (
             sum(bool(each.rotation or each.angle) for each in given), "angle",
@@ -226,22 +231,11 @@ def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) 
         _identity(each),
         _ellipse(each, image),
         each.score,
-        Status.OCCLUDED if each.attributes.get("occluded") else Status.TRACKING,
+        Status.OCCLUDED if _flag(each.attributes, "occluded") else Status.TRACKING,
         label=shapes.label_or_none(label, facts.label),
         mask=mask,
     )
     return sound(row)
-
-
-def _check_one_film(**marks: Iterable[object]) -> None:
-    """Raise a FormatError if images are of several films, by one of their marks."""
-    for what, each in marks.items():
-        found = sorted({str(mark) for mark in each if mark is not None})
-        if len(found) > 1:
-            raise FormatError(
-                f"its images are of several films, by their {what}, as {found[0]} and {found[1]}; "
-                f"keep those of one."
-            )
 
 
 def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:
@@ -255,7 +249,7 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
         frames = {key: frame - linked for key, frame in stated.items() if frame is not None}
         _check_once("images", [*frames.values()])
         return frames, []
-    _check_one_film(folder=(path.parent for path in paths.values() if path.name))
+    check_one_film(folder=(path.parent for path in paths.values() if path.name))
     numbers = dict[int, int]()
     for key, stem in stems.items():
         with at(f"image {stem}"):
@@ -283,6 +277,20 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
         "frames are the numbers in its images' names, from 0; if these count from 1, give the "
         "images with --video FOLDER."
     ]
+
+
+def _flag(given: Mapping[str, Any], name: str) -> bool:
+    """Return whether a mark is set, which some tools write as text; it is not where it is missing.
+
+    Raises
+    ------
+    ValueError
+        If it is neither true nor false.
+    """
+    text = str(given.get(name) or 0).lower()
+    if text not in ("0", "1", "false", "true"):
+        raise ValueError(f"{name} is {text[:20]!r}, neither true nor false")
+    return text in ("1", "true")
 
 
 def _identity(each: _Annotation) -> int:

@@ -7,8 +7,10 @@ off. Frames count from 0. https://docs.cvat.ai/docs/manual/advanced/formats/form
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +19,7 @@ import numpy as np
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
@@ -30,7 +33,7 @@ from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, 
 from motes.formats.text import angle, at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
-from motes.rows.journal import ObjectRow
+from motes.rows.journal import ObjectRow, text_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -157,29 +160,79 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
             objects += _read_track(track, identity, _label(track, facts))
+    frames, notes = _frames_of(images, images_of(facts))
     files = dict[int, str]()
-    for image in images:
+    for image, frame in zip(images, frames, strict=True):
         with at(f"image {image.get('id', image.get('name', ''))}"):
-            frame = whole(image.attrib["id"])
             if frame in files:
-                raise ValueError("its id is that of another image")
+                raise ValueError("its frame is that of another image")
             files[frame] = image.get("name", "")
             objects += [
                 (frame, _row(shape, ANONYMOUS, _label(shape, facts)))
                 for shape in image
                 if shape.tag in SHAPES
             ]
-    end = next(filter(None, (_whole(root.findtext(f"{place}/size")) for place in METAS)), None)
-    count = end or len(facts.seen(max((frame for frame, _ in objects), default=-1)))
-    if count > MOST_FRAMES:
-        raise FormatError(f"its size is {count} frames, which no film has")
-    times = dict.fromkeys(range(count))
+    last = max((frame for frame, _ in objects), default=-1)
+    times = dict.fromkeys(files if images and not tracks else _annotated(root, facts.seen(last)))
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
-    return recording_of(facts, objects, times, _size(root, images), named, left_out)
+    size = _size(root, images)
+    found = recording_of(facts, objects, times, size, named, left_out)
+    return replace(found, notes=notes)
+
+
+def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:
+    """Return the frames of images, and what was assumed for them.
+
+    Of a folder they are those of the film's images of their names, and of a video the numbers that
+    CVAT gives to its frames. A task of a part of a film's images counts these anew as its ids.
+    """
+    paths = [Path(image.get("name", "")) for image in images]
+    stems = [text_name(path.stem) for path in paths]
+    ids = dict[int, str]()
+    for image, stem in zip(images, stems, strict=True):
+        with at(f"image {image.get('id', image.get('name', ''))}"):
+            if (number := whole(image.attrib["id"])) in ids:
+                raise ValueError("its id is that of another image")
+            ids[number] = stem
+    if known:
+        frames = []
+        for stem in stems:
+            with at(f"image {stem}"):
+                frames.append(frame_of(stem, known))
+        if None in frames:
+            raise FormatError("its images have no names of the film's images")
+        return [frame for frame in frames if frame is not None], []
+    sizes = (f"{each.get('width')}x{each.get('height')}" for each in images)
+    check_one_film(folder=(path.parent for path in paths if path.name), size=sizes)
+    if all(map(OF_VIDEO.fullmatch, stems)):
+        return [int(stem.removeprefix("frame_")) for stem in stems], []
+    last = ((number, re.search(r"(\d+)\D*$", stem)) for number, stem in ids.items())
+    steps = {int(found[1]) - number for number, found in last if found}
+    return [*ids], [
+        "frames are the ids of its images, which the numbers in their names do not follow; if it "
+        "is of a part of a folder's images, give that with --video FOLDER."
+    ] * (len(steps) > 1)
+
+
+def _annotated(root: Element, seen: range) -> range:
+    """Return the frames that a task of tracks has; `seen` where it does not tell them."""
+    for place in METAS:
+        size, first = (_whole(root.findtext(f"{place}/{name}")) for name in ("size", "start_frame"))
+        if size:
+            if size > MOST_FRAMES:
+                raise FormatError(f"its size is {size} frames, which no film has")
+            step = re.search(r"step\s*=\s*([1-9]\d*)", root.findtext(f"{place}/frame_filter") or "")
+            every = int(step[1]) if step else 1
+            if place == "meta/job" and every > 1:  # its first frame counts in steps from another
+                return range(0)
+            return range(first or 0, (first or 0) + size * every, every)
+    if len(seen) > MOST_FRAMES:
+        raise FormatError(f"it has {len(seen)} frames, which no film has")
+    return seen
 
 
 def _check_one_task(root: Element, parts: list[Element]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from motes.core.errors import FormatError
@@ -29,6 +29,17 @@ def images_of(facts: FilmFacts) -> dict[str, int]:
                 f"{facts.source} has several images {name}, so that a text is of none of them"
             )
     return frames
+
+
+def check_one_film(**marks: Iterable[object]) -> None:
+    """Raise a FormatError if images are of several films, by one of their marks."""
+    for what, each in marks.items():
+        found = sorted({str(mark) for mark in each if mark is not None})
+        if len(found) > 1:
+            raise FormatError(
+                f"its images are of several films, by their {what}, as {found[0]} and {found[1]}; "
+                f"keep those of one."
+            )
 
 
 def frame_of(name: str, images: Mapping[str, int]) -> int | None:

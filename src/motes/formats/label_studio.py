@@ -190,6 +190,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     others = Counter(each.type or "no type" for each in result.result if each.type != REGION)
     left_out = [f"{counted(count, 'region')} of {kind}" for kind, count in others.items()]
     left_out += [f"{counted(ignored, 'annotation')}, cancelled or beside the truth"] * (ignored > 0)
+    further = sum(len(region.value.labels) > 1 for region in drawn)
+    left_out += [f"further classes of {counted(further, 'region')}"] * (further > 0)
     keys = [key for region in drawn for key in region.value.sequence]
     own = (result.model_version or "").startswith("motes ")
     rate = None if own else rate_of(keys)
@@ -247,11 +249,11 @@ def rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
 
     None where other times are written, as those of the film.
     """
-    timed = sorted((key.time, key.frame) for key in keys if key.time)
+    timed = sorted((key.time, key.frame) for key in keys if key.time is not None)
     if not timed:
         return None
     (begin, first), (end, last) = (0.0, 0), timed[-1]
-    if timed[0] != timed[-1]:
+    if len(timed) > 1:
         begin, first = timed[0]
     rate = (last - first) / (end - begin) if end > begin else 0.0
     is_rate = rate > 0 and all(abs(frame - time * rate) < 0.5 for time, frame in timed)

@@ -237,7 +237,7 @@ def recognized(path: Path) -> str:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     try:
         found = "parquet" if head.startswith(b"PAR1") else _of_text(head, path)
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         raise SourceError(f"{path}: {error}.") from None
     if found is None:
         raise SourceError(f"The format of {path} is not clear; name it: {', '.join(_readable())}.")

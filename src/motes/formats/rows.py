@@ -188,7 +188,10 @@ def _object(
 
 
 def _identity(row: Mapping[str, Any]) -> int:
-    return whole(str(row.get("id", 1)))
+    identity = whole(str(row.get("id", 1)))
+    if identity < ANONYMOUS:
+        raise ValueError(f"{identity} is no identity; they count from 0, and -1 is none")
+    return identity
 
 
 def _number(row: Mapping[str, Any], name: str) -> float | None:

@@ -152,7 +152,7 @@ def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked:
     number_of_class = whole(label)
     if number_of_class < 0 or (names and number_of_class not in names):
         raise ValueError(f"there is no class {label}; the file of names has {len(names)}")
-    name = label_or_none(names.get(number_of_class, f"class {label}"), facts.label)
+    name = label_or_none(names.get(number_of_class, f"class {number_of_class}"), facts.label)
     confidence = more[0] if more else 1.0
     row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
     return sound(row)
