@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -97,7 +98,8 @@ async def _export_scene(session: LiveSession, about: Question) -> File:
     if job is not None and job.active:
         raise ConfigError("All that moves is being tracked; wait for the end, or stop the run.")
     if form == "events":
-        lines = (msgspec.json.encode(event) + b"\n" for event in session.watching.events())
+        events = sorted(session.watching.events(), key=itemgetter("frame"))  # as `motes watch`
+        lines = (msgspec.json.encode(event) + b"\n" for event in events)
         return File(exports.file_name(film, "events", "jsonl"), io.BytesIO(b"".join(lines)))
     exports.check_formats(form, several=True)
     parts = session.watching.parts()
