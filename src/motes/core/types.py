@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 """Ellipses, histograms, distances, weights and all other numbers in double precision."""
 Numbers: TypeAlias = Sequence[float] | NDArray[Any]
-"""A region, as users have it."""
+"""A region in the forms that callers give it: a sequence or an array of numbers."""
 Singles: TypeAlias = NDArray[np.float32]
 """Values that are read from pixels: samples, features, strengths."""
 Spectra: TypeAlias = NDArray[np.complex64]

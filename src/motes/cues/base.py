@@ -88,7 +88,7 @@ class AdaptableCue(Cue):
 
 
 def check_bins(model: Any, bins: int) -> None:
-    """Raise a ConfigError unless a model has a histogram of so many bins."""
+    """Raise a ConfigError unless the histogram of a model has this number of bins."""
     histogram: Any = getattr(model, "histogram", None)
     if np.shape(histogram) != (bins,):
         raise ConfigError(

@@ -108,7 +108,7 @@ async def _export_scene(session: LiveSession, about: Question) -> File:
 
 
 async def _made(session: LiveSession, name: str, task: Callable[..., bytes]) -> File:
-    """Return the file that a task writes at its `path`; it returns what is to be said of it."""
+    """Return the file that a task has written, and the remark that the task returns."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file"
         said = await session.work(partial(task, path=str(path)))

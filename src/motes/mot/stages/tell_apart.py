@@ -16,11 +16,11 @@ from motes.mot.overlaps import grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
 STAY = 3.0
-"""Logarithm of how much likelier an object is who it was followed as than somebody else whom it has
-met: its path speaks for it."""
+"""Log-likelihood ratio in favor of the identity that an object was followed with, against those that
+it has met: its path speaks for it."""
 
 TURNS = 3
-"""Objects that have met nobody learn how they look in one frame of so many, to save time."""
+"""Frames from one update of a look to the next, for objects that have met nobody; it saves time."""
 
 
 def tell_apart(
@@ -53,7 +53,7 @@ def tell_apart(
 def _seen(
     objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
 ) -> tuple[list[TrackedObject], set[int]]:
-    """Return the objects with whom they have met and how they look, and which are clear now."""
+    """Return the objects with their contacts and looks after the frame, and which are clear now."""
     boxes, alive = as_rows(each.track.box for each in objects), {each.identity for each in objects}
     i, j, _ = nested_pairs(boxes, boxes, touching)
     near = grouped(i[i != j], j[i != j])
