@@ -16,8 +16,8 @@ from motes.mot.overlaps import grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
 STAY = 3.0
-"""Log-likelihood ratio in favor of the identity that an object was followed with, against the others
-that it has met: its path speaks for it."""
+"""Log-likelihood ratio for the identity that an object was followed with, against those that it has
+met: its path speaks for it."""
 
 TURNS = 3
 """Frames from one update of a look to the next, for objects that have met nobody; it saves time."""
