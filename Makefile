@@ -32,7 +32,7 @@ ONLY :=
 # Tests start many programs, each of which would compile its modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills sanitize clean
+.PHONY: ready demo check test suite coverage lint docs golden gallery bench results fuzz kills sanitize clean
 
 demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
@@ -74,6 +74,10 @@ docs: ready
 gallery: ready
 	$(BIN)/python docs/generate/gallery.py
 	$(BIN)/python docs/generate/studio_pictures.py
+
+# Outputs of whole commands, to the byte: before code moves, and after. They are kept by --keep.
+golden: ready
+	$(BIN)/python tests/golden/golden.py
 
 # Into bench/; what needs real film is left out where there is none.
 bench: ready

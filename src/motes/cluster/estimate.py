@@ -42,9 +42,8 @@ def frame_size(source: str) -> tuple[int, int] | None:
     if "://" in source:
         return None
     if os.path.isdir(source):
-        found = (entry.path for entry in os.scandir(source))
-        images = (path for path in found if _is_image(path))
-        source = next(images, source)
+        with os.scandir(source) as entries:
+            source = next((entry.path for entry in entries if _is_image(entry.path)), source)
     elif not os.path.exists(source):
         source = next(iter(glob.glob(source)), source)
     with contextlib.suppress(Exception):  # whoever reads all of it explains what is wrong
