@@ -5,7 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
-LAB := --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[peers]'
+ALL := --no-build-isolation --editable '.[all,dev,docs]' --editable ./studio --editable './fleet[mqtt]' \
+	--editable './lab[peers]'
 # uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs.
 # Modules are compiled when they are imported: most never are.
 UV := $(or $(shell command -v uv 2>/dev/null),$(BIN)/uv)
@@ -122,8 +123,8 @@ $(DEMO_READY): pyproject.toml setup.py
 
 # The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests
 # compare with; of what they ask for, an OpenCV would overwrite ours.
-$(READY): $(DEMO_READY) lab/pyproject.toml
-	$(call install,$(LAB))
+$(READY): $(DEMO_READY) studio/pyproject.toml fleet/pyproject.toml lab/pyproject.toml
+	$(call install,$(ALL))
 	$(call install,--no-deps trackeval==1.3.0 datumaro==1.13.12)
 	touch $@ $(KERNELS)
 
@@ -137,4 +138,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build lab/build demo results bench fuzz sanitize site src/motes/kernels/*.so
+	rm -rf $(VENV) build */build demo results bench fuzz sanitize site src/motes/kernels/*.so

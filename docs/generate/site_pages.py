@@ -17,7 +17,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import motes
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import Key, keys, summary
 from motes.mot.pipeline_config import WatchConfig
@@ -137,7 +137,7 @@ def cli_page() -> str:
     # The page has its own head and contents.
     motes, lab = (
         each.generate_docs(recursive=True, heading_level=1).partition(f"\n## {each.name[0]} ")
-        for each in (app, lab_app)
+        for each in (commands([]), lab_app)
     )
     codes = EXIT_CODES.partition("\n")[2]
     return (

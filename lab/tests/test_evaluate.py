@@ -19,12 +19,12 @@ from hypothesis import strategies as st
 
 import arena
 from arena import at_home, tracks
-from motes.cluster.local import LocalPool
 from motes.core.config import to_toml
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import slug
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
+from motes.core.local_pool import LocalPool
 from motes.core.track import Status, Track
 from motes.sot.presets import PRESETS, configure, preset
 from motes.video.writer import VideoWriter

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from arena import at_home
 from crowds import TRACKERS, rows, write_crowd
-from motes.cluster.local import LocalPool
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.local_pool import LocalPool
 from motes.mot.detection.background import BackgroundDetector
 from motes_lab.adapters.mot import (
     AssociationAdapter,

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from motes.cli.input_checks import worker_count
-from motes.cluster import pool as pools
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import TIME_LIMIT, Ended, Task
+from motes.core import pool as pools
+from motes.core.local_pool import LocalPool
+from motes.core.pool import TIME_LIMIT, Ended, Task
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.runner import Job, Pass, feed

@@ -29,7 +29,9 @@ def main(tokens: Sequence[str] | None = None) -> int:
     return run("motes", _commands, tokens)
 
 
-def run(program: str, commands: Callable[[], App], tokens: Sequence[str] | None) -> int:
+def run(
+    program: str, commands: Callable[[Sequence[str]], App], tokens: Sequence[str] | None
+) -> int:
     """Run a program of these commands, which are imported late; return the exit code.
 
     No exception leaves it: each becomes one line on standard error. MOTES_DEBUG=1 adds tracebacks.
@@ -41,19 +43,19 @@ def run(program: str, commands: Callable[[], App], tokens: Sequence[str] | None)
         return interrupts.code(interrupt)
 
 
-def _commands() -> App:
-    from motes.cli.app import app
+def _commands(tokens: Sequence[str]) -> App:
+    from motes.cli.app import commands
 
-    return app
+    return commands(tokens)
 
 
-def _run(program: str, commands: Callable[[], App], tokens: Sequence[str]) -> int:
+def _run(program: str, commands: Callable[[Sequence[str]], App], tokens: Sequence[str]) -> int:
     narrow = _too_narrow()
     if narrow is not None:
         print(f"motes: error: {narrow}", file=sys.stderr)
         return USAGE
     try:
-        code: int | None = commands()(tokens)
+        code: int | None = commands(tokens)(tokens)
         finish_output()
         return code or DONE
     except BrokenPipeError:  # the reader has closed the pipe

@@ -21,6 +21,7 @@ from motes.cli.options import (
     OwnCode,
     say_rate,
 )
+from motes.cli.parts import part
 from motes.cli.settings import HELP, Settings
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
@@ -85,12 +86,12 @@ def watch(
         others = [*["preset"] * (preset != PRESET), *settings]
         _check_no_single((objects, counting, frames, outputs, values), others)
 
-        from motes.cli.watch_cameras import watch_rig
-
-        return watch_rig(
+        watch_rig = part("rig", "A file of several cameras")
+        code: int = watch_rig(
             source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster,
             own_code=own_code,
         )  # fmt: skip
+        return code
     if cluster is not None:
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
@@ -112,7 +113,6 @@ def watch(
 
     from motes.cli.annotated_video import painted_scene
     from motes.cli.request import Request
-    from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
     from motes.cli.watch_outputs import Events
     from motes.core.detection import PreparedDetector
@@ -122,7 +122,9 @@ def watch(
     from motes.rows.schema import GROUND
     from motes.video.sources import is_recorded
 
-    sending = [SentEvents(outputs, source, where)] if sends else []
+    sending: list[Sink] = []
+    if sends:
+        sending.append(part("senders", "--events ADDRESS")(outputs, source, where))
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),

@@ -19,7 +19,7 @@ def optional(module: str, need: str, package: str) -> Any:
     need
         What needs it, such as "MQTT needs paho-mqtt".
     package
-        What is to be installed, such as "motes[mqtt]".
+        What is to be installed, such as "motes[onnx]".
 
     Raises
     ------

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, Cluster, Overwrite, Workers, options
-from motes.cluster.pool import TIME_LIMIT
 from motes.core.errors import ConfigError
+from motes.core.pool import TIME_LIMIT
 from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 

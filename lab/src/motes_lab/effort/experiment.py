@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from motes.cli.input_checks import worker_count
-from motes.cluster import pool as pools
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import Ended, Task
+from motes.core import pool as pools
+from motes.core.local_pool import LocalPool
+from motes.core.pool import Ended, Task
 from motes.core.types import Floats
 from motes.sot.presets import preset
 from motes.video.film import Film as Reader

@@ -16,7 +16,7 @@ from cyclopts import Parameter
 
 from motes.cli.options import FLAG
 from motes.core.errors import ConfigError
-from motes.mot.cameras.rig_config import Camera, Overlap, Rig
+from motes_fleet.cameras.rig_config import Camera, Overlap, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of
