@@ -29,6 +29,8 @@ from motes_lab.cli.app import app as lab_app
 
 LAB = Path(__file__).parents[2] / "lab" / "docs"
 """The folder of the lab's pages, which are in lab/ on the site."""
+MODULES = ("cues", "filtering", "synthetic", "testing")
+"""The public modules beside `motes` itself."""
 NARROWER = {"76.25em": "70em", "76.234375em": "69.984375em"}
 """The widths at which the theme puts its navigation beside the page, and narrower ones."""
 PACKAGES = {
@@ -117,7 +119,7 @@ def api_page() -> str:
     """Return the page of public names, for mkdocstrings, by the package they come from."""
     names: dict[str, list[str]] = defaultdict(list)
     members = griffe.load("motes").members
-    for name in motes.__all__:
+    for name in sorted(set(motes.__all__).difference(MODULES)):
         member = members[name]
         assert isinstance(member, griffe.Alias)
         names[member.target_path.split(".")[1]].append(name)
@@ -126,7 +128,7 @@ def api_page() -> str:
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
-    for module in motes._MODULES:
+    for module in MODULES:
         public = importlib.import_module(f"motes.{module}").__all__
         parts += [f"## motes.{module}\n"] + [f"::: motes.{module}.{name}\n" for name in public]
     return "\n".join(parts)

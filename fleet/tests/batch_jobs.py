@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from clips import clip
-from motes.core.errors import SourceError
+from motes import SourceError
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.work import Made
 

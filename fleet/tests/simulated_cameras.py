@@ -13,9 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motes.core.geometry import Box
-from motes.core.track import Status
-from motes.sot.places import Place
+from motes import Box, Place, Status
 from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
 from motes_fleet.cameras.rig_config import Camera, CameraLink, Overlap, Rig
 

@@ -16,9 +16,7 @@ from typing import Any
 import pytest
 
 from brokers import Broker, Listener, SlowBroker, free_port, wait_until
-from motes.core.errors import ConfigError, FormatError
-from motes.mot.analytics.events import Event
-from motes.mot.analytics.regions import Line, Regions, Zone
+from motes import ConfigError, Event, FormatError, Line, Regions, Zone
 from motes_fleet.delivery import delivery, mqtt, webhook
 from motes_fleet.delivery.delivery import Delivery, DeliveryError
 from motes_fleet.delivery.event_queue import MessageQueue

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from brokers import PATIENCE, wait_until
-from motes.core.errors import ConfigError
+from motes import ConfigError
 from motes_fleet.delivery import live_picture, local_server
 from motes_fleet.delivery.live_picture import Page, PictureWindow, view
 from motes_fleet.delivery.local_server import Server, reply

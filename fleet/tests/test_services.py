@@ -17,10 +17,9 @@ import pytest
 from PIL import Image
 
 from brokers import wait_until
-from motes.core.errors import ConfigError
-from motes.core.geometry import Box, iou
-from motes.core.worker import WorkerLine
-from motes.synthetic.clips import crowd
+from motes import Box, ConfigError
+from motes.core import WorkerLine, iou
+from motes.synthetic import crowd
 from motes_fleet.services import cvat_agent, label_studio
 
 SIZE = (160, 120)

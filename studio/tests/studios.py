@@ -21,8 +21,8 @@ import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from motes.synthetic.clips import still
-from motes.video.writer import VideoWriter
+from motes import VideoWriter
+from motes.synthetic import still
 from motes_studio.messages import Item, Message, Progress, Reply, Rows, State, WholeSession
 from motes_studio.safety import Guard, Limits
 from motes_studio.serve import listening, settings

@@ -8,7 +8,7 @@ import pytest
 
 from clips import spoil
 from motes.cli import main
-from motes.video.film import Film
+from motes.video import Film
 from motes_studio.document import Document, DrawnTarget, renumbered
 from motes_studio.server import SOON
 from studios import BOX, FRAMES, begin, film, looking, running

@@ -6,9 +6,8 @@ import tomllib
 
 import pytest
 
-from motes.core.config import from_dict
-from motes.core.errors import ConfigError
-from motes.mot.analytics.regions import Regions
+from motes import ConfigError, Regions
+from motes.core import from_dict
 from motes_studio import commands
 from motes_studio.commands import Command, Region
 from motes_studio.document import Document, changed, places_toml, regions_of

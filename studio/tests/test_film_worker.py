@@ -16,8 +16,8 @@ import msgspec
 import pytest
 
 import loops
-from motes.core.errors import MotesError
-from motes.core.worker import Worker
+from motes import MotesError
+from motes.core import Worker
 from motes_studio.document import tracker_of
 from motes_studio.film_worker import FilmWorker
 from motes_studio.pictures import picture

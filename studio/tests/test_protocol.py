@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 import loops
-from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes import ConfigError, Ellipse, Status, Track
 from motes_studio import commands, messages, protocol, tables
 from motes_studio.board import Board
 from motes_studio.clients import AHEAD, Client

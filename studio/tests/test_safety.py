@@ -26,11 +26,9 @@ from brokers import wait_until
 from clips import clip
 from coded import video
 from disks import fill
-from motes.core.addresses import address_of
-from motes.core.errors import FormatError, SourceError
-from motes.core.system import system
-from motes.core.worker import Answer, Failed, Worker, WorkerLine, do_tasks, receive
-from motes.video.film import Film
+from motes import FormatError, SourceError
+from motes.core import Answer, Failed, Worker, WorkerLine, address_of, do_tasks, receive, system
+from motes.video import Film
 from motes_studio import messages, protocol, serve
 from motes_studio.containers import check_container
 from motes_studio.film_worker import FilmWorker, WorkerError

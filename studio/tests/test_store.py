@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from motes.core.errors import FormatError
+from motes import FormatError
 from motes_studio.document import Document
 from motes_studio.store import Store
 from studios import BOX, PATIENCE, Program, begin, film, looking, running

@@ -18,13 +18,10 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
+from motes import Ellipse, SourceError, Status
 from motes.cli import main
-from motes.core.errors import SourceError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header, ObjectRow
-from motes.rows.writer import JournalWriter
+from motes.formats import FORMATS
+from motes.rows import FrameRow, Header, JournalWriter, ObjectRow
 from motes_studio import exports, messages
 from motes_studio.command import networks_of
 from motes_studio.safety import Limits

@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from motes.core.worker import Part
-from motes.sot.presets import preset
-from motes.video.film import Film
+from motes import preset
+from motes.core import Part
+from motes.video import Film
 from motes_studio.board import Board
 from motes_studio.commands import Region
 from motes_studio.document import Document, DrawnTarget

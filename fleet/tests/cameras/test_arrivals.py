@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from test_reidentification import BLUE, RED, RIG, SHIFT, Watching, looks, sighting
 
-from motes.core.track import Status
+from motes import Status
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes_fleet.cameras.known_objects import KnownObject

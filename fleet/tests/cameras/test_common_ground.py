@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motes.core.geometry import Box
+from motes import Box
 from motes_fleet.cameras.common_ground import NEIGHBORS, CommonGround
 from motes_fleet.cameras.rig_config import Overlap
 

@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes.core.errors import ConfigError
-from motes.core.geometry import Box
-from motes.core.track import Status
+from motes import Box, ConfigError, Status
 from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
 from motes_fleet.cameras.common_ground import CommonGround
 from motes_fleet.cameras.reidentification import CrossCameraAssociation

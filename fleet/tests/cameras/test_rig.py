@@ -18,13 +18,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motes import BackgroundDetector, Frame, Place, Scene
 from motes.cli import main
-from motes.core.frame import Frame
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
-from motes.sot.places import Place
-from motes.video import decoder, live
-from motes.video.live import open_watched
+from motes.video import decoder, live, open_watched
 from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,

@@ -20,10 +20,9 @@ import pytest
 
 import batch_jobs
 from clips import clip
+from motes import FormatError
 from motes.cli import main
-from motes.core.errors import FormatError
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Again, Ended, Event, Started, Task, outcome
+from motes.core import Again, Ended, LocalPool, News, Started, Task, outcome
 from motes_fleet.cluster.driver import BatchEvent, batch
 from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job
@@ -54,7 +53,7 @@ class InProcess:
         """Take a task."""
         self._tasks.append(task)
 
-    def wait(self) -> list[Event]:
+    def wait(self) -> list[News]:
         """Do one."""
         task = self._tasks.pop()
         begun = Started(task, "here", os.getpid())

@@ -13,8 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from motes.core.geometry import Box
-from motes.core.track import Status
+from motes import Box, Status
 from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
     CameraEnded,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes.core.errors import ConfigError, SourceError
+from motes import ConfigError, SourceError
 from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job, job_of
 from motes_fleet.cluster.table import JobTable

@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 import batch_jobs
+from motes import ConfigError
 from motes.cli import main
-from motes.core.errors import ConfigError
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Again, Ended, Started, Task, run
+from motes.core import Again, Ended, LocalPool, Started, Task, run
 from motes_fleet.cluster.driver import batch
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.on_ray import RayPool

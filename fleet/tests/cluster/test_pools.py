@@ -9,9 +9,18 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes.core import resources
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Again, Ended, Event, Started, Task, TryAgain, outcome, run
+from motes.core import (
+    Again,
+    Ended,
+    LocalPool,
+    News,
+    Started,
+    Task,
+    TryAgain,
+    outcome,
+    resources,
+    run,
+)
 
 
 class Script:
@@ -31,7 +40,7 @@ class Script:
         self.running.append(task)
         self.most = max(self.most, len(self.running))
 
-    def wait(self) -> list[Event]:
+    def wait(self) -> list[News]:
         """Do one."""
         task = self.running.pop(0)
         crashed = self._ends[task.name].pop(0)

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
+from motes import ConfigError
 from motes.cli import main
-from motes.core.errors import ConfigError
 from motes_fleet.cameras.camera_report import CameraEnded, CameraMessage, CameraReport
 from motes_fleet.cameras.reidentification import REIDENTIFICATION_WINDOW
 from motes_fleet.cameras.rig import RigRunner

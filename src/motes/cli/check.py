@@ -14,7 +14,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, FileName, OutputFile, Overwrite
+from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite
 from motes.cli.progress import FrameProgress
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError

@@ -20,7 +20,7 @@ from motes.core.files import leftovers, same_file
 from motes.core.resources import cores
 
 if TYPE_CHECKING:
-    from motes.cli.options import OutputOptions
+    from motes.cli.option_groups import OutputOptions
     from motes.correction.history import History
 
 MOST = 1_000_000

@@ -12,7 +12,7 @@ from cyclopts import App, Parameter
 from motes.cli.input_checks import refuse
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
-from motes.cli.options import (
+from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
     ConfigFile,

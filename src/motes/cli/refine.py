@@ -11,7 +11,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_corners
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
-from motes.cli.options import FileName, OutputFile, Overwrite
+from motes.cli.option_groups import FileName, OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts

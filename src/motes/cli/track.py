@@ -10,7 +10,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
 from motes.cli.load_config import open_network, tracker_config
-from motes.cli.options import (
+from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
     ConfigOptions,

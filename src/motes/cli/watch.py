@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import watch_config
-from motes.cli.options import (
+from motes.cli.option_groups import (
     Cluster,
     ConfigOptions,
     FileName,

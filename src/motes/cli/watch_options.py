@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import error_context, numbers_of
-from motes.cli.options import (
+from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
     LIVE,

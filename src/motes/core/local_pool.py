@@ -11,7 +11,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any, Self
 
-from motes.core.pool import Ended, Event, Started, Task, outcome, timed_out
+from motes.core.pool import Ended, News, Started, Task, outcome, timed_out
 from motes.core.resources import environment, thread_limits
 from motes.core.worker import (
     Alive,
@@ -73,7 +73,7 @@ class LocalPool:
         self._busy[worker.pipe] = worker
         worker.give(partial(_outcome, function=task.function, argument=task.argument))
 
-    def wait(self) -> list[Event]:
+    def wait(self) -> list[News]:
         """Wait until a task starts or ends, or a worker dies, or the time of a task is over."""
         if not self._busy:
             return []
@@ -86,7 +86,7 @@ class LocalPool:
             events.append(timed_out(worker.task))
         return events
 
-    def _read(self, worker: TaskWorker) -> Event:
+    def _read(self, worker: TaskWorker) -> News:
         """Return what the next answer of a worker means, or its end."""
         task = worker.task
         answer: Answer | None = receive(worker.pipe, Answer)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
-from motes.core.import_callable import explain
+from motes.core.callables import explain
 
 TIME_LIMIT = 1800.0
 """Seconds for a task, by default."""
@@ -71,7 +71,7 @@ class Again(NamedTuple):
     error: str
 
 
-Event = Started | Ended
+News = Started | Ended
 
 
 def outcome(function: Callable[[Any], Any], argument: Any) -> tuple[Any, str | None, bool]:
@@ -103,7 +103,7 @@ class Pool(Protocol):
         """Give a task to the workers."""
         ...
 
-    def wait(self) -> list[Event]:
+    def wait(self) -> list[News]:
         """Wait until something has happened, for some seconds at most."""
         ...
 
@@ -118,7 +118,7 @@ class Pool(Protocol):
 
 def run(
     pool: Pool, tasks: Iterable[Task], attempts: int = 1
-) -> Generator[Event | Again, None, None]:
+) -> Generator[News | Again, None, None]:
     """Run tasks; yield the start and the end of each attempt, and the end of each task.
 
     Parameters

@@ -8,10 +8,8 @@ from typing import Annotated
 
 from cyclopts import App
 
-from motes.cli.exit_codes import DONE
-from motes.cli.messages import log
-from motes.cli.options import FLAG, FileName
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes import ConfigError, MissingDependencyError, SourceError
+from motes.cli import DONE, FLAG, FileName, log
 
 app = App(name="studio", help_format="plaintext")
 
@@ -68,7 +66,7 @@ def studio(
 
 def networks_of(given: str) -> tuple[str, ...]:
     """Return the files that a page may name: those of one network, or all in a folder."""
-    from motes.sot.network.network import Network, files_of
+    from motes.sot import Network, files_of
 
     if not os.path.isdir(given):
         files = files_of(given)

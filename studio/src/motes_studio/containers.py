@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from motes.core.errors import ConfigError, MotesError, SourceError
-from motes.video.image_files import IMAGE_ENDINGS
+from motes import ConfigError, MotesError, SourceError
+from motes.video import IMAGE_ENDINGS
 from motes_studio.safety import Limits
 
 FORMATS = (

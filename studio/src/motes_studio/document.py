@@ -10,12 +10,9 @@ import msgspec
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from motes.core.config import from_dict, from_toml
-from motes.core.errors import ConfigError
-from motes.core.geometry import as_ellipse, region_within
-from motes.correction.keyframes import Keyframes
-from motes.mot.analytics.regions import Regions
-from motes.sot.presets import TrackerConfig, configure, preset
+from motes import ConfigError, Regions, TrackerConfig, configure, preset
+from motes.core import as_ellipse, from_dict, from_toml, region_within
+from motes.correction import Keyframes
 from motes_studio import commands, messages
 from motes_studio.commands import Places, Region
 from motes_studio.messages import OpenFilm

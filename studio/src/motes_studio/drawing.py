@@ -6,13 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.track import Status, Track
-from motes.mot.analytics.regions import Regions
-from motes.mot.tracked_object import SceneTrack
-from motes.output.overlay import draw
-from motes.output.painters import TRAIL, ScenePainter
-from motes.video.writer import VideoWriter
+from motes import Frame, Regions, SceneTrack, Status, Track, VideoWriter, draw
+from motes.core import FRAME_INTERVAL
+from motes.output import TRAIL, ScenePainter
 from motes_studio.tables import Table, tracks
 from motes_studio.workplace import Workplace
 

@@ -13,14 +13,11 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from motes.core.config import to_dict, to_toml
-from motes.core.errors import ConfigError, FormatError
-from motes.core.track import Status, Track
-from motes.correction.history import FORMAT, History
-from motes.formats import registry
-from motes.formats.recording import LABEL, Recording
-from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
-from motes.rows.schema import FORMS, hindsight
+from motes import ConfigError, FormatError, Status, Track
+from motes.core import to_dict, to_toml
+from motes.correction import FORMAT, History
+from motes.formats import LABEL, Recording, registry
+from motes.rows import FORMS, FrameRow, Header, ObjectRow, hindsight, text_name
 from motes_studio.commands import Places, Watch
 from motes_studio.document import DrawnTarget, places_toml
 from motes_studio.messages import OpenFilm

@@ -14,7 +14,7 @@ from typing import BinaryIO, NamedTuple
 
 import msgspec
 
-from motes.core.errors import ConfigError, FormatError
+from motes import ConfigError, FormatError
 from motes_studio import drawing, exports, imports
 from motes_studio.commands import Number
 from motes_studio.document import DrawnTarget

@@ -11,10 +11,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from motes.core.errors import MotesError
-from motes.core.import_callable import explain
-from motes.core.worker import Answer, Done, Failed, Part, Worker, blocked_signals, do_tasks, receive
-from motes.video.film import DamagedError
+from motes import MotesError
+from motes.core import (
+    Answer,
+    Done,
+    Failed,
+    Part,
+    Worker,
+    blocked_signals,
+    do_tasks,
+    explain,
+    receive,
+)
+from motes.video import DamagedError
 from motes_studio.safety import Limits
 from motes_studio.workplace import Task, Workplace, open_film
 

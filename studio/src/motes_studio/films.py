@@ -10,9 +10,9 @@ from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.image_files import IMAGE_ENDINGS
+from motes import ConfigError, FormatError, Frame, SourceError
+from motes.core import FRAME_INTERVAL
+from motes.video import IMAGE_ENDINGS
 from motes_studio.messages import FilmCard
 from motes_studio.safety import VIDEO_ENDINGS, Limits, check_ending, check_film, inside, plain_name
 
@@ -62,8 +62,7 @@ class Films:
 
     def sample(self, name: str) -> FilmCard:
         """Return a film of `motes demo` among the uploads, rendered when it is first asked for."""
-        from motes import synthetic
-        from motes.video.writer import VideoWriter
+        from motes import VideoWriter, synthetic
 
         films: dict[str, Callable[[], Iterable[tuple[Frame, Any]]]]
         films = {"beetle": synthetic.demo, "street": synthetic.Street, "player": synthetic.Pitch}

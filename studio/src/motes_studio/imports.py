@@ -15,15 +15,10 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError, FormatError, MotesError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.correction.keyframes import check_keyframes
-from motes.formats import parquet, registry
-from motes.formats.aspects import COLUMNS
-from motes.formats.recording import FilmFacts, Recording
-from motes.formats.visibility import VISIBLE
-from motes.rows.journal import ObjectRow, text_name
+from motes import ConfigError, Ellipse, FormatError, MotesError, Status
+from motes.correction import check_keyframes
+from motes.formats import COLUMNS, VISIBLE, FilmFacts, Recording, parquet, registry
+from motes.rows import ObjectRow, text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
 from motes_studio.messages import OpenFilm

@@ -10,8 +10,8 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import MotesError
-from motes.video.shared import fits
+from motes import MotesError
+from motes.video import fits
 from motes_studio.board import Board, StudioJob
 from motes_studio.document import Document, DrawnTarget
 from motes_studio.messages import JobStatus, OpenFilm

@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import msgspec
 
-from motes.core.config import to_dict
-from motes.core.geometry import Ellipse
-from motes.correction.correct import stretches
-from motes.correction.join import Stretch
-from motes.sot.presets import TrackerConfig
+from motes import Ellipse, TrackerConfig
+from motes.core import to_dict
+from motes.correction import Stretch, stretches
 from motes_studio.document import DrawnTarget
 
 

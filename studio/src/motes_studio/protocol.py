@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from motes.core.errors import ConfigError
+from motes import ConfigError
 from motes_studio import messages
 from motes_studio.commands import Command, Number
 from motes_studio.messages import Message

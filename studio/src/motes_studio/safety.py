@@ -9,10 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from motes.core.addresses import foreign
-from motes.core.errors import ConfigError, SourceError
-from motes.video.image_files import IMAGE_ENDINGS
-from motes.video.playlists import is_playlist
+from motes import ConfigError, SourceError
+from motes.core import foreign
+from motes.video import IMAGE_ENDINGS, is_playlist
 
 VIDEO_ENDINGS = frozenset({
     ".264", ".265", ".3g2", ".3gp", ".amv", ".apng", ".asf", ".avc", ".avi", ".dav", ".divx",

@@ -9,16 +9,11 @@ from typing import Any
 import msgspec
 from msgspec.structs import asdict
 
-from motes.core.config import from_dict, from_toml, merge, to_dict
-from motes.core.detection import PreparedDetector
-from motes.core.errors import ConfigError
-from motes.mot.analytics.events import Event, EventCounter
-from motes.mot.analytics.regions import Regions
-from motes.mot.pipeline_config import WatchConfig, detector_values
-from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
-from motes.rows.journal import FrameRow, ObjectRow, object_rows
-from motes.video.film import Film
+from motes import ConfigError, Event, EventCounter, Regions, Scene, scene_config
+from motes.core import PreparedDetector, from_dict, from_toml, merge, to_dict
+from motes.mot import WatchConfig, detector_values
+from motes.rows import FrameRow, ObjectRow, object_rows
+from motes.video import Film
 from motes_studio.commands import Watch
 from motes_studio.messages import SceneFrame, SceneObject
 

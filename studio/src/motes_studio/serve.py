@@ -13,9 +13,8 @@ import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from motes.core.addresses import LOCAL, address_of
-from motes.core.errors import ConfigError
-from motes.core.files import used_alone
+from motes import ConfigError
+from motes.core import LOCAL, address_of, used_alone
 from motes_studio.protocol import LARGEST_MESSAGE
 from motes_studio.safety import Guard, Limits, new_token
 from motes_studio.server import app

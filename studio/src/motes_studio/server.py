@@ -21,8 +21,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motes.core.errors import ConfigError, MotesError
-from motes.formats.registry import FORMATS
+from motes import ConfigError, MotesError
+from motes.formats import FORMATS
 from motes_studio import commands, files, messages, protocol
 from motes_studio.clients import Client
 from motes_studio.files import Question

@@ -11,8 +11,7 @@ import msgspec
 import numpy as np
 from msgspec import UNSET
 
-from motes.core.errors import ConfigError, MotesError
-from motes.core.geometry import Ellipse
+from motes import ConfigError, Ellipse, MotesError
 from motes_studio import commands, messages, pictures
 from motes_studio.board import Board, StudioJob
 from motes_studio.clients import Client

@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from motes.core.errors import FormatError
+from motes import FormatError
 from motes_studio.document import Document
 from motes_studio.messages import SessionCard
 

@@ -6,7 +6,7 @@ import asyncio
 import time
 from pathlib import Path
 
-from motes.core.errors import ConfigError
+from motes import ConfigError
 from motes_studio.films import Films
 from motes_studio.messages import Preset, Presets
 from motes_studio.safety import Limits
@@ -136,8 +136,8 @@ class Studio:
 
 def presets() -> Presets:
     """Return the trackers that can be chosen."""
-    from motes.sot.particle_filter import ParticleFilter
-    from motes.sot.presets import DESCRIPTIONS, PRESETS
+    from motes import PRESETS, ParticleFilter
+    from motes.sot import DESCRIPTIONS
 
     all_ = [Preset(*each) for each in DESCRIPTIONS.items()]
     return Presets(all_, [each for each in all_ if isinstance(PRESETS[each.name], ParticleFilter)])

@@ -7,9 +7,8 @@ from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.core.types import Floats
+from motes import Ellipse, Status, Track
+from motes.core import Floats
 from motes_studio.messages import Row
 
 STATUSES = tuple(Status)

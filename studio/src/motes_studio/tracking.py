@@ -9,18 +9,11 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.worker import Part
-from motes.correction.correct import tracks_of
-from motes.correction.join import Stretch, join
-from motes.correction.keyframes import Keyframes
-from motes.correction.passes import Course, run_pass
-from motes.correction.suspects import doubts
-from motes.mot.analytics.regions import Regions
-from motes.mot.pipeline_config import WatchConfig
-from motes.sot.step_info import StepInfo
-from motes.video.shared import FrameReader, shared
+from motes import Ellipse, Frame, Regions, StepInfo, doubts
+from motes.core import Part
+from motes.correction import Course, Keyframes, Stretch, join, run_pass, tracks_of
+from motes.mot import WatchConfig
+from motes.video import FrameReader, shared
 from motes_studio import messages
 from motes_studio.messages import Overlay
 from motes_studio.plan import RunPass
@@ -89,7 +82,7 @@ def join_stretch(
 ) -> bytes:
     """Return the smoothed rows of a stretch from its passes: tables over its frames, in order."""
     passes = (None if table is None else Course.of(tracks(table)) for table in (forward, backward))
-    joined = tracks_of(stretch, join(stretch, *passes), place.film.times)
+    joined = tracks_of(stretch, join.join(stretch, *passes), place.film.times)
     return pack(table_of((line(track, [0.0] * cues, final=True) for track in joined), cues))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from motes.core.errors import MotesError
+from motes import MotesError
 from motes_studio.board import Board, StudioJob
 from motes_studio.commands import Places, Watch
 from motes_studio.document import regions_of

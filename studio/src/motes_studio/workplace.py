@@ -11,12 +11,9 @@ from collections.abc import Callable
 
 import msgspec
 
-from motes.core.frame import FRAME_INTERVAL
-from motes.core.system import system
-from motes.core.worker import WorkerLine
-from motes.rows.journal import text_name
-from motes.video.film import Film
-from motes.video.seeker import Seeker
+from motes.core import FRAME_INTERVAL, WorkerLine, system
+from motes.rows import text_name
+from motes.video import Film, Seeker
 from motes_studio.containers import check_container, check_limits
 from motes_studio.messages import OpenFilm
 from motes_studio.safety import Limits

@@ -10,7 +10,7 @@ from playwright.sync_api import Route
 
 from browsers import CORNERS, FRAMES, START, Shown
 from clips import spoil
-from motes.video.film import Film
+from motes.video import Film
 
 pytestmark = pytest.mark.slow
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.core.geometry import Ellipse
-from motes.core.types import Floats
-from motes.cues.color import ColorModel
-from motes.mot.boxes import intersection_over_first
-from motes.mot.expected import Expected, normal_samples
-from motes.sot.filtering.scatter import scatter
+from motes import Ellipse
+from motes.core import Floats
+from motes.cues import ColorModel
+from motes.mot import Expected, intersection_over_first, normal_samples
+from motes.sot import scatter
 from motes_fleet.cameras.camera_report import Arrival, unpacked
 from motes_fleet.cameras.common_ground import CommonGround
 from motes_fleet.cameras.known_objects import KnownObject

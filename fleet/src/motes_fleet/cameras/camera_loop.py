@@ -7,14 +7,10 @@ from contextlib import suppress
 
 import msgspec
 
-from motes.core.errors import MotesError
-from motes.core.frame import Frame
-from motes.core.worker import WorkerLine
-from motes.mot.pipeline_config import named_detector
-from motes.mot.scene import Scene
-from motes.sot.known_target import KnownTarget
-from motes.video.live import Live, open_watched
-from motes.video.sources import Source
+from motes import Frame, KnownTarget, MotesError, Scene, Source
+from motes.core import WorkerLine
+from motes.mot import named_detector
+from motes.video import Live, open_watched
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status
-from motes.core.types import Floats
+from motes import Box, Ellipse, Status
+from motes.core import Floats
 
 Covariance = tuple[float, ...]
 """The 25 numbers of a covariance of x, y, a, b, theta, row by row; none if it is not known."""

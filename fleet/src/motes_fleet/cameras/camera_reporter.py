@@ -8,15 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.core.track import Status
-from motes.core.types import Floats
-from motes.mot.boxes import CUT, intersection_over_first, room
-from motes.mot.expected import CUE, Expected
-from motes.mot.scene import Scene
-from motes.mot.tracked_object import SceneTrack
-from motes.sot.places import Place
+from motes import Box, Frame, Place, Scene, SceneTrack, Status
+from motes.core import Floats
+from motes.mot import CUE, CUT, Expected, intersection_over_first, room
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.rig_config import Camera

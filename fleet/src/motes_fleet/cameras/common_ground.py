@@ -9,8 +9,8 @@ from collections import deque
 
 import numpy as np
 
-from motes.core.geometry import Box
-from motes.core.types import Floats
+from motes import Box
+from motes.core import Floats
 from motes_fleet.cameras.rig_config import Overlap
 
 Point = tuple[float, float]

@@ -9,8 +9,8 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from motes.core.track import Status
-from motes.mot.boxes import foot_of
+from motes import Status
+from motes.mot import foot_of
 from motes_fleet.cameras.camera_report import ObjectReport
 
 

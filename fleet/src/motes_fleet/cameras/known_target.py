@@ -10,13 +10,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.mot.expected import CUE
-from motes.sot.known_target import KnownTarget
-from motes.sot.presets import preset
-from motes.sot.tracker import Tracker
+from motes import Ellipse, Frame, KnownTarget, Status, Track, Tracker, preset
+from motes.mot import CUE
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.camera_reporter import Doors

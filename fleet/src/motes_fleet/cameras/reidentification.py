@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motes.cues.histogram_cue import bhattacharyya
-from motes.mot.assignment import assign
+from motes.cues import bhattacharyya
+from motes.mot import assign
 from motes_fleet.cameras.arrivals import at_place, in_overlap
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, unpacked
 from motes_fleet.cameras.common_ground import CommonGround

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing.connection import wait
 from typing import Self
 
-from motes.core.worker import blocked_signals
-from motes.sot.known_target import KnownTarget
+from motes import KnownTarget
+from motes.core import blocked_signals
 from motes_fleet.cameras.camera_report import CameraEnded, CameraMessage, CameraReport
 from motes_fleet.cameras.reidentification import CrossCameraAssociation
 from motes_fleet.cameras.rig_camera import RigCamera

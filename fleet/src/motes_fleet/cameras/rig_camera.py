@@ -12,9 +12,9 @@ from multiprocessing.connection import Connection
 import msgspec
 from msgspec.structs import replace
 
-from motes.core.worker import Worker, receive, send
-from motes.sot.known_target import KnownTarget
-from motes.video.reconnect import LONGEST_PAUSE
+from motes import KnownTarget
+from motes.core import Worker, receive, send
+from motes.video import LONGEST_PAUSE
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,

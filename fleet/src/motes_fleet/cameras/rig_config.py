@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
-from motes.core.errors import ConfigError
-from motes.mot.analytics.ground_plane import Homography, matrix_of
-from motes.sot.places import Place
+from motes import Config, ConfigError, Place
+from motes.core import NonNegative, Positive, Share, from_dict, from_toml
+from motes.mot import Homography, matrix_of
 
 DISTANCE = 0.6
 """Largest distance between color histograms of the same object in two views."""

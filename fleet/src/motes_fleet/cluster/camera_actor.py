@@ -16,8 +16,8 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from motes.core.worker import WorkerLine
-from motes.sot.known_target import KnownTarget
+from motes import KnownTarget
+from motes.core import WorkerLine
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import CameraEnded, CameraMessage
 from motes_fleet.cameras.rig_camera import RigCamera

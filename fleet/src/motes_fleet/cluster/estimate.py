@@ -11,8 +11,7 @@ import contextlib
 import glob
 import os
 
-from motes.video.image_files import IMAGE_ENDINGS
-from motes.video.shared import HELD
+from motes.video import HELD, IMAGE_ENDINGS
 from motes_fleet.cluster.jobs import Job
 
 PARTICLES, DEFAULT, WATCH, NETWORK = 80 << 20, 100 << 20, 160 << 20, 40 << 20

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import msgspec
 
-from motes.core.errors import SourceError
-from motes.correction.history import ENDING
+from motes import SourceError
+from motes.correction import ENDING
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import Objects
 from motes_fleet.cluster.store import sha256

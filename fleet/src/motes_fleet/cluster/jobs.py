@@ -12,12 +12,9 @@ from typing import Any, Literal
 import msgspec
 from msgspec.structs import astuple, replace
 
-from motes.core.errors import ConfigError, MotesError
-from motes.core.geometry import as_ellipse
-from motes.core.labels import check_label
-from motes.core.type_words import words
-from motes.sot.presets import preset
-from motes.video.sources import check_rate, is_recorded
+from motes import ConfigError, MotesError, preset
+from motes.core import as_ellipse, check_label, words
+from motes.video import check_rate, is_recorded
 
 Region = tuple[float, ...]
 

@@ -17,10 +17,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TypeVar
 
-from motes.core.addresses import without_password
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
-from motes.core.optional import optional
-from motes.core.pool import TryAgain
+from motes import ConfigError, FormatError, MissingDependencyError
+from motes.core import TryAgain, optional, without_password
 
 T = TypeVar("T")
 

@@ -13,8 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from motes.core.interrupts import check
-from motes.core.pool import Ended, Event, Started, Task, outcome, timed_out
+from motes.core import Ended, News, Started, Task, check, outcome, timed_out
 
 AHEAD = 2
 """Tasks for each core of the cluster that Ray is given at a time: no worker waits for the driver,
@@ -63,7 +62,7 @@ class RayPool:
         )
         self._running[options.remote(task.function, task.argument)] = task
 
-    def wait(self) -> list[Event]:
+    def wait(self) -> list[News]:
         """Wait until a task starts or ends, or the time of a task is over."""
         if not self._running:
             return []
@@ -84,7 +83,7 @@ class RayPool:
             events.append(timed_out(task))
         return events
 
-    def _read(self, handle: Any) -> Event:
+    def _read(self, handle: Any) -> News:
         """Return what the next item of a task means."""
         try:
             kind, value = self._ray.get(next(handle))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Pool
+from motes.core import LocalPool, Pool
 from motes_fleet.cluster.on_ray import RayPool
 from motes_fleet.cluster.ray_connection import connected
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from motes.core.errors import ConfigError, MissingDependencyError
-from motes.core.resources import thread_limits
+from motes import ConfigError, MissingDependencyError
+from motes.core import thread_limits
 
 CURRENT = Path("/tmp/ray/ray_current_cluster")
 """The file in which `ray start` notes the address of the cluster on this machine."""

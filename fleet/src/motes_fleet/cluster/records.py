@@ -15,8 +15,8 @@ from typing import Literal
 
 import msgspec
 
-from motes.core.errors import FormatError
-from motes.core.files import slug
+from motes import FormatError
+from motes.core import slug
 from motes_fleet.cluster.inputs import InputFile
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.store import Store

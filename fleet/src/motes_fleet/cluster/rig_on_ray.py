@@ -9,9 +9,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError
-from motes.sot.known_target import KnownTarget
-from motes.video.sources import is_recorded
+from motes import ConfigError, KnownTarget
+from motes.video import is_recorded
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Camera, Rig
 from motes_fleet.cluster.camera_actor import ClusterCamera

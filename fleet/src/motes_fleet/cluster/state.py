@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 import msgspec
 
-from motes.core.errors import ConfigError, FormatError
-from motes.core.spreadsheet import guarded
+from motes import ConfigError, FormatError
+from motes.core import guarded
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import Record, records
 from motes_fleet.cluster.store import Store

@@ -17,8 +17,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from motes.core.errors import FormatError
-from motes.core.files import used_alone
+from motes import FormatError
+from motes.core import used_alone
 from motes_fleet.cluster.objects import Objects
 
 ATTEMPTS = "_attempts"

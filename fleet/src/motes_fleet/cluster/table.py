@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from motes.core.config import from_toml
-from motes.core.errors import MotesError, SourceError
-from motes.core.optional import optional
-from motes.rows.journal import text_name
+from motes import MotesError, SourceError
+from motes.core import from_toml, optional
+from motes.rows import text_name
 from motes_fleet.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted, read_job
 
 Row = tuple[int, Mapping[str, Any]]

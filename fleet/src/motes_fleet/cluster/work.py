@@ -10,9 +10,8 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from motes import __version__
-from motes.core.errors import MotesError, SourceError
-from motes.core.pool import ATTEMPTS, TIME_LIMIT
+from motes import MotesError, SourceError, __version__
+from motes.core import ATTEMPTS, TIME_LIMIT
 from motes_fleet.cluster.inputs import changed, localized
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import StoreError

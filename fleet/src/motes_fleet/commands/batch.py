@@ -10,26 +10,27 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.messages import counted, log
-from motes.cli.options import (
+from motes import ConfigError
+from motes.cli import (
     CONFIGURATION,
+    DONE,
     FLAG,
     HYPHEN,
     OUTPUT,
+    PARTIAL,
     RUN,
     Cluster,
     FileName,
     OwnCode,
     PresetName,
     Workers,
+    check_counts,
+    counted,
+    log,
     options,
+    worker_count,
 )
-from motes.core import interrupts
-from motes.core.errors import ConfigError
-from motes.core.optional import optional
-from motes.core.pool import ATTEMPTS, TIME_LIMIT
+from motes.core import ATTEMPTS, TIME_LIMIT, interrupts, optional
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -197,7 +198,7 @@ def retry(
 
 def _check_config(job: Job, *, own_code: bool) -> None:
     """Check the tracker and the detector of a job; raise a MotesError."""
-    from motes.mot.pipeline_config import check_code
+    from motes.mot import check_code
 
     check_code(job.detector, own_code)
     here = () if any("://" in path for path in job.network) else job.network
@@ -212,19 +213,19 @@ def _config(
     detector: str | None,
     network: tuple[str, ...],
 ) -> None:
-    from motes.cli.load_config import (
+    from motes.cli import (
+        ObjectOptions,
+        default_preset,
         network_settings,
         open_network,
         tracker_config,
+        watch,
         watch_config,
     )
-    from motes.cli.settings import default_preset
-    from motes.cli.watch import PRESET
-    from motes.cli.watch_options import ObjectOptions
 
     file = None if config is None else Path(config)
     if do == "watch":
-        watch_config(app, preset or PRESET, file, ObjectOptions(detector=detector), {})
+        watch_config(app, preset or watch.PRESET, file, ObjectOptions(detector=detector), {})
     else:
         settings = network_settings(network)
         open_network(tracker_config(app, preset or default_preset(False), file, settings))
@@ -233,7 +234,7 @@ def _config(
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
     """Do the jobs of a batch, and print a summary."""
     from motes.core import resources
-    from motes.mot.pipeline_config import check_code
+    from motes.mot import check_code
     from motes_fleet.cluster.driver import batch
     from motes_fleet.cluster.open_pool import open_pool
     from motes_fleet.cluster.state import load_jobs, write_table

@@ -7,18 +7,25 @@ import io
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from motes.cli.convert import convert
-from motes.cli.exit_codes import NOT_FOUND
-from motes.cli.known_run import TrackerOptions
-from motes.cli.load_config import network_settings
-from motes.cli.options import ConfigOptions, FrameOptions
-from motes.cli.refine import refine
-from motes.cli.track import track
-from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
-from motes.cli.watch import PRESET, watch
-from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
-from motes.correction.history import ENDING
-from motes.video.sources import Source
+from motes import Source
+from motes.cli import (
+    NOT_FOUND,
+    ConfigOptions,
+    CountingOptions,
+    FrameOptions,
+    KeyframeOptions,
+    ObjectOptions,
+    TargetOptions,
+    TrackerOptions,
+    TrackOutputs,
+    WatchOutputs,
+    convert,
+    network_settings,
+    refine,
+    track,
+    watch,
+)
+from motes.correction import ENDING
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.work import Made
 
@@ -80,7 +87,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
     init = [",".join(map(repr, region)) for region in job.init]
-    return track(
+    return track.track(
         job.source,
         target=TargetOptions(init=init, detect=job.detect),
         keys=KeyframeOptions(keyframes=_path(job.keyframes)),
@@ -94,7 +101,7 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
 
 def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
     events = str(rows.with_name("events.jsonl"))
-    return watch(
+    return watch.watch(
         job.source,
         objects=ObjectOptions(detector=job.detector),
         counting=CountingOptions(places=_path(job.places)),
@@ -102,7 +109,7 @@ def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         outputs=WatchOutputs(
             output=str(rows), overlay=video, events=[events], label=_label(job, rows)
         ),
-        preset=job.preset or PRESET,
+        preset=job.preset or watch.PRESET,
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
     )
 
@@ -112,7 +119,7 @@ def _refine(job: Job, rows: Path) -> int:
     assert job.rows is not None
     own = job.preset is not None or job.config is not None or job.seed
     goal = rows.with_suffix(Path(job.rows).suffix)
-    code = refine(
+    code = refine.refine(
         job.source,
         Path(job.rows),
         keys=KeyframeOptions(keyframes=_path(job.keyframes)),
@@ -125,7 +132,7 @@ def _refine(job: Job, rows: Path) -> int:
         ),
     )
     if goal != rows:
-        convert(goal, rows)
+        convert.convert(goal, rows)
         goal.unlink()
     return code
 

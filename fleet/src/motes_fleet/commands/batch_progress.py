@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from typing import Self
 
-from motes.cli.messages import counted, log
-from motes.cli.progress import TerminalBar
-from motes.core.pool import Again, Started
+from motes.cli import TerminalBar, counted, log
+from motes.core import Again, Started
 from motes_fleet.cluster.driver import BatchEvent
 from motes_fleet.cluster.records import Record
 

@@ -6,11 +6,9 @@ from pathlib import Path
 
 from cyclopts import App
 
-from motes.cli.exit_codes import DONE
-from motes.cli.messages import log
-from motes.cli.options import ObjectPreset
-from motes.core.addresses import address_of
-from motes.core.errors import ConfigError, SourceError
+from motes import ConfigError, SourceError
+from motes.cli import DONE, ObjectPreset, log
+from motes.core import address_of
 
 app = App(name="serve", help_format="plaintext", help="Track for annotation tools.")
 
@@ -38,7 +36,7 @@ def label_studio(
     port
         Port to listen at.
     """
-    from motes.sot.presets import preset as preset_of
+    from motes import preset as preset_of
     from motes_fleet.services.label_studio import Backend
 
     preset_of(preset)

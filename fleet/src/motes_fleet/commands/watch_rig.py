@@ -6,20 +6,21 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
-from motes.cli.input_checks import check_not_source, default_output, error_context
-from motes.cli.load_config import load_target
-from motes.cli.messages import counted, log
-from motes.core import interrupts
-from motes.core.errors import ConfigError, SourceError
-from motes.core.files import read_text
-from motes.core.geometry import Ellipse
-from motes.core.interrupts import check, deferred
-from motes.mot.pipeline_config import check_code
-from motes.rows.journal import FrameRow, ObjectRow
-from motes.rows.schema import CAMERA, FORMS
-from motes.rows.writer import TrackWriter
-from motes.sot.known_target import KnownTarget
+from motes import ConfigError, Ellipse, KnownTarget, SourceError, TrackWriter
+from motes.cli import (
+    DONE,
+    NOT_FOUND,
+    PARTIAL,
+    check_not_source,
+    counted,
+    default_output,
+    error_context,
+    load_target,
+    log,
+)
+from motes.core import check, deferred, interrupts, read_text
+from motes.mot import check_code
+from motes.rows import CAMERA, FORMS, FrameRow, ObjectRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig

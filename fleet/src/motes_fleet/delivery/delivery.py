@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from motes.core.errors import MotesError
+from motes import MotesError
 from motes_fleet.delivery.event_queue import MessageQueue
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0

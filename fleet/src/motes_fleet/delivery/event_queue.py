@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Self
 
-from motes.core.errors import FormatError
+from motes import FormatError
 
 _KIND = 0x6D6F7465
 """The mark of a queue in an SQLite file (`application_id`)."""

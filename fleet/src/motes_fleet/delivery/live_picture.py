@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from motes.output.overlay import Draw
+from motes.output import Draw
 from motes_fleet.delivery.local_server import Server, reply
 
 TITLE = "motes"

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Self
 
-from motes.core.addresses import foreign
-from motes.core.errors import ConfigError
+from motes import ConfigError
+from motes.core import foreign
 from motes_fleet.delivery.timed_reader import TimedReader
 
 SLOWEST = 5.0

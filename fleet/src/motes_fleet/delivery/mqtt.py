@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from motes.core.addresses import parts_of, without_password
-from motes.core.errors import ConfigError
-from motes.core.optional import optional
+from motes import ConfigError
+from motes.core import optional, parts_of, without_password
 from motes_fleet.delivery.delivery import DeliveryError
 
 PORTS = {"mqtt": 1883, "mqtts": 8883}

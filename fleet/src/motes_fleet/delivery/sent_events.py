@@ -11,13 +11,9 @@ from typing import Self
 
 import msgspec
 
-from motes.cli.frame_loop import Moment, Sink
-from motes.cli.messages import counted, log
-from motes.cli.watch_options import WatchOutputs
-from motes.core.addresses import parts_of, without_password
-from motes.core.errors import ConfigError
-from motes.mot.analytics.event import Event
-from motes.mot.analytics.regions import Regions
+from motes import ConfigError, Event, Regions
+from motes.cli import Moment, Sink, WatchOutputs, counted, log
+from motes.core import parts_of, without_password
 from motes_fleet.delivery.delivery import Delivery, Receiver
 from motes_fleet.delivery.event_queue import MessageQueue
 from motes_fleet.delivery.mqtt import PORTS, Mqtt

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from motes.core.addresses import without_password
+from motes.core import without_password
 from motes_fleet.delivery.delivery import DeliveryError
 from motes_fleet.delivery.timed_reader import TimedReader, TooLargeError
 

@@ -12,13 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motes.core.errors import ConfigError
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.core.optional import optional
-from motes.core.track import Status
-from motes.formats.visibility import guessed
-from motes.sot.tracker import Tracker
+from motes import Box, ConfigError, Frame, Status, Tracker
+from motes.core import optional
+from motes.formats import guessed
 
 if TYPE_CHECKING:
     from PIL.Image import Image

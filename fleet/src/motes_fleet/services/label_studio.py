@@ -19,18 +19,10 @@ from xml.etree import ElementTree
 
 import msgspec
 
-from motes import __version__
-from motes.core.errors import ConfigError, MotesError
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status
-from motes.core.worker import Alive, Answer, Done, Failed, Worker, WorkerLine, do_tasks, receive
-from motes.formats import label_studio
-from motes.formats.recording import FilmFacts, recording_of
-from motes.formats.thinning import KEYFRAME_ERROR
-from motes.formats.visibility import guessed
-from motes.rows.journal import ObjectRow
-from motes.sot.tracker import Tracker
-from motes.video.sources import open_source
+from motes import Box, ConfigError, Ellipse, MotesError, Status, Tracker, __version__, open_source
+from motes.core import Alive, Answer, Done, Failed, Worker, WorkerLine, do_tasks, receive
+from motes.formats import KEYFRAME_ERROR, FilmFacts, guessed, label_studio, recording_of
+from motes.rows import ObjectRow
 from motes_fleet.delivery.local_server import Server, reply
 
 SAME_RATE = 1e-3

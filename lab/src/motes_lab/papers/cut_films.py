@@ -7,13 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.core.track import Status
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
-from motes.video.sources import open_source
+from motes import BackgroundDetector, Box, Detection, Frame, Scene, Status, open_source
+from motes.core import iou
 from motes_fleet.cameras.arrivals import VISIBLE
 from motes_fleet.cameras.camera_report import ObjectReport
 from motes_fleet.cameras.camera_reporter import CameraReporter

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import Box
-from motes.sot.places import Place
+from motes import Box, Place
 from motes_fleet.cameras.rig_config import Camera, CameraLink, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from coded import video
-from motes.video import shared as shared_module
+from motes.video import frame_sharing as shared_module
 from motes.video.film import Film
-from motes.video.shared import Shared, shared
+from motes.video.frame_sharing import Shared, shared
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from motes.core import system as module
-from motes.core.system import system
+from motes.core import platforms as module
+from motes.core.platforms import system
 
 
 def functions(name: str) -> dict[str, str]:
