@@ -22,6 +22,7 @@ from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
+from motes.cues.fourier import fast_length
 
 CELL_SIZE = 4
 """Side of a cell in samples (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
@@ -197,6 +198,4 @@ def grid(a: float, b: float) -> SampleGrid:
 
 def _fast(cells: float) -> int:
     """Return the least number from `cells`, and from 6, on whose Fourier transform is fast."""
-    from scipy.fft import next_fast_len  # takes a third of a second to import
-
-    return int(next_fast_len(max(round(cells), 6), real=True))
+    return fast_length(max(round(cells), 6))
