@@ -66,7 +66,7 @@ PRESET` prints the same, with the values of a preset.
 - `motes track --config FILE` reads a [particle filter](#particle-filters), the
   [default tracker](#the-default-tracker) or [mean shift](#mean-shift).
 - `motes watch --config FILE` reads a [scene](#scenes-of-many-objects).
-- Every key is also an option: `--motion.noise.position 0.6`.
+- Every key is also an option: `--set motion.noise.position=0.6`.
 - Where several tables may stand, `type` chooses one, as in `motion.type = "random_walk"`.
 - `--dump-config` prints all keys and values as such a file.
 

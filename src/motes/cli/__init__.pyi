@@ -22,7 +22,6 @@ from .input_checks import prepared_folder as prepared_folder
 from .input_checks import worker_count as worker_count
 from .known_run import TrackerOptions as TrackerOptions
 from .load_config import load_target as load_target
-from .load_config import network_settings as network_settings
 from .load_config import open_network as open_network
 from .load_config import tracker_config as tracker_config
 from .load_config import watch_config as watch_config

@@ -11,7 +11,6 @@ from motes import __version__
 from motes.cli.exit_codes import EXIT_CODES
 from motes.cli.help import Help
 from motes.cli.parts import missing
-from motes.cli.settings import refuse_clashes
 from motes.core.errors import PluginError
 from motes.core.registry import Registry
 
@@ -29,7 +28,6 @@ def program(name: str, what: str) -> App:
         exit_on_error=False,
         print_error=False,
         suppress_keyboard_interrupt=False,
-        config=(refuse_clashes,),
     )
 
 

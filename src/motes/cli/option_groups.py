@@ -94,6 +94,15 @@ Fps = Annotated[
         "the film says, for images the frameRate in their seqinfo.ini, else 25.",
     ),
 ]
+Changes = Annotated[
+    list[str] | None,
+    REPEATED,
+    Parameter(
+        name="--set",
+        group=CONFIGURATION,
+        help="Value of a key of the configuration, KEY=VALUE. May be repeated.",
+    ),
+]
 ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
@@ -194,9 +203,10 @@ class OutputOptions:
 
 @options(CONFIGURATION)
 class ConfigOptions:
-    """Changes of a preset, beside the keys of the configuration."""
+    """Changes of a preset."""
 
     config: ConfigFile = None
+    changes: Changes = None
     seed: int = 0
     """Seed of the random numbers: 0 or more."""
     dump_config: Annotated[bool, FLAG] = False

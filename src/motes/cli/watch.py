@@ -22,7 +22,7 @@ from motes.cli.option_groups import (
     say_rate,
 )
 from motes.cli.parts import part
-from motes.cli.settings import HELP, Settings
+from motes.cli.settings import HELP
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 app = App(
     name="watch",
     help_epilogue=HELP.format(
-        example="--initiation.min-hits 3, --tracker.particles 100 or --detector.history 200",
+        example="--set initiation.min_hits=3 or --set detector.history=200",
         command="motes config --watch",
     ),
     help_format="plaintext",
     help_formatter=Help(
         "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
-        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect",
+        "--events", "--overlay", "--overwrite", "--set", "--help-all", "--reconnect",
     ),
 )  # fmt: skip
 PRESET = "nummiaro:adaptive"
@@ -61,7 +61,6 @@ def watch(
     cluster: Cluster = None,
     own_code: OwnCode = False,
     help_all: HelpAll = False,
-    **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
@@ -83,8 +82,7 @@ def watch(
         show_all("watch")
         return DONE
     if source is not None and source.endswith(".toml"):
-        others = [*["preset"] * (preset != PRESET), *settings]
-        _check_no_single((objects, counting, frames, outputs, values), others)
+        _check_no_single((objects, counting, frames, outputs, values), preset)
 
         watch_rig = part("rig", "A file of several cameras")
         code: int = watch_rig(
@@ -99,7 +97,7 @@ def watch(
             "--histogram is for a file of several cameras; for one, give it to motes track."
         )
     where = counting.regions()
-    config = watch_config(app, preset, values.config, objects, settings, own_code=own_code)
+    config = watch_config(preset, objects, values, own_code=own_code)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -231,15 +229,15 @@ def check_least(kind: DetectorConfig, least: float | None) -> None:
         raise ConfigError(f"--least is {least:g}; this detector has scores from 0 to 1.")
 
 
-def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:
+def _check_no_single(groups: Sequence[Any], preset: str) -> None:
     """Raise a ConfigError for an option that is for one camera.
 
     Parameters
     ----------
     groups
         The groups of options, of which several cameras take some.
-    others
-        The names of further options that are given.
+    preset
+        The preset, which cameras have of their own.
     """
     several = ("output", "overwrite", "seed", "histogram")
     names = [
@@ -248,6 +246,6 @@ def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:
         for field in fields(group)
         if field.name not in several and getattr(group, field.name) not in (field.default, [])
     ]
-    for name in (*names, *others):
-        option = name.replace("_", "-")
+    for name in [*names, *["preset"] * (preset != PRESET)]:
+        option = {"changes": "set"}.get(name, name).replace("_", "-")
         raise ConfigError(f"--{option} is for one camera, not for a file of several.")

@@ -214,9 +214,9 @@ def _config(
     network: tuple[str, ...],
 ) -> None:
     from motes.cli import (
+        ConfigOptions,
         ObjectOptions,
         default_preset,
-        network_settings,
         open_network,
         tracker_config,
         watch,
@@ -225,10 +225,12 @@ def _config(
 
     file = None if config is None else Path(config)
     if do == "watch":
-        watch_config(app, preset or watch.PRESET, file, ObjectOptions(detector=detector), {})
+        watch_config(
+            preset or watch.PRESET, ObjectOptions(detector=detector), ConfigOptions(config=file)
+        )
     else:
-        settings = network_settings(network)
-        open_network(tracker_config(app, preset or default_preset(False), file, settings))
+        files = ",".join(network) or None
+        open_network(tracker_config(preset or default_preset(False), file, network=files))
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:

@@ -20,7 +20,6 @@ from motes.cli import (
     TrackOutputs,
     WatchOutputs,
     convert,
-    network_settings,
     refine,
     track,
     watch,
@@ -95,7 +94,7 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
         preset=job.preset,
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
-        **network_settings(job.network),
+        network_files=",".join(job.network) or None,
     )
 
 
