@@ -7,14 +7,13 @@ from collections.abc import Callable
 from functools import partial
 from math import isfinite, nan
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
-from motes.output.live_picture import View, view
 from motes.output.overlay import Draw, describe, draw
 from motes.output.painters import TRAIL, ScenePainter
 from motes.output.scene_overlay import Point
@@ -22,6 +21,9 @@ from motes.rows.writer import check_writable
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
+
+if TYPE_CHECKING:
+    from motes.output.live_picture import View
 
 NOWHERE = (nan, nan)
 """In a trail, the place of a target that is not seen."""
@@ -138,6 +140,8 @@ class Show(Sink):
         self._view.offer(self._painted(moment))
 
     def __enter__(self) -> Self:
+        from motes.output.live_picture import view  # brings a server
+
         self._view = view()
         if self._view.address is not None:
             log(f"The live picture is at {self._view.address}")
