@@ -10,10 +10,12 @@ import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 import motes
+from motes.video.writer import VideoWriter
 from oracles import mosaic
 from scripts import script
 
@@ -153,12 +155,17 @@ def test_public_names() -> None:
         motes.nothing  # type: ignore[attr-defined]  # noqa: B018
 
 
-def loaded_after(code: str) -> set[str]:
-    """Return the top-level modules that a fresh interpreter has after some code."""
+def modules_after(code: str) -> set[str]:
+    """Return the modules that a fresh interpreter has after some code."""
     script = f"{code}\nimport sys\nprint(*sorted(sys.modules))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    return {name.split(".")[0] for name in done.stdout.split()}
+    return set(done.stdout.split())
+
+
+def loaded_after(code: str) -> set[str]:
+    """Return the top-level modules that a fresh interpreter has after some code."""
+    return {name.split(".")[0] for name in modules_after(code)}
 
 
 def test_importing_motes_loads_nothing_heavy() -> None:
@@ -192,6 +199,29 @@ assert main(["track", {!r}, "--init", "20,10,16,12", "--preset", "nummiaro", "-o
     loaded = loaded_after(code)
     assert not loaded & {"numba", "scipy", "cv2", "matplotlib", "dlib", "pandas"}
     assert "numpy" in loaded
+
+
+def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
+    """Its start is half a second, of which each of these would take a share, and memory."""
+    film = tmp_path / "film.mp4"
+    with VideoWriter(film, 25) as writer:
+        for shift in range(4):
+            writer.write(np.roll(mosaic(0, 96, 128), shift, axis=1))
+    words = ["track", str(film), "--init", "40,30,30,24", "-o", str(tmp_path / "rows.csv")]
+    loaded = modules_after(f"from motes.cli import main\nassert main({words!r}) == 0")
+    needless = {
+        "scipy", "PIL", "rich", "http.client", "http.server", "ssl", "email", "importlib.metadata",
+        "numpy.ma", "numpy.testing", "onnxruntime", "motes.mot.scene",
+        "motes.output.live_picture", "motes.synthetic",
+    }  # fmt: skip
+    assert loaded & needless == set()
+    assert {"numpy.linalg", "motes.sot.discriminative.tracker"} <= loaded
+
+
+def test_help_starts_without_what_tracks() -> None:
+    loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
+    assert not loaded & {"numpy", "av", "scipy", "PIL", "email", "importlib.metadata"}
+    assert not any(name.startswith(("motes.sot", "motes.mot", "motes.video")) for name in loaded)
 
 
 def test_no_name_is_that_of_two_classes() -> None:

@@ -165,9 +165,11 @@ def cut(
 @cache
 def sectors() -> Bytes:
     """Return the sector, of 18 of a whole turn, of each gradient (dy, dx), for `gradient_cells`."""
-    dy, dx = np.mgrid[-256:256, -256:256]
-    numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
-    out: Bytes = numbers.astype(np.uint8)
+    steps = np.arange(257.0)
+    right = np.round(np.arctan2(steps[:, None], steps) * 9 / np.pi).astype(np.int8)
+    left = np.where(steps > 0, 9 - right, right)  # a vertical one is to neither side
+    down = np.hstack([left[:, :0:-1], right[:, :-1]])
+    out: Bytes = (np.vstack([-down[:0:-1], down[:-1]]) % 18).astype(np.uint8)
     return out
 
 
