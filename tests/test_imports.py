@@ -220,7 +220,7 @@ def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
 
 def test_help_starts_without_what_tracks() -> None:
     loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
-    assert not loaded & {"numpy", "av", "scipy", "PIL", "email", "importlib.metadata"}
+    assert not loaded & {"numpy", "av", "scipy", "PIL", "starlette", "motes_fleet"}
     assert not any(name.startswith(("motes.sot", "motes.mot", "motes.video")) for name in loaded)
 
 

@@ -166,6 +166,13 @@ def test_pages_for_users_are_read_in_two_hours() -> None:
     assert sum(len(page.read_text(encoding="utf-8").split()) for page in USER_PAGES) <= 22_000
 
 
+def test_pages_and_notes_of_the_lab_are_read_in_two_hours() -> None:
+    """A word has a letter or a digit: most of these pages is tables, with marks between cells."""
+    pages = [*(ROOT / "lab/docs").glob("*.md"), *(ROOT / "lab/notes").glob("*.md")]
+    text = " ".join(page.read_text(encoding="utf-8") for page in pages)
+    assert sum(bool(re.search(r"\w", word)) for word in text.split()) <= 27_000
+
+
 def test_pictures_are_small_and_those_of_the_gallery_are_shown() -> None:
     page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
     pictures = set((ROOT / "docs/images/gallery").iterdir())

@@ -51,8 +51,12 @@ PLACES = {name: f"motes.cli.{name}:app" for name in COMMANDS}
 PLACES |= {name: f"motes.cli.{name}:{name}" for name in ("demo", "doctor")}  # plain functions
 for command, what in COMMANDS.items():
     app.command(PLACES[command], name=command, help=what)
-PROGRAMS = {"batch": "fleet", "serve": "fleet", "studio": "studio"}
-"""Commands of motes' other programs, and the extras that install these."""
+PROGRAMS = {
+    "batch": ("fleet", "Track in many films, on many machines."),
+    "serve": ("fleet", "Track for annotation tools."),
+    "studio": ("studio", "Track, check and correct in a browser."),
+}
+"""Commands of motes' other programs: the extras that install these, and their lines of help."""
 JOINED = Registry[App]("command", "motes.commands", App, PLACES, values=True)
 """Commands that other packages add: ours, and those of users."""
 app.register_install_completion_command(help="Install completion for this shell and exit.")
@@ -74,10 +78,12 @@ def commands(tokens: Sequence[str]) -> App:
     if first in JOINED and first not in app:
         app.command(JOINED.resolve(first), name=first)
     elif first in PROGRAMS and first not in app:
-        raise missing(f"motes {first}", PROGRAMS[first])
+        raise missing(f"motes {first}", PROGRAMS[first][0])
     else:
         for name in JOINED.known():
-            if name not in app:
+            if name in PROGRAMS and name not in app:
+                app.command(JOINED.place(name), name=name, help=PROGRAMS[name][1])
+            elif name not in app:
                 with contextlib.suppress(PluginError):  # its own call says what is wrong
                     app.command(JOINED.resolve(name), name=name)
     return app

@@ -116,8 +116,8 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
         *("difference", "95 % interval", f"alike within {MARGIN}"),
     )
     about = (
-        f"{note} Difference from {first}; intervals are a paired bootstrap over films. Alike: two "
-        f"one-sided tests at 5 %, that is, a 90 % interval within the margin."
+        f"{note} Differences are from {first}, with a paired bootstrap over films; alike by two "
+        f"one-sided tests at 5 %."
     )
     return Table(f"Compared with {first}", head, rows, note=about)
 
