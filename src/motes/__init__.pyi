@@ -91,7 +91,6 @@ from .mot.detection.pretrained import (
 from .mot.scene import Scene as Scene
 from .mot.scene_config import SceneConfig as SceneConfig
 from .mot.scene_config import scene_config as scene_config
-from .mot.tracked_object import SceneTrack as SceneTrack
 from .output.overlay import draw as draw
 from .output.scene_overlay import draw_scene as draw_scene
 from .rows.reader import read_track as read_track

@@ -18,11 +18,10 @@ from motes.cli.watch_loop import counted_moments, table
 from motes.cli.watch_outputs import Events
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.mot.scene import Scene
-from motes.mot.tracked_object import SceneTrack
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.rows.schema import COLUMNS, GROUND
 from motes.video.writer import VideoWriter
@@ -116,7 +115,7 @@ WALK = [
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt(), SourceError("The camera is gone.")])
 def test_what_ends_a_run_loses_no_crossing_that_has_happened(end: BaseException) -> None:
-    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+    def found() -> Iterator[tuple[Frame, list[Track]]]:
         yield from WALK
         raise end
 
@@ -132,7 +131,7 @@ def test_events_in_a_file_are_in_the_order_of_frames(tmp_path: Path) -> None:
     counter = EventCounter(Regions((Line((0, 50, 200, 50)),), (Zone((0, 60, 200, 60, 9, 99)),)))
     path = tmp_path / "e.jsonl"
 
-    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+    def found() -> Iterator[tuple[Frame, list[Track]]]:
         for i in range(24):
             y = 40 + 4 * i if i < 3 else 50.5 if i < 12 else 4 * i + 8
             tracks = [seen(i, (80, y))] if i < 18 else []

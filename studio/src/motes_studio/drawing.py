@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from msgspec.structs import replace
 
-from motes import Frame, Regions, SceneTrack, Status, Track, VideoWriter, draw
+from motes import Frame, Regions, Status, Track, VideoWriter, draw
 from motes.core import FRAME_INTERVAL
 from motes.output import TRAIL, ScenePainter
 from motes_studio.tables import Table, tracks
@@ -21,11 +22,11 @@ def annotated(place: Workplace, tables: Mapping[int, Table], path: str) -> bytes
     film, found = place.film, {number: tracks(table) for number, table in tables.items()}
     first = min(shown[0].frame for shown in found.values())
     last = max(shown[-1].frame for shown in found.values())
-    by_frame: dict[int, list[SceneTrack]] = {}
+    by_frame: dict[int, list[Track]] = {}
     for number, shown in found.items():
         for track in shown:
             if track.status is not Status.ABSENT or len(found) == 1:
-                by_frame.setdefault(track.frame, []).append(SceneTrack(number, track))
+                by_frame.setdefault(track.frame, []).append(replace(track, identity=number))
     scene, trail = ScenePainter(Regions()), list[tuple[float, float]]()
     with VideoWriter(path, film.fps or 1 / FRAME_INTERVAL) as writer:
         for frame in film.forward(first, last):
@@ -33,7 +34,7 @@ def annotated(place: Workplace, tables: Mapping[int, Table], path: str) -> bytes
             if len(found) > 1:
                 pixels = scene.painted(frame, here, ())()
             else:
-                pixels = _one(frame, here[0].track, trail)
+                pixels = _one(frame, here[0], trail)
             writer.write(pixels, frame.time - film.times[first])
             place.check()
     return b""

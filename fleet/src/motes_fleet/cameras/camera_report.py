@@ -26,7 +26,7 @@ class ObjectReport(msgspec.Struct, frozen=True):
     """What a camera reports about an object in a frame."""
 
     identity: int
-    """The camera's own; see `motes.SceneTrack`."""
+    """The camera's own; see `motes.Track`."""
     status: Status
     box: Box
     confidence: float
@@ -50,7 +50,7 @@ class ObjectReport(msgspec.Struct, frozen=True):
     """Whether it may be a part of an object that is just entering. It is reported only because its
     place expects an object."""
     sought: bool = False
-    """As in `motes.SceneTrack`."""
+    """As in `motes.Track`."""
 
     @property
     def gone(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motes import Box, Frame, Place, Scene, SceneTrack, Status
+from motes import Box, Frame, Place, Scene, Status, Track
 from motes.core import Floats
 from motes.mot import CUE, CUT, Expected, intersection_over_first, room
 from motes_fleet.cameras.arrivals import expected_of
@@ -125,22 +125,22 @@ class CameraReporter:
             found.append(expected_of(each, rng, frame.time, doors.boxes(each.place), count))
         return found
 
-    def _sighting(self, frame: Frame, each: SceneTrack, doors: Doors) -> ObjectReport | None:
+    def _sighting(self, frame: Frame, each: Track, doors: Doors) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
         Its histogram is from the last detection with a whole box.
         """
-        track, seen, whole = each.track, each.track.status is Status.TRACKING, False
+        seen, whole = each.status is Status.TRACKING, False
         view = self._views.get(each.identity)
         if view is None or seen:
-            whole = room(track.box, frame) >= CUT
-            places = doors.at(track.box)
+            whole = room(each.box, frame) >= CUT
+            places = doors.at(each.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                view.look = packed(CUE.learn(frame, track.ellipse).histogram)
+                view.look = packed(CUE.learn(frame, each.ellipse).histogram)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING
@@ -158,15 +158,15 @@ class CameraReporter:
         view.reported = not partial
         return ObjectReport(
             each.identity,
-            track.status,
-            track.box,
-            track.confidence,
+            each.status,
+            each.box,
+            each.confidence,
             each.occluded_by,
             each.detected,
             view.places,
             view.look if seen or vanishes else None,
             each.velocity,
-            tuple(track.covariance.ravel().tolist()),
+            tuple(each.covariance.ravel().tolist()),
             expected,
             each.label,
             partial,

@@ -155,8 +155,8 @@ class SceneAdapter(MotTrackerAdapter):
         start = time.perf_counter()
         answer = self._scene.update(picture)
         seconds = time.perf_counter() - start
-        seen = (each for each in answer if each.track.status is Status.TRACKING)
-        found = [FoundObject(each.identity, each.track.box, each.track.confidence) for each in seen]
+        seen = (each for each in answer if each.status is Status.TRACKING)
+        found = [FoundObject(each.identity, each.box, each.confidence) for each in seen]
         return MotAnswer(found, seconds)
 
 

@@ -153,8 +153,8 @@ def followed(sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], sce
     for frame in frames:
         lines += [
             [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
-            for each, box in ((each, each.track.box) for each in scene.update(frame))
-            if each.track.status is Status.TRACKING
+            for each, box in ((each, each.box) for each in scene.update(frame))
+            if each.status is Status.TRACKING
         ]
     return tally(*evaluated_rows(truth, rows_of(lines), sequence.distractors), sequence.frames)
 
@@ -300,12 +300,12 @@ def _drone(film: Film, name: str, detector: Detector) -> Row:
     present, scene = 0, Scene(detector)
     with open_source(film.source, end=film.frames) as source:
         for frame in source:
-            tracks = [each for each in scene.update(frame) if each.track.status is Status.TRACKING]
+            tracks = [each for each in scene.update(frame) if each.status is Status.TRACKING]
             box = film.boxes[frame.index]
             if not np.isfinite(box).all():
                 continue
             present += 1
-            boxes = np.array([each.track.box for each in tracks]).reshape(-1, 4)
+            boxes = np.array([each.box for each in tracks]).reshape(-1, 4)
             overlaps = iou(np.array(Box(*box.tolist())), boxes)
             if len(tracks) and overlaps.max() >= HIT:
                 identities[tracks[int(overlaps.argmax())].identity] += 1

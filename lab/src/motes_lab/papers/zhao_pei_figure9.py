@@ -126,7 +126,7 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
             tracks = scene.update(Frame(index, index / sequence.rate, decoded.pixels))
             lines = [
                 [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
-                for each, box in ((each, each.track.box) for each in tracks)
+                for each, box in ((each, each.box) for each in tracks)
                 if not each.gone
             ]
             truth = sequence.truth.where(sequence.truth.frames == index + 1)

@@ -79,7 +79,7 @@ def team(truth: Team, pictures: Path) -> Experiment:
         for frame, tracks in scene.watch(film):
             if frame.index not in marked:
                 continue
-            seen = as_rows(each.box for each in tracks if each.track.status is Status.TRACKING)
+            seen = as_rows(each.box for each in tracks if each.status is Status.TRACKING)
             overlaps = iou(marked[frame.index][:, None], seen)
             right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
             counts = np.array([len(marked[frame.index]), len(seen), len(right)])
