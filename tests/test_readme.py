@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from motes import Status, open_source, synthetic
-from motes.cli.app import commands
+from motes.cli.app import commands as known_commands
 from motes.video.writer import VideoWriter
 from motes_lab.cli.app import app as lab_app
 from pages import blocks, commands
@@ -154,4 +154,4 @@ def test_commands_in_the_table_of_the_readme_exist() -> None:
     named = re.findall(r"`(motes(?:-lab)?) ([a-z]+)`", README.read_text(encoding="utf-8"))
     assert len(named) > 8
     for program, name in named:
-        assert name in (lab_app if program == "motes-lab" else commands([])), name
+        assert name in (lab_app if program == "motes-lab" else known_commands([])), name
