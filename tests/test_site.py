@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import motes
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.core.config_keys import all_keys, keys
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
@@ -125,15 +125,16 @@ def test_navigation_is_beside_the_page_at_1200_pixels(site: Path) -> None:
 @pytest.mark.slow
 def test_reference_is_complete(site: Path) -> None:
     api = (site / "reference/api.html").read_text(encoding="utf-8")
-    others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
+    public = ("cues", "filtering", "synthetic", "testing")
+    others = {each: importlib.import_module(f"motes.{each}").__all__ for each in public}
     names = [f"{each}.{name}" for each, inner in others.items() for name in inner]
-    for name in [*motes.__all__, *names]:
+    for name in [*set(motes.__all__).difference(public), *names]:
         assert f'id="motes.{name}"' in api, name
-    commands = (site / "reference/cli.html").read_text(encoding="utf-8")
-    for program, known in ((app, MAIN), (lab_app, LAB)):
+    reference = (site / "reference/cli.html").read_text(encoding="utf-8")
+    for program, known in ((commands([]), MAIN), (lab_app, LAB)):
         for name in known:
             assert name in program
-            assert f'id="{program.name[0]}-{name}"' in commands, name
+            assert f'id="{program.name[0]}-{name}"' in reference, name
     text = (site / "reference/configuration.html").read_text(encoding="utf-8")
     for kind in KINDS:
         for key in all_keys(keys(kind)):

@@ -14,7 +14,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import motes
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import Key, keys, summary
 from motes.mot.pipeline_config import WatchConfig
@@ -24,6 +24,8 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import DESCRIPTIONS
 from motes_lab.cli.app import app as lab_app
 
+MODULES = ("cues", "filtering", "synthetic", "testing")
+"""The public modules beside `motes` itself."""
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
@@ -64,7 +66,7 @@ PRESET` prints the same, with the values of a preset.
 - `motes track --config FILE` reads a [particle filter](#particle-filters), the
   [default tracker](#the-default-tracker) or [mean shift](#mean-shift).
 - `motes watch --config FILE` reads a [scene](#scenes-of-many-objects).
-- Every key is also an option: `--motion.noise.position 0.6`.
+- Every key is also an option: `--set motion.noise.position=0.6`.
 - Where several tables may stand, `type` chooses one, as in `motion.type = "random_walk"`.
 - `--dump-config` prints all keys and values as such a file.
 
@@ -85,7 +87,7 @@ def api_page() -> str:
     """Return the page of public names, for mkdocstrings, by the package they come from."""
     names: dict[str, list[str]] = defaultdict(list)
     members = griffe.load("motes").members
-    for name in motes.__all__:
+    for name in sorted(set(motes.__all__).difference(MODULES)):
         member = members[name]
         assert isinstance(member, griffe.Alias)
         names[member.target_path.split(".")[1]].append(name)
@@ -94,7 +96,7 @@ def api_page() -> str:
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
-    for module in motes._MODULES:
+    for module in MODULES:
         public = importlib.import_module(f"motes.{module}").__all__
         parts += [f"## motes.{module}\n"] + [f"::: motes.{module}.{name}\n" for name in public]
     return "\n".join(parts)
@@ -105,7 +107,7 @@ def cli_page() -> str:
     # The page has its own head and contents.
     motes, lab = (
         each.generate_docs(recursive=True, heading_level=1).partition(f"\n## {each.name[0]} ")
-        for each in (app, lab_app)
+        for each in (commands([]), lab_app)
     )
     codes = EXIT_CODES.partition("\n")[2]
     return (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from motes.sot.presets import PRESETS
+from motes import PRESETS
 from scripts import script
 
 values = script("docs/generate/paper_values.py")

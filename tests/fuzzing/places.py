@@ -10,11 +10,11 @@ from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
 from motes.mot.analytics.regions import Regions
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
-from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig_config import Rig
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.places import boxes_of, load_places
+from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.rig_config import Rig
 
 from .outcomes import check_finite, outcome, put
 

@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
 from motes.cli.watch_loop import table
 from motes.core.detection import Detection

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from motes.cli import main
 from motes.cli.frame_loop import Moment
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
 from motes.core.errors import ConfigError, FormatError, InputError, MissingDependencyError
 from motes.core.frame import Frame

@@ -18,9 +18,10 @@ OPTIONAL = {
     "cv2": "opencv",
     "dlib": "faces",
     "onnxruntime": "onnx",
-    "paho.mqtt": "mqtt",
     "matplotlib": "report",
-    "starlette": "studio",
+    "motes_studio": "studio",
+    "motes_fleet": "fleet",
+    "motes_lab": "lab",
 }
 """Optional modules, and the extras that install them."""
 OPENCV = (

@@ -17,9 +17,9 @@ from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import point_out_leftovers
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError
+from motes.core.extras import optional
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.optional import optional
 from motes.core.track import Status
 from motes.core.types import Bytes
 from motes.formats import runs

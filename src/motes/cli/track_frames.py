@@ -11,7 +11,7 @@ from pathlib import Path
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import point_out_corners, prepared_folder
-from motes.cli.options import say_rate
+from motes.cli.option_groups import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size

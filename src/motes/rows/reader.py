@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError
+from motes.core.extras import optional
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.labels import check_label
-from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 

@@ -15,19 +15,21 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from msgspec import structs
 
-from motes.core.detection import Detection, Detector
-from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.core.track import Status
-from motes.core.types import Floats
-from motes.formats.mot import UNKNOWN
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.global_motion import GlobalMotion, Model
-from motes.mot.detection.morphology import opencv
-from motes.mot.detection.moving_camera import Camera, PannedDetector
-from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
-from motes.video.sources import open_source
+from motes import (
+    BackgroundConfig,
+    BackgroundDetector,
+    Box,
+    Detection,
+    Detector,
+    Frame,
+    Scene,
+    Status,
+    open_source,
+    scene_config,
+)
+from motes.core import Floats, iou
+from motes.formats import UNKNOWN
+from motes.mot import Camera, GlobalMotion, Model, PannedDetector, opencv
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, rows_of

@@ -9,11 +9,9 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN
-from motes.core.errors import ConfigError
-from motes.core.geometry import Box
-from motes.core.types import Floats
+from motes import Box, ConfigError
+from motes.cli import RUN, check_counts
+from motes.core import Floats
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.shortened import shortened
