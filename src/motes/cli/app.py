@@ -40,6 +40,7 @@ COMMANDS = {
     "batch:app": "Track in many films, on many machines.",
     "convert:app": "Convert tracks and annotations between formats.",
     "config:app": "List presets and all configuration keys.",
+    "network:app": "Get trained networks that join the tracker.",
     "studio:app": "Track, check and correct in a browser.",
     "serve:app": "Track for annotation tools.",
     "demo:demo": "Show on rendered films what motes does.",
