@@ -393,7 +393,7 @@ def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:
 
 
 def test_there_are_few_commands() -> None:
-    assert len([name for name in commands([]) if not name.startswith("-")]) <= 13
+    assert len([name for name in commands([]) if not name.startswith("-")]) <= 14
 
 
 @pytest.mark.parametrize("command", ["track", "watch"])

@@ -43,6 +43,7 @@ COMMANDS = {
     "watch": "Track and count all objects that move.",
     "convert": "Convert tracks and annotations between formats.",
     "config": "List presets and all configuration keys.",
+    "network": "Get trained networks that join the tracker.",
     "demo": "Show on rendered films what motes does.",
     "doctor": "Check the installation.",
 }

@@ -71,8 +71,8 @@ def track(
     source
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     network_files
-        Trained network that joins the tracker: an ONNX file, or several of one network:
-        backbone.onnx,head.onnx. docs/network.md says where to get one.
+        Trained network that joins the tracker: one that motes network get has downloaded, such as
+        nanotrack, or its ONNX files: backbone.onnx,head.onnx.
     """
     if help_all:
         from motes.cli.app import show_all

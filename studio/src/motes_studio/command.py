@@ -38,7 +38,7 @@ def studio(
     data
         Folder of sessions and uploads. [default: the user's folder for data]
     network
-        Trained network that configurations of the page may name, as in motes track:
+        Trained network that configurations of the page may name, as in motes track: nanotrack, or
         backbone.onnx,head.onnx. Or a folder of networks.
     headless
         Do not open a browser.
