@@ -14,7 +14,7 @@ from motes.core.config import Config, NonNegative
 LARGEST_VOICE = 1.5
 """No voice counts as more than this, however strong: it may be wrong, too."""
 NEUTRAL = 0.6
-"""A filter's response or a network's score that speaks neither for a place nor against it."""
+"""A filter's response that speaks neither for a place nor against it."""
 LARGEST_LOG_ODDS = 30.0
 
 
@@ -42,3 +42,8 @@ class Evidence(Config, frozen=True):
 def probability(log_odds: float) -> float:
     """Return the probability of log odds, from 0 to 1."""
     return 1 / (1 + math.exp(-min(max(log_odds, -LARGEST_LOG_ODDS), LARGEST_LOG_ODDS)))
+
+
+def log_odds(probability: float) -> float:
+    """Return the log odds of a probability between 0 and 1, without these."""
+    return math.log(probability / (1 - probability))
