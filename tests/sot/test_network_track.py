@@ -100,7 +100,7 @@ def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network:
     low, high = sorted((own.ellipse.a, seen.place.a))
     assert low < both.ellipse.a < high
     assert both.ellipse.a != pytest.approx(own.ellipse.a, rel=1e-3)
-    assert both.confidence == pytest.approx((own.confidence + seen.score) / 2)
+    assert both.confidence == pytest.approx((own.confidence * seen.score) ** 0.5)
     info = joined.info
     np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], both.ellipse[:4], rtol=1e-3)
 
@@ -130,7 +130,7 @@ def test_a_network_that_is_elsewhere_begins_again_where_the_particles_are(
         assert iou(track.box, truth(frame)) > 0.7
         near = iou(tracker._state.network.place.box, track.box) > AGREES
         assert bool(near) is (count >= FRAMES)
-        assert (track.confidence > 0.5) is (count > FRAMES)  # who is elsewhere says 0
+        assert (track.confidence > 0.5) is (count > FRAMES)
         assert (track.status is Status.TRACKING) is (count < FRAMES or count >= 2 * FRAMES)
 
 

@@ -42,8 +42,3 @@ class Evidence(Config, frozen=True):
 def probability(log_odds: float) -> float:
     """Return the probability of log odds, from 0 to 1."""
     return 1 / (1 + math.exp(-min(max(log_odds, -LARGEST_LOG_ODDS), LARGEST_LOG_ODDS)))
-
-
-def log_odds(probability: float) -> float:
-    """Return the log odds of a probability between 0 and 1, without these."""
-    return math.log(probability / (1 - probability))

@@ -31,7 +31,7 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.evidence import Evidence, log_odds
+from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Expert, Experts
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
@@ -292,15 +292,15 @@ class Discriminative(
     ) -> tuple[DiscriminativeState, StepInfo]:
         """Return the state and the report after the network, if there is one, has looked too.
 
-        The confidence is the mean of what both say of the region, and who sees the target
-        elsewhere says 0. `evidence` is that of the particles' place.
+        The confidence is the geometric mean of both where they agree, so that either can doubt, and
+        half of one's where they part: one of two places. `evidence` is that of the particles'.
         """
         if self.network is None or state.network is None:
             return state, info
         track, network = info.track, state.network.followed(self.network, frame)
         if iou(network.place.box, track.box) > AGREES:
             network, region = network.agreed(), network.mean(track)
-            confidence = (track.confidence + network.score) / 2
+            confidence = math.sqrt(track.confidence * network.score)
             again = track.status is not Status.TRACKING and network.score > track.confidence
         else:
             there = self.placer.evidence_at(rng, state, frame, network.place)
@@ -308,7 +308,7 @@ class Discriminative(
             region = network.place if network.ahead else track.ellipse
             confidence = (network.score if network.ahead else track.confidence) / 2
             again = network.decided and network.ahead
-        standing = network.standing.after(log_odds(confidence), jumped=False)
+        standing = network.standing.after(confidence - 0.5, jumped=False)  # its sign counts
         if again:
             state, _ = self.correct(state, frame, region)
         if network.decided:
