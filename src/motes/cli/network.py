@@ -9,7 +9,7 @@ from cyclopts import App
 
 from motes.cli.exit_codes import DONE
 from motes.cli.messages import log
-from motes.cli.options import FLAG
+from motes.cli.option_groups import FLAG
 from motes.core.errors import ConfigError
 from motes.sot.network.published import (
     PUBLISHED,
