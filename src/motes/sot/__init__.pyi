@@ -2,6 +2,7 @@
 
 from . import presets as presets
 from .filtering.scatter import scatter as scatter
+from .network.family import NetworkFamily as NetworkFamily
 from .network.network import Network as Network
 from .network.network import files_of as files_of
 from .presets import DESCRIPTIONS as DESCRIPTIONS
