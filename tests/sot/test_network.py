@@ -1,4 +1,4 @@
-"""Trained networks as experts: files, regions, boxes and scores, on networks that a test makes."""
+"""Trained networks: files, regions, boxes and scores, on networks that a test makes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ import onnx_trackers
 from motes.core.config import from_dict
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, iou
+from motes.core.geometry import Box, Ellipse
 from motes.sot.network.network import Network
 from motes.sot.network.region import Region, mean_color, read
 from motes.sot.network.view import Choice, NetworkView
@@ -201,20 +200,6 @@ def test_the_choice_is_that_of_siamese_trackers(choice: Choice) -> None:
     assert best.box.y + best.box.height / 2 == pytest.approx(y + h / 2)
     alone = made_view(Choice(window=0, penalty=0)).best()
     assert alone.score == view.scores.max()
-
-
-def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:
-    view = made_view(Choice())
-    boxes = np.array([[10, 20, 30, 40], [60, 60, 20, 20], [500, 500, 20, 20.0], view.boxes[7]])
-    ellipses = np.array([Ellipse.from_box(box) for box in boxes])
-    ellipses[1] = (*ellipses[1, :4], 1.1)  # a circle stays one
-    wanted = [(iou(box, view.boxes) * view.scores).max() for box in boxes]
-    np.testing.assert_allclose(view.score_at(ellipses), wanted, atol=1e-3)
-    assert view.score_at(ellipses)[2] == 0
-    assert view.score_at(ellipses)[3] >= view.scores[7] - 1e-9
-    assert view.score_at(np.empty((0, 5))).shape == (0,)
-    nothing = msgspec.structs.replace(view, scores=np.zeros(256))
-    assert view.score_at(ellipses)[0] > 0 == nothing.score_at(ellipses).max()
 
 
 @pytest.mark.parametrize("place", [(math.nan, 5, 4, 4, 0), (5, 5, 0, 4, 0), (1e9, 5, 4, 4, 0)])

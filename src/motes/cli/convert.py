@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_unfinished,
 )
 from motes.cli.messages import counted, log
-from motes.cli.options import (
+from motes.cli.option_groups import (
     FLAG,
     OUTPUT,
     FileName,
@@ -98,7 +98,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.watch_outputs import (
+    from motes.cli.outputs import (
         check_place,
         format_of,
         guesses_told,

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from motes.core.frame import Frame
+from motes.core.track import Track
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
-from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import Draw
 from motes.output.scene_overlay import Point, draw_scene
 
@@ -37,7 +37,7 @@ class ScenePainter:
     def painted(
         self,
         frame: Frame,
-        tracks: Sequence[SceneTrack],
+        tracks: Sequence[Track],
         events: Sequence[Event],
         speeds: Mapping[int, float] = {},
     ) -> Draw:
@@ -52,7 +52,7 @@ class ScenePainter:
             trail.append(foot_of(each.box))
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
-                self._totals[f"{event.place} {event.direction or event.event}"] += 1
+                self._totals[event.total] += 1
         minutes, seconds = divmod(int(frame.time), 60)
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]

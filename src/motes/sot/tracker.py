@@ -366,7 +366,7 @@ class Tracker:
         return self.info.track
 
 
-FORMAT = 11
+FORMAT = 12
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

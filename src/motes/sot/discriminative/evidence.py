@@ -14,7 +14,7 @@ from motes.core.config import Config, NonNegative
 LARGEST_VOICE = 1.5
 """No voice counts as more than this, however strong: it may be wrong, too."""
 NEUTRAL = 0.6
-"""A filter's response or a network's score that speaks neither for a place nor against it."""
+"""A filter's response that speaks neither for a place nor against it."""
 LARGEST_LOG_ODDS = 30.0
 
 

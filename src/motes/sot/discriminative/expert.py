@@ -19,9 +19,6 @@ from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
 from motes.core.types import Floats
 
-AGREES = 0.3
-"""Overlap of two boxes from which they show the same target."""
-
 
 class Expert:
     """The interface of an expert.
@@ -60,14 +57,6 @@ class Expert:
 
     def proposes(self, sight: Any) -> Ellipse | None:
         """Return where the expert sees the target, or None."""
-        return None
-
-    def region(self, sight: Any) -> tuple[Ellipse, float] | None:
-        """Return the target's region with the proportions that the expert sees, and how sure it is.
-
-        The surer it is, 0 to 1, the more it counts in the reported region. By default there is
-        none: the target keeps the proportions of the first region.
-        """
         return None
 
     def refined(self, sight: Any, place: Ellipse) -> Ellipse | None:
@@ -138,11 +127,6 @@ class Experts:
         """Return where the experts see the target."""
         places = [expert.proposes(sights[name]) for name, expert in self.named.items()]
         return [place for place in places if place is not None]
-
-    def regions(self, sights: Mapping[str, Any]) -> list[tuple[Ellipse, float]]:
-        """Return the target's regions as experts see them, and how sure they are; see `Expert`."""
-        regions = [expert.region(sights[name]) for name, expert in self.named.items()]
-        return [region for region in regions if region is not None]
 
     def refined(self, sights: Mapping[str, Any], place: Ellipse) -> Ellipse:
         """Return the mean of a place and of where the experts see the target near it."""

@@ -117,6 +117,18 @@ class Placer:
             return Found(other, Rival(other.pose))
         return Found(look, Rival(look.pose) if rival.loses else rival)
 
+    def evidence_at(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        place: Ellipse,
+    ) -> float:
+        """Return the evidence that the target is at the center of a place."""
+        there = state.ellipse._replace(x=place.x, y=place.y)
+        sights = self.localizer.experts.look(state.experts, frame, there, np.zeros(2))
+        return self.localizer.localize(rng, state, frame, there, sights).evidence
+
     def turned(
         self,
         rng: np.random.Generator,

@@ -13,11 +13,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, iou
-from motes.core.track import Track
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
-from motes.sot.discriminative.expert import AGREES
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.placing import NO_PARTICLES
 from motes.sot.discriminative.rival import APART
@@ -51,8 +50,7 @@ class Reporter:
     ) -> StepInfo:
         """Return the report of an estimate.
 
-        While a lost target is searched for, the particles are those of the search. The proportions
-        of an upright target are half-way to those that an expert sees.
+        While a lost target is searched for, the particles are those of the search.
 
         Parameters
         ----------
@@ -64,10 +62,7 @@ class Reporter:
         weights: Weights | None = look.weights
         if not state.standing.trusted and len(state.search_particles):
             ellipses, weights = state.search_particles, None
-        info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
-        for region, sureness in self.localizer.experts.regions(look.sights):
-            info = _joined(info, region, sureness)
-        return info
+        return self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
 
     def _report(
         self,
@@ -119,20 +114,14 @@ class Reporter:
         )
 
 
-def _joined(info: StepInfo, region: Ellipse, sureness: float) -> StepInfo:
-    """Return a report whose box is the mean of that of the tracker and that of an expert.
-
-    Where the two are of different places, or the target is turned, the report stays.
-    """
+def at_region(info: StepInfo, region: Ellipse, confidence: float, status: Status) -> StepInfo:
+    """Return a report of another region, with the particles moved there."""
     track = info.track
-    if track.ellipse.theta or iou(region.box, track.box) <= AGREES:
-        return info
-    own = track.confidence / (track.confidence + sureness)
-    mean = own * np.array(track.ellipse) + (1 - own) * np.array(region)
     ellipses = info.ellipses.copy()
-    ellipses[:, :2] += mean[:2] - track.ellipse[:2]
-    ellipses[:, 2:4] *= mean[2:4] / track.ellipse[2:4]
-    joined = replace(track, ellipse=Ellipse(*mean.tolist()))
+    ellipses[:, :2] += np.subtract(region[:2], track.ellipse[:2])
+    ellipses[:, 2:4] *= np.divide(region[2:4], track.ellipse[2:4])
+    ellipses[:, 4] += region.theta - track.ellipse.theta
+    joined = replace(track, ellipse=region, confidence=confidence, status=status)
     return replace(info, track=joined, ellipses=ellipses)
 
 

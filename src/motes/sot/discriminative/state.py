@@ -10,6 +10,7 @@ from motes.core.types import Floats
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
+from motes.sot.discriminative.network_track import NetworkTrack
 from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
 from motes.sot.discriminative.rival import Rival
@@ -51,3 +52,5 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """The last motion of the target and of the camera."""
     light: Light
     """The light of the scene."""
+    network: NetworkTrack | None = None
+    """The target as a trained network follows it, if there is one."""

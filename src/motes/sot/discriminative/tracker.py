@@ -6,7 +6,8 @@ Experts of other kinds (`expert.py`) say where they see it, among them a filter 
 the target in a wide window. Where they part, both places are followed until the evidence of the
 next frames decides, and nothing is learned meanwhile (`rival.py`). The evidence of a place is the
 sum of the log odds that the near window (`evidence.py`) and the experts give it. It decides whether
-the target is there, and so whether the tracker learns or searches.
+the target is there, and so whether the tracker learns or searches. A trained network, if there is
+one, follows the target beside the particles (`network_track.py`).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from msgspec.structs import replace
 
 from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, iou
 from motes.core.saved_state import check, in_types_of, middle_of, rows
 from motes.core.track import Status
 from motes.cues.color_posterior import Posterior, borders, contrast
@@ -34,11 +35,12 @@ from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Expert, Experts
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.network_expert import NetworkExpert
+from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, Placer
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.report import (
     Reporter,
+    at_region,
     particles_of,
     reported_ellipse,
     reported_size,
@@ -96,7 +98,7 @@ class Discriminative(
     confined: Confined = Confined()
     """Expert: a filter that is confined to the target, in a wide window."""
     network: Network | None = None
-    """Expert: a trained network; by default there is none."""
+    """A trained network that follows the target too; by default there is none."""
     extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
     """Experts of other packages, by name. In files and options they stand among the other keys."""
 
@@ -115,8 +117,6 @@ class Discriminative(
         own: dict[str, Expert] = {}
         if self.confined.weight:
             own["confined"] = self.confined
-        if self.network is not None:
-            own["network"] = NetworkExpert(self.network)
         return Experts(own | self.extra_experts)
 
     @cached_property
@@ -176,6 +176,7 @@ class Discriminative(
             rival=Rival(box),
             motion=prediction.started(small_picture(frame)),
             light=Light(),
+            network=NetworkTrack.begin(self.network, frame, box) if self.network else None,
         )
         return state, self.reporter.placed(state, frame)
 
@@ -222,7 +223,8 @@ class Discriminative(
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
         after = replace(after, motion=motion, light=light, experts=experts)
-        return after, self.reporter.report(after, frame, look, particles_of(look, state, pose))
+        info = self.reporter.report(after, frame, look, particles_of(look, state, pose))
+        return self._joined(rng, after, frame, info, look.evidence)
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -257,6 +259,7 @@ class Discriminative(
             standing=Standing(),
             rival=Rival(box),
             experts=self.experts.placed(state.experts, box),
+            network=state.network and state.network.placed(box),
         )
         return state, self.reporter.placed(state, frame)
 
@@ -275,7 +278,43 @@ class Discriminative(
         models = in_types_of(fresh.experts, state.experts, "state.experts")
         state = replace(state, experts=models)
         check(state, fresh, "state")
+        if (state.network is None) is not (fresh.network is None):
+            raise ValueError("state.network is not that of the configuration")
         return state
+
+    def _joined(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        info: StepInfo,
+        evidence: float,
+    ) -> tuple[DiscriminativeState, StepInfo]:
+        """Return the state and the report after the network, if there is one, has looked too.
+
+        The confidence is the geometric mean of both where they agree, so that either can doubt, and
+        half of one's where they part: one of two places. `evidence` is that of the particles'.
+        """
+        if self.network is None or state.network is None:
+            return state, info
+        track, network = info.track, state.network.followed(self.network, frame)
+        if iou(network.place.box, track.box) > AGREES:
+            network, region = network.agreed(), network.mean(track)
+            confidence = math.sqrt(track.confidence * network.score)
+            again = track.status is not Status.TRACKING and network.score > track.confidence
+        else:
+            there = self.placer.evidence_at(rng, state, frame, network.place)
+            network = network.compared(there - evidence)
+            region = network.place if network.ahead else track.ellipse
+            confidence = (network.score if network.ahead else track.confidence) / 2
+            again = network.decided and network.ahead
+        standing = network.standing.after(confidence - 0.5, jumped=False)  # its sign counts
+        if again:
+            state, _ = self.correct(state, frame, region)
+        if network.decided:
+            network = network.placed(Ellipse.from_box(region.box))
+        state = replace(state, network=replace(network, standing=standing))
+        return state, at_region(info, region, confidence, standing.status)
 
     def _learned(
         self, state: DiscriminativeState, frame: Frame, look: WindowEstimate

@@ -1,1 +1,1 @@
-"""Trained networks as experts: what one sees in a frame around a place, in boxes and scores."""
+"""Trained networks: what one sees in a frame around a place, in boxes and scores."""

@@ -11,8 +11,6 @@ import numpy as np
 from motes.core.geometry import Box
 from motes.core.types import Floats
 
-LEAST_SCORE = 1e-3
-"""Boxes of a lower score do not count for `NetworkView.score_at`."""
 TINY = 1e-6
 
 
@@ -82,33 +80,6 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
         proportion = _larger(own_width / own_height * height / width)
         kept: Floats = np.exp(-(scale * proportion - 1) * self.choice.penalty)
         return kept
-
-    def score_at(self, ellipses: Floats) -> Floats:
-        """Return how much the network holds each ellipse (N, 5) for the target, (N,), 0 to 1.
-
-        It is the largest product of a box's score and its overlap with the box of the ellipse.
-        """
-        rows = np.flatnonzero(self.scores >= LEAST_SCORE)
-        if not rows.size or not len(ellipses):
-            return np.zeros(len(ellipses))
-        x, y, a, b, theta = ellipses.T[:, :, None]
-        half_width = np.hypot(a * np.cos(theta), b * np.sin(theta))
-        half_height = np.hypot(a * np.sin(theta), b * np.cos(theta))
-        left, top, width, height = self.boxes[rows].T - np.array([0.5, 0.5, 0, 0])[:, None]
-        across = _common(x - half_width, x + half_width, left, left + width)
-        down = _common(y - half_height, y + half_height, top, top + height)
-        both = across * down
-        both /= 4 * half_width * half_height + width * height - both
-        both *= self.scores[rows]
-        best: Floats = both.max(axis=1)
-        return best
-
-
-def _common(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> Floats:
-    """Return the lengths (N, K) that stretches (N, 1) and others (K,) have in common."""
-    length = np.minimum(high, other_high)
-    length -= np.maximum(low, other_low)
-    return np.maximum(length, 0.0, out=length)
 
 
 def view_of(
