@@ -19,7 +19,9 @@ import numpy as np
 import pytest
 
 from motes.cli import main
+from motes.core.detection import Detection
 from motes.core.frame import Frame
+from motes.core.geometry import Box
 from motes.mot.cameras import rig_camera
 from motes.mot.cameras.camera_report import (
     Arrival,
@@ -39,6 +41,7 @@ from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
 from red_box import moving, red, walk
+from scene_objects import BLUE, RED, config, picture
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -489,3 +492,15 @@ def test_arrivals_wait_for_a_camera_that_works_still() -> None:
     (*_,) = hall.receive(CameraReport("hall", 0, 2.5, ()))
     announce(CameraReport("office", 3, 3.0, ()), [hall], association)  # type: ignore[arg-type]
     assert hall.sent == [(0.0,), (1.0, 2.0, 3.0)]
+
+
+def test_a_report_has_the_look_from_before_an_object_was_covered() -> None:
+    place, front = Box(60, 30, 20, 40), Box(68, 30, 20, 40)
+    found = [Detection(place)]
+    lookout = CameraReporter(Camera("one", ""), Scene(lambda _: found, config()))
+    reports = [lookout.report(picture(index, (place, RED))) for index in range(6)]
+    found.append(Detection(front))
+    reports.append(lookout.report(picture(6, (place, RED), (front, BLUE))))
+    clear, covered = (each.sightings[0] for each in reports[-2:])
+    assert covered.look == clear.look
+    assert covered.histogram != clear.histogram

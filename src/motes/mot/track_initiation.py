@@ -116,13 +116,13 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         lowest = np.quantile(self.scores, LOWEST) if free else 0.0
         waiting, over = self._missed({i for i, _ in same}, time)
         begun, least = list[tuple[Detection, Tentative]](), self.least
-        for j, each in enumerate(free):
-            hits, best = history.get(j, Tentative((), each.score))
+        for n, each in enumerate(free):
+            hits, best = history.get(n, Tentative((), each.score))
             hits = (*hits, (time, each.box))[-config.min_hits :]
             so_far = Tentative(hits, max(best, each.score))
             if len(hits) == config.min_hits and so_far.best >= least:
                 begun.append((each, so_far))
-            elif each.score >= lowest or j in history:
+            elif each.score >= lowest or n in history:
                 waiting.append(so_far)
             else:
                 over.append(so_far)

@@ -17,6 +17,7 @@ from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE, Expected
+from motes.mot.look import looks_at
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.places import Place
@@ -36,8 +37,9 @@ class _View:
     """Time of its first frame."""
     places: tuple[str, ...]
     """Names of the places where it was last visible; until it is reported, where it came in."""
-    look: bytes
-    """Its histogram, as bytes."""
+    histogram: bytes = b""
+    look: bytes = b""
+    """Its histogram and its look, as bytes."""
     seen: bool = True
     """Whether it was visible in the last frame."""
     reported: bool = False
@@ -142,11 +144,13 @@ class CameraReporter:
             whole = room(track.box, frame) >= CUT
             places = doors.at(track.box)
             if view is None:
-                view = self._views[each.identity] = _View(frame.time, places, b"")
+                view = self._views[each.identity] = _View(frame.time, places)
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                view.look = packed(CUE.learn(frame, track.ellipse).histogram)
+                view.histogram = packed(CUE.learn(frame, track.ellipse).histogram)
+            look = self._scene.looks.get(each.identity)  # when it was last clear of others
+            view.look = packed((look or looks_at(frame, [track.ellipse])[0]).color)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING
@@ -162,6 +166,7 @@ class CameraReporter:
         if not (view.reported or seen):
             return None
         view.reported = not partial
+        told = seen or vanishes
         return ObjectReport(
             each.identity,
             track.status,
@@ -170,11 +175,12 @@ class CameraReporter:
             each.occluded_by,
             each.detected,
             view.places,
-            view.look if seen or vanishes else None,
+            view.histogram if told else None,
             each.velocity,
             tuple(track.covariance.ravel().tolist()),
             expected,
             each.label,
             partial,
             each.sought,
+            view.look if told else b"",
         )

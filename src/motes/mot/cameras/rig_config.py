@@ -13,8 +13,8 @@ from motes.core.errors import ConfigError
 from motes.mot.analytics.ground_plane import Homography, matrix_of
 from motes.sot.places import Place
 
-DISTANCE = 0.6
-"""Largest distance between color histograms of the same object in two views."""
+DISTANCE = 0.85
+"""Largest distance between the colors of the same object in two views."""
 SECONDS = 0.0, 60.0
 """Least and most time of a passage, where none is given."""
 
