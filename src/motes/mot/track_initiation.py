@@ -120,12 +120,12 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             hits, best = history.get(n, Tentative((), each.score))
             hits = (*hits, (time, each.box))[-config.min_hits :]
             so_far = Tentative(hits, max(best, each.score))
-            if len(hits) == config.min_hits and so_far.best >= least:
-                begun.append((each, so_far))
-            elif each.score >= lowest or n in history:
-                waiting.append(so_far)
-            else:
+            if each.score < lowest and n not in history:
                 over.append(so_far)
+            elif len(hits) == config.min_hits and so_far.best >= least:
+                begun.append((each, so_far))
+            else:
+                waiting.append(so_far)
         gone = as_rows(each.hits[-1][1] for each in over)
         parts = set(nested_pairs(gone, places, TOUCHING)[0].tolist())
         alone = [each.best for n, each in enumerate(over) if n not in parts]

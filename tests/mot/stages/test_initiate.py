@@ -71,6 +71,11 @@ def test_the_lowest_scores_begin_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
     _, state = initiate(0, 0, state, [], found, picture(0), TWICE)
     first = [each.hits[0][1] for each in state.candidates]
     assert first == [each.box for each in found[1:]]  # a quarter lies below the second
+    once = replace(config(), initiation=Initiation(min_hits=1))
+    begun, _ = initiate(
+        0, 0, TrackInitiation().with_scores(found, found), [], found, picture(0), once
+    )
+    assert len(begun) == 4
 
 
 def test_a_low_score_confirms_an_object_that_a_surer_one_has_begun() -> None:

@@ -17,7 +17,7 @@ from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE, Expected
-from motes.mot.look import looks_at
+from motes.mot.look import Look, looks_at
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.places import Place
@@ -116,7 +116,10 @@ class CameraReporter:
         tracks = self._scene.update(frame)
         came = {own: self._arrivals.pop(key) for own, key in self._scene.admitted.items()}
         self._begun |= {own: each.identity for own, each in came.items() if each.place is None}
-        sightings = [self._sighting(frame, track, self._doors) for track in tracks]
+        looks = self._scene.looks
+        sightings = [
+            self._sighting(frame, each, self._doors, looks.get(each.identity)) for each in tracks
+        ]
         reported = tuple(sighting for sighting in sightings if sighting is not None)
         size = frame.width, frame.height
         return CameraReport(self._camera.name, frame.index, frame.time, reported, size)
@@ -133,10 +136,13 @@ class CameraReporter:
             found.append(expected_of(each, rng, frame.time, doors.boxes(each.place), count))
         return found
 
-    def _sighting(self, frame: Frame, each: SceneTrack, doors: Doors) -> ObjectReport | None:
+    def _sighting(
+        self, frame: Frame, each: SceneTrack, doors: Doors, clear: Look | None
+    ) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
-        Its histogram is from the last detection with a whole box.
+        Its histogram is from the last detection with a whole box; its look is that when it was last
+        clear of others, if it ever was.
         """
         track, seen, whole = each.track, each.track.status is Status.TRACKING, False
         view = self._views.get(each.identity)
@@ -149,8 +155,7 @@ class CameraReporter:
                 view.places = places
             if not view.reported or (whole and each.detected):
                 view.histogram = packed(CUE.learn(frame, track.ellipse).histogram)
-            look = self._scene.looks.get(each.identity)  # when it was last clear of others
-            view.look = packed((look or looks_at(frame, [track.ellipse])[0]).color)
+            view.look = packed((clear or looks_at(frame, [track.ellipse])[0]).color)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING
