@@ -59,26 +59,24 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     """Of those that belong to objects."""
     unconfirmed: tuple[float, ...] = ()
     """Of those that were given up, and are part of no object."""
+    least: float = -math.inf
+    """The least score of an object's best detection."""
 
     def with_scores(
         self, detections: Sequence[Detection], free: Sequence[Detection]
     ) -> TrackInitiation:
-        """Return these with the scores of a frame's detections added; free ones have no object."""
-        left = {id(each) for each in free}
-        known = [each.score for each in detections if id(each) not in left]
-        scores = _latest(self.scores, [each.score for each in detections])
-        return replace(self, scores=scores, confirmed=_latest(self.confirmed, known))
-
-    @property
-    def least(self) -> float:
-        """The least score of an object's best detection.
+        """Return these with the scores of a frame's detections added; free ones have no object.
 
         Unconfirmed detections are not all false: where things move too fast to be confirmed, they
         are as sure as others. So an object need not be surer than half of the confirmed ones.
         """
-        if len(self.unconfirmed) < FEW or not self.confirmed:
-            return -math.inf
-        return float(min(np.quantile(self.unconfirmed, SURE), np.median(self.confirmed)))
+        left = {id(each) for each in free}
+        known = [each.score for each in detections if id(each) not in left]
+        scores = _latest(self.scores, [each.score for each in detections])
+        confirmed, least = _latest(self.confirmed, known), -math.inf
+        if len(self.unconfirmed) >= FEW and confirmed:
+            least = float(min(np.quantile(self.unconfirmed, SURE), np.median(confirmed)))
+        return replace(self, scores=scores, confirmed=confirmed, least=least)
 
     def update(
         self,
@@ -115,14 +113,14 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         history = {j: before[i] for i, j in same}
         lowest = np.quantile(self.scores, LOWEST) if free else 0.0
         waiting, over = self._missed({i for i, _ in same}, time)
-        begun, least = list[tuple[Detection, Tentative]](), self.least
+        begun = list[tuple[Detection, Tentative]]()
         for n, each in enumerate(free):
             hits, best = history.get(n, Tentative((), each.score))
             hits = (*hits, (time, each.box))[-config.min_hits :]
             so_far = Tentative(hits, max(best, each.score))
             if each.score < lowest and n not in history:
                 over.append(so_far)
-            elif len(hits) == config.min_hits and so_far.best >= least:
+            elif len(hits) == config.min_hits and so_far.best >= self.least:
                 begun.append((each, so_far))
             else:
                 waiting.append(so_far)

@@ -96,7 +96,7 @@ def specks(state: TrackInitiation, objects: Sequence[TrackedObject] = ()) -> Tra
         found = [Detection(place, index / 10)]
         state = state.with_scores(found, found)
         _, state = initiate(0, 0, state, objects, found, picture(index), TWICE)
-    return state
+    return state.with_scores([], [])
 
 
 @pytest.mark.parametrize(("score", "begins"), [(1.0, False), (3.0, True)])
