@@ -1,4 +1,4 @@
-"""The outputs of several objects: rows, documents, events, an annotated video."""
+"""The outputs of a run: rows, what is remembered of them, documents, events."""
 
 from __future__ import annotations
 
