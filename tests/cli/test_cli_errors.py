@@ -55,6 +55,8 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ),
         ("track film.mkv --motion.noise.size 0.1", "write --set motion.noise.size=VALUE."),
         ("watch film.mkv --detector.history=2", "write --set detector.history=VALUE."),
+        ("refine film.mkv r.csv --scale 200", "Unknown option: --scale."),
+        ("convert r.csv s.csv --particles 9", "Unknown option: --particles."),
         ("track film.mkv --set particles", "--set takes KEY=VALUE, as in motion.noise.size=0.1"),
         ("track film.mkv --set =3", "--set takes KEY=VALUE, as in motion.noise.size=0.1; got '=3'"),
         ("track film.mkv --set a.b=1 --set a=2", "--set gives a twice, or keys inside it too"),

@@ -264,6 +264,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --least 5", 2, "--least is 5; this detector has scores from 0 to 1."),
         ("FILM --least -1", 2, "--least is -1"),
         ("FILM --reconnect 5", 2, "--reconnect is for live sources, which"),
+        ("FILM --events e.csv", 2, "events are lines of JSON; name it .jsonl"),
         ("FILM --events ftp://x/y", 2, "--events ftp://x/y: such addresses are not known; give"),
     ],
 )
@@ -360,6 +361,7 @@ def test_the_table_is_by_the_minute() -> None:
     assert table(counting.counts) == [
         "minute 0: appears 1, crosses gate in 1",
         "minute 1: crosses gate out 1",
+        "in all: appears 1, crosses gate in 1, crosses gate out 1",
     ]
 
 

@@ -7,7 +7,13 @@ import itertools
 import os
 from collections.abc import Sequence
 
-from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CycloptsError,
+    MissingArgumentError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
 from motes.cli.exit_codes import AWAY, FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
 from motes.core.errors import (
@@ -67,7 +73,8 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
 
         flag = error.token.keyword or error.token.value
         key = flag.lstrip("-").replace("-", "_")
-        if is_key(key):
+        settable = error.app is not None and "--set" in _options(error.app)
+        if settable and is_key(key):
             return f"{flag} is a key of the configuration; write --set {key}=VALUE."
         if flag == "-":
             return "- is no source; for standard input give /dev/stdin."
@@ -80,6 +87,11 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
             hint = "motes batch tracks in several films; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
+
+
+def _options(app: App) -> list[str]:
+    """Return the names of all options of a command."""
+    return [name for each in app.assemble_argument_collection() for name in each.names]
 
 
 def _are_numbers(words: Sequence[str]) -> bool:

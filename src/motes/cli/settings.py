@@ -58,12 +58,12 @@ def default_preset(particles: bool) -> str:
 
 
 def is_key(path: str) -> bool:
-    """Return whether a path is that of a configuration's key, as of an option that was one."""
+    """Return whether a path is that of a configuration's value, as of an option that was one."""
+    from motes.core.config_keys import keys
     from motes.mot.pipeline_config import WatchConfig
     from motes.sot.presets import PRESETS
 
     kinds: set[Any] = {WatchConfig, *map(type, PRESETS.values())}
-    return path.partition(".")[0] in {
-        "type",
-        *(name for kind in kinds for name in kind.__struct_fields__),
-    }
+    first, *inside = path.split(".")
+    found = [key for kind in kinds for key in keys(kind) if key.path == first]
+    return path == "type" or any(bool(inside) or not key.choices for key in found)

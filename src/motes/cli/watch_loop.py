@@ -134,12 +134,17 @@ class SceneTally(Tally):
 
 
 def table(counts: Counter[tuple[int, str, str, str, str]]) -> list[str]:
-    """Return a line for each minute with events: the number of events of each kind."""
+    """Return a line for each minute with events, and with several one for all of them."""
     minutes: dict[int, list[str]] = {}
+    total = Counter[str]()
     for (minute, *parts), count in sorted(counts.items()):
         what = " ".join(part for part in parts if part)
         minutes.setdefault(minute, []).append(f"{what} {count}")
-    return [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]
+        total[what] += count
+    lines = [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]
+    if len(lines) > 1:
+        lines.append(f"in all: {', '.join(f'{what} {n}' for what, n in sorted(total.items()))}")
+    return lines
 
 
 def turn_table(turns: Counter[tuple[str, str]]) -> list[str]:

@@ -173,6 +173,8 @@ class WatchOutputs(OutputOptions):
         events = self.events or []
         sent = [name for name in events if is_sent(name)]
         for name in events:
+            if name.lower().endswith(".csv"):
+                raise ConfigError(f"--events {name}: events are lines of JSON; name it .jsonl.")
             if ("://" in name or is_sent(name.replace(":", "://", 1))) and name not in sent:
                 raise ConfigError(
                     f"--events {name}: such addresses are not known; give a file, -, or an address "

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
 from motes.core.frame import from_bgr
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.core.types import Numbers
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
@@ -30,7 +30,7 @@ class OpenCVTracker:
     Attributes
     ----------
     tracker
-        The `Tracker` behind it, with `info` and the confidence.
+        The `Tracker` behind it.
     """
 
     def __init__(
@@ -82,6 +82,19 @@ class OpenCVTracker:
         x, y, width, height = track.ellipse.box
         box = round(x), round(y), round(width), round(height)
         return track.status is Status.TRACKING, box
+
+    @property
+    def track(self) -> Track:
+        """What is known of the last image: the confidence, the status, the box in fractions.
+
+        Raises
+        ------
+        ConfigError
+            Before `init`.
+        """
+        if not hasattr(self.tracker, "info"):
+            raise ConfigError("There is no track before init; call it with the first image.")
+        return self.tracker.info.track
 
     def __copy__(self) -> Self:
         """Return an independent tracker; `copy.copy` and `copy.deepcopy` do the same."""
