@@ -5,7 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
-LAB := --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[peers]'
+ALL := --no-build-isolation --editable '.[all,dev,docs]' --editable ./studio --editable './fleet[mqtt]' \
+	--editable './lab[peers]'
 # uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs.
 # Modules are compiled when they are imported: most never are.
 UV := $(or $(shell command -v uv 2>/dev/null),$(BIN)/uv)
@@ -32,7 +33,7 @@ ONLY :=
 # Tests start many programs, each of which would compile its modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills sanitize clean
+.PHONY: ready demo check test suite coverage lint docs golden gallery bench results fuzz kills sanitize clean
 
 demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
@@ -63,17 +64,23 @@ lint: ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 	$(BIN)/clang-format --dry-run --Werror $(SOURCES)
 
-# The site, in site/: strict, so that a broken link or heading ends it, and without network.
+# The site, in site/, and that of the lab: strict, so that a broken link or heading ends it, and without network.
 docs: ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --config-file lab/mkdocs.yml
 	@echo "Open site/index.html"
 
 # The pictures of the gallery, of the README and of the studio: these need Chromium.
 gallery: ready
 	$(BIN)/python docs/generate/gallery.py
 	$(BIN)/python docs/generate/studio_pictures.py
+
+# Outputs of whole commands, to the byte: before code moves, and after. They are kept by --keep.
+golden: ready
+	$(BIN)/python tests/golden/golden.py
 
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
@@ -118,8 +125,8 @@ $(DEMO_READY): pyproject.toml setup.py
 
 # The library, its lab, and what their tests and pages need. TrackEval and Datumaro are what tests
 # compare with; of what they ask for, an OpenCV would overwrite ours.
-$(READY): $(DEMO_READY) lab/pyproject.toml
-	$(call install,$(LAB))
+$(READY): $(DEMO_READY) studio/pyproject.toml fleet/pyproject.toml lab/pyproject.toml
+	$(call install,$(ALL))
 	$(call install,--no-deps trackeval==1.3.0 datumaro==1.13.12)
 	touch $@ $(KERNELS)
 
@@ -133,4 +140,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build lab/build demo results bench fuzz sanitize site src/motes/kernels/*.so
+	rm -rf $(VENV) build */build demo results bench fuzz sanitize site src/motes/kernels/*.so

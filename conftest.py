@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from motes.cluster.resources import cores
 from motes.core.interrupts import SIGNALS
+from motes.core.resources import cores
 
 # Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
 needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
-collect_ignore_glob = [] if all(map(find_spec, needed)) else ["tests/studio/*"]
+collect_ignore_glob = [] if all(map(find_spec, needed)) else ["studio/tests/*"]
 
 # A busy machine is no failure. The examples are the same each time; `make fuzz` looks for others.
 settings.register_profile("motes", deadline=None, derandomize=True, max_examples=25)

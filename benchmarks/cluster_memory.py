@@ -1,4 +1,4 @@
-"""The largest memory of a job against the size of its frames: `motes.cluster.estimate`.
+"""The largest memory of a job against the size of its frames: `motes_fleet.cluster.estimate`.
 
 python benchmarks/cluster_memory.py
 """
@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.cluster.estimate import memory_of
-from motes.cluster.jobs import Job
-from motes.cluster.resources import thread_limits
+from motes.core.resources import thread_limits
 from motes.video.writer import VideoWriter
+from motes_fleet.cluster.estimate import memory_of
+from motes_fleet.cluster.jobs import Job
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table
 

@@ -26,12 +26,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cluster_common import film, finish, ray_cluster, results, start, table
-from motes.cli.batch_job import make
-from motes.cluster.local import LocalPool
-from motes.cluster.on_ray import RayPool
-from motes.cluster.pool import Pool, Task, run
-from motes.cluster.ray_connection import connected
-from motes.cluster.table import JobTable
+from motes.core.local_pool import LocalPool
+from motes.core.pool import Pool, Task, run
+from motes_fleet.cluster.on_ray import RayPool
+from motes_fleet.cluster.ray_connection import connected
+from motes_fleet.cluster.table import JobTable
+from motes_fleet.commands.batch_job import make
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table
 

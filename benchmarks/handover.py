@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from motes.core.types import Floats
-from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table, number
 from simulated_cameras import Building, Simulation

@@ -20,15 +20,15 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from motes.cli.watch_cameras import picture
-from motes.cluster.camera_actor import pipe_of
 from motes.core.types import Floats
-from motes.mot.cameras.camera_report import CameraEnded, CameraMessage, CameraReady
-from motes.mot.cameras.rig import RigRunner
-from motes.mot.cameras.rig_camera import RigCamera
-from motes.mot.cameras.rig_config import Camera
 from motes.rows.schema import CAMERA
 from motes.rows.writer import TrackWriter
+from motes_fleet.cameras.camera_report import CameraEnded, CameraMessage, CameraReady
+from motes_fleet.cameras.rig import RigRunner
+from motes_fleet.cameras.rig_camera import RigCamera
+from motes_fleet.cameras.rig_config import Camera
+from motes_fleet.cluster.camera_actor import pipe_of
+from motes_fleet.commands.watch_rig import picture
 from motes_lab.report.tables import Cell, Row, number
 from simulated_cameras import Building, Simulation
 

@@ -92,10 +92,10 @@ def events(times: str, seconds: str) -> None:
     import numpy as np
 
     from brokers import Broker, Listener, wait_until
-    from motes.output.delivery import Delivery
-    from motes.output.event_queue import MessageQueue
-    from motes.output.mqtt import Mqtt
     from motes.video.writer import VideoWriter
+    from motes_fleet.delivery.delivery import Delivery
+    from motes_fleet.delivery.event_queue import MessageQueue
+    from motes_fleet.delivery.mqtt import Mqtt
 
     rng, noise = random.Random(0), np.random.default_rng(0)
     expected: set[tuple[str, ...]] = set()
@@ -193,11 +193,11 @@ def _family(pid: int) -> Iterator[int]:
 
 def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
-    from motes.mot.cameras.camera_reporter import CameraReporter
-    from motes.mot.cameras.reidentification import CrossCameraAssociation
-    from motes.mot.cameras.rig_config import Camera, Rig
     from motes.mot.scene import Scene
     from motes.video import live
+    from motes_fleet.cameras.camera_reporter import CameraReporter
+    from motes_fleet.cameras.reidentification import CrossCameraAssociation
+    from motes_fleet.cameras.rig_config import Camera, Rig
     from red_box import red
 
     vars(live)["FIRST_PAUSE"] = 0.3

@@ -111,7 +111,7 @@ def test_its_steps_lead_to_a_command(tmp_path: Path) -> None:
     environment = os.environ | {
         "CC": str(compiler),
         "CXX": str(compiler),
-        "EXTRAS": "",
+        "PACKAGES": "",
         "PATH": os.pathsep.join(
             [str(installed / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]]
         ),

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.cli.demo import STORIES
 from motes.video.writer import VideoWriter
 
@@ -37,7 +37,7 @@ def words(text: str) -> list[str]:
 
 
 def test_every_command_has_its_picture() -> None:
-    known = {name for name in app if not name.startswith("-")}
+    known = {name for name in commands([]) if not name.startswith("-")}
     shown = {command.name for command in COMMANDS} | {"studio"}
     assert shown == known
     assert gallery.command_text() in gallery.PAGE.read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 # A worker of Ray with motes. Driver and workers need the same Python, Ray and motes:
 #
-#     docker build --build-arg EXTRAS='[cluster,cloud]' -t motes .
+#     docker build --build-arg PACKAGES='motes-fleet[ray,cloud]' -t motes .
 #     docker build -f docs/examples/worker.Dockerfile -t registry.example.org/motes-worker .
 #
 # KubeRay asks workers with wget whether they are well.

@@ -149,6 +149,7 @@ COMMANDS = (
     Command("motes batch 'films/*.mp4' --do watch -o results", "What batch prints"),
     Command("motes serve label-studio films", "What serve prints"),
     Command("motes config nummiaro motion.noise", "The keys inside motion.noise"),
+    Command("motes network get --help", "How a trained network is got"),
     Command("motes doctor", "The parts that doctor finds"),
 )
 """The studio's picture is one of docs/generate/studio_pictures.py."""

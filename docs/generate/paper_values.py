@@ -134,14 +134,19 @@ def as_text(value: Any) -> str:
 
 
 def table() -> str:
-    """Return the table in Markdown; values that differ from the paper's are bold."""
+    """Return the table in Markdown; values that differ from the paper's are bold.
+
+    What a paper prints and the shipped preset has too is left out.
+    """
     lines = ["| value | place | paper | key | as printed | shipped |", "|---|---|---|---|---|---|"]
     for name, values in VALUES.items():
         lines.append(f"| **`{name}`** | | | | `{name}:printed` | `{name}` |")
         for each in values:
+            printed, shipped = (value_of(key, each.key) for key in (f"{name}:printed", name))
+            if printed == shipped and each.paper != OPEN:
+                continue
             cells = []
-            for column in (f"{name}:printed", name):
-                found = value_of(column, each.key)
+            for found in (printed, shipped):
                 same = each.paper == OPEN or found == each.meant
                 cells.append(as_text(found) if same else f"**{as_text(found)}**")
             known, within, part = each.key.partition(".cues.")

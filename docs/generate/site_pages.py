@@ -1,23 +1,20 @@
-"""The pages of the site that are not in docs/: those made from the code, and those of the lab.
+"""The pages of the site that are not in docs/, but made from the code.
 
-mkdocs calls `on_files`, `on_page_markdown` and `on_post_build` as hooks (mkdocs.yml).
+mkdocs calls `on_files` as a hook (mkdocs.yml).
 """
 
 from __future__ import annotations
 
 import importlib
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
-from mkdocs.structure.pages import Page
 
 import motes
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import Key, keys, summary
 from motes.mot.pipeline_config import WatchConfig
@@ -27,10 +24,8 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import DESCRIPTIONS
 from motes_lab.cli.app import app as lab_app
 
-LAB = Path(__file__).parents[2] / "lab" / "docs"
-"""The folder of the lab's pages, which are in lab/ on the site."""
-NARROWER = {"76.25em": "70em", "76.234375em": "69.984375em"}
-"""The widths at which the theme puts its navigation beside the page, and narrower ones."""
+MODULES = ("cues", "filtering", "synthetic", "testing")
+"""The public modules beside `motes` itself."""
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
@@ -71,7 +66,7 @@ PRESET` prints the same, with the values of a preset.
 - `motes track --config FILE` reads a [particle filter](#particle-filters), the
   [default tracker](#the-default-tracker) or [mean shift](#mean-shift).
 - `motes watch --config FILE` reads a [scene](#scenes-of-many-objects).
-- Every key is also an option: `--motion.noise.position 0.6`.
+- Every key is also an option: `--set motion.noise.position=0.6`.
 - Where several tables may stand, `type` chooses one, as in `motion.type = "random_walk"`.
 - `--dump-config` prints all keys and values as such a file.
 
@@ -81,43 +76,18 @@ PRESET` prints the same, with the values of a preset.
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages and those of the lab to those that were found in docs/."""
+    """Add the generated pages to those that were found in docs/."""
     pages = {"api": api_page, "cli": cli_page, "configuration": configuration_page}
     for name, page in pages.items():
         files.append(File.generated(config, f"reference/{name}.md", content=page()))
-    for path in sorted(LAB.rglob("*")):
-        if path.suffix in (".md", ".png"):
-            name = f"lab/{path.relative_to(LAB).as_posix()}"
-            files.append(File.generated(config, name, abs_src_path=str(path)))
     return files
-
-
-def on_page_markdown(text: str, page: Page, **_: object) -> str:
-    """Make links between docs/ and lab/docs/, which hold in the repository, hold on the site."""
-    if page.file.src_uri.startswith("lab/"):
-        return text.replace("](../../docs/", "](../")
-    return re.sub(r"\]\(((?:\.\./)*)\.\./lab/docs/", r"](\1lab/", text)
-
-
-def on_post_build(config: MkDocsConfig) -> None:
-    """Show the navigation beside the page from 1120 pixels on; the theme has it from 1220 on."""
-    assets = Path(config.site_dir) / "assets"
-    changed = 0
-    for path in [*assets.glob("stylesheets/*.css"), *assets.glob("javascripts/bundle.*.js")]:
-        text = path.read_text(encoding="utf-8")
-        for old, new in NARROWER.items():
-            changed += text.count(old)
-            text = text.replace(old, new)
-        path.write_text(text, encoding="utf-8")
-    if not changed:
-        raise ValueError("the theme has other widths than docs/generate/site_pages.py knows")
 
 
 def api_page() -> str:
     """Return the page of public names, for mkdocstrings, by the package they come from."""
     names: dict[str, list[str]] = defaultdict(list)
     members = griffe.load("motes").members
-    for name in motes.__all__:
+    for name in sorted(set(motes.__all__).difference(MODULES)):
         member = members[name]
         assert isinstance(member, griffe.Alias)
         names[member.target_path.split(".")[1]].append(name)
@@ -126,7 +96,7 @@ def api_page() -> str:
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
-    for module in motes._MODULES:
+    for module in MODULES:
         public = importlib.import_module(f"motes.{module}").__all__
         parts += [f"## motes.{module}\n"] + [f"::: motes.{module}.{name}\n" for name in public]
     return "\n".join(parts)
@@ -137,7 +107,7 @@ def cli_page() -> str:
     # The page has its own head and contents.
     motes, lab = (
         each.generate_docs(recursive=True, heading_level=1).partition(f"\n## {each.name[0]} ")
-        for each in (app, lab_app)
+        for each in (commands([]), lab_app)
     )
     codes = EXIT_CODES.partition("\n")[2]
     return (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.core.geometry import Box, Ellipse
+from motes import Box, Ellipse
 from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.sot import Start
 from motes_lab.protocols.trace import TrackerOutput

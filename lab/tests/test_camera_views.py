@@ -9,8 +9,8 @@ import pytest
 
 from crowds import write_crowd
 from evaluations import pictures
-from motes.core.frame import Frame
-from motes.formats.mot import UNKNOWN
+from motes import Frame
+from motes.formats import UNKNOWN
 from motes_lab.cli import main
 from motes_lab.datasets.mot import load_mot_dataset
 from motes_lab.datasets.mot_rows import rows_of

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes import ConfigError, FormatError, SourceError
 from motes_lab.cli import main
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.mot_scores import COMBINED

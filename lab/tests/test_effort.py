@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 import arena
-from motes.core.geometry import Ellipse
-from motes.correction.keyframes import Keyframes
-from motes.correction.passes import run_pass
-from motes.sot.presets import preset
-from motes.synthetic.clips import occluded
-from motes.video.film import Film as Reader
+from motes import Ellipse, preset
+from motes.correction import Keyframes, run_pass
+from motes.synthetic import occluded
+from motes.video import Film as Reader
 from motes_lab.cli import main
 from motes_lab.effort.annotator import annotate, annotate_equidistant
 from motes_lab.effort.methods import Film, equidistant, forward_only, interpolated, smoothed

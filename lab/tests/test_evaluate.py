@@ -19,15 +19,20 @@ from hypothesis import strategies as st
 
 import arena
 from arena import at_home, tracks
-from motes.cluster.local import LocalPool
-from motes.core.config import to_toml
-from motes.core.errors import ConfigError, FormatError
-from motes.core.files import slug
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
-from motes.sot.presets import PRESETS, configure, preset
-from motes.video.writer import VideoWriter
+from motes import (
+    PRESETS,
+    Box,
+    ConfigError,
+    Ellipse,
+    FormatError,
+    Frame,
+    Status,
+    Track,
+    VideoWriter,
+    configure,
+    preset,
+)
+from motes.core import LocalPool, slug, to_toml
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter

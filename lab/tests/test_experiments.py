@@ -15,8 +15,7 @@ from PIL import Image
 import arena
 import oracles
 from crowds import write_crowd
-from motes import Ellipse, Tracker, synthetic
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes import ConfigError, Ellipse, FormatError, SourceError, Tracker, synthetic
 from motes_lab.cli import experiment, main
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes.core.detection import Detection
-from motes.core.geometry import Box
-from motes.synthetic.beetle import Target
-from motes.synthetic.clips import Clip
+from motes import Box, Detection
+from motes.synthetic import Clip, Target
 from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.papers import cut_films, handover, known_person, rooms_on_film

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import evaluations
-from motes.core.errors import ConfigError
+from motes import ConfigError
 from motes_lab.cli import main
 from motes_lab.papers.maggio_figure3 import Marks, figure3, parse_marks, sharpness_of, thirds
 

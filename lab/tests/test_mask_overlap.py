@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes.core.geometry import Box
+from motes import Box
 from motes_lab.cli import main
 from motes_lab.mask_overlap import box_of
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.geometry import Ellipse
+from motes import Ellipse
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.statistics import paired_difference, wilson_interval
 

@@ -18,12 +18,16 @@ from numpy.typing import NDArray
 
 from arena import at_home
 from crowds import TRACKERS, rows, write_crowd
-from motes.cluster.local import LocalPool
-from motes.core.detection import Detection
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.mot.detection.background import BackgroundDetector
+from motes import (
+    BackgroundDetector,
+    Box,
+    ConfigError,
+    Detection,
+    FormatError,
+    Frame,
+    MissingDependencyError,
+)
+from motes.core import LocalPool
 from motes_lab.adapters.mot import (
     AssociationAdapter,
     DetectorAdapter,

@@ -9,11 +9,9 @@ import pytest
 
 from crowds import rows
 from evaluations import pictures
-from motes.core.errors import FormatError, SourceError
-from motes.formats.mot import Kind
-from motes.synthetic.clips import still
-from motes.video.sources import open_source
-from motes.video.writer import VideoWriter
+from motes import FormatError, SourceError, VideoWriter, open_source
+from motes.formats import Kind
+from motes.synthetic import still
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows, read_rows
 from motes_lab.protocols.mot import write_rows

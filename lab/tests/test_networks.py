@@ -10,8 +10,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes import Box, Frame
 from motes_lab.adapters.registry import resolve, tracker_spec
 
 

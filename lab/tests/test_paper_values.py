@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from motes.sot.presets import PRESETS
+from motes import PRESETS
 from scripts import script
 
 values = script("docs/generate/paper_values.py")
@@ -30,8 +30,9 @@ def test_what_differs_is_bold() -> None:
     rows = [line.split(" | ") for line in values.table().splitlines()]
     [margin] = [row for row in rows if "`presence.margin`" in row]
     assert margin[-2:] == ["0", "**0.7** |"]
-    [samples] = [row for row in rows if row[1:3] == ["ZP 4", "400"]]
-    assert samples[-2:] == ["400", "400 |"]
+    [sigma] = [row for row in rows if row[1:3] == ["N 10", "not given"]]
+    assert sigma[-2:] == ["0.1", "0.1 |"]
+    assert not [row for row in rows if row[1:3] == ["ZP 4", "400"]]  # as printed
     assert values.as_text({"type": "every_pixel"}) == "every pixel"
     assert [values.as_text(each) for each in (None, True, 0.5)] == ["–", "yes", "0.5"]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes import Box, Frame
 from motes_lab.adapters.registry import tracker_spec
 from motes_lab.papers.predicted_mean_shift import ACCELERATION, MEASUREMENT, Motion
 

@@ -126,7 +126,6 @@ FIGURE = re.compile(r"^[*+-]*\d|\d\.\d|±|\d ?(?:%|ms|µs|s|MB|MiB)\b")
 """A cell that may be measured: it begins with a number, has a decimal one, or one with a unit."""
 UNMEASURED = {
     "figure, table or claim": "its numbers are those of other tables; tests compare them",
-    "value": "written by docs/generate/paper_values.py; a test compares it",
     "what happens": "exit codes",
     "limit": "limits of the studio",
     "network | files": "files of others",

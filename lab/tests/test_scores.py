@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from evaluations import Floats, outcome, sequence, shifted, trace
-from motes.core.errors import FormatError
-from motes.core.geometry import Ellipse, iou
+from motes import Ellipse, FormatError
+from motes.core import iou
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace

@@ -15,12 +15,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes import Tracker, open_source
+from motes import ConfigError, Ellipse, SourceError, Tracker, TrackWriter, open_source
 from motes.cli import main as motes_main
-from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Ellipse
-from motes.formats.regions import ABSENT, TruthRegion, read_regions
-from motes.rows.writer import TrackWriter
+from motes.formats import ABSENT, TruthRegion, read_regions
 from motes_lab.datasets.sot import Problem, Sequence, load_dataset
 from motes_lab.datasets.truth import read_mask
 from oracles import radii

@@ -12,12 +12,9 @@ import pytest
 
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.core.detection import Detection, Detector
-from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.mot.association import Association
-from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
-from motes.mot.scene import Scene
+from motes import Box, Detection, Detector, Frame, Scene
+from motes.core import iou
+from motes.mot import LOOKALIKE_OVERLAP, Association
 from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows

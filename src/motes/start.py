@@ -10,6 +10,10 @@ INTERRUPTED = 130
 def main() -> int:
     """Run motes with the arguments of the process; return the exit code."""
     try:
+        import atexit
+        import gc
+
+        atexit.register(gc.freeze)  # to look for garbage at the end takes a tenth of a short run
         from motes.cli import main
 
         return main()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from motes.cli.app import app
+from motes.cli.app import commands
 from motes.sot.presets import PRESETS
 
 FUNCTION = """
@@ -30,7 +30,7 @@ def test_files_and_presets_are_completed(tmp_path: Path) -> None:
         "track film.mp4 --preset nummiaro:a", "watch --preset nummiaro:a", "config nummiaro:a",
     ]  # fmt: skip
     calls = "\n".join(f"complete_line motes {line}" for line in lines)
-    script = app.generate_completion(shell="bash") + FUNCTION + calls
+    script = commands([]).generate_completion(shell="bash") + FUNCTION + calls
     done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert done.stderr == ""
     said = done.stdout.splitlines()
@@ -38,5 +38,5 @@ def test_files_and_presets_are_completed(tmp_path: Path) -> None:
 
 
 def test_every_preset_can_be_completed() -> None:
-    argument = app["config"].assemble_argument_collection()[0]
+    argument = commands([])["config"].assemble_argument_collection()[0]
     assert argument.get_choices(force=True) == tuple(PRESETS)

@@ -50,7 +50,7 @@ def test_it_sets_the_files_of_the_network(tmp_path: Path) -> None:
     ("given", "settings", "words"),
     [
         ("a.onnx,", {}, "give files, with commas between them"),
-        ("a.onnx", {"network": {"files": ["b"]}}, "--network and --network.files contradict"),
+        ("a.onnx", {"network": {"files": ["b"]}}, "--network and --set network.files contradict"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(given: str, settings: Any, words: str) -> None:
@@ -59,7 +59,7 @@ def test_what_cannot_be_meant_is_refused(given: str, settings: Any, words: str) 
 
 
 def test_threads_are_those_of_a_network(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["track", "none.mp4", "--init", "1,1,9,9", "--network.threads", "2"]
+    words = ["track", "none.mp4", "--init", "1,1,9,9", "--set", "network.threads=2"]
     assert main(words) != 0
     assert "A network needs its ONNX files" in capsys.readouterr().err
     words = ["track", "--dump-config", *words[2:], "--network", ",".join(save_pair(tmp_path))]

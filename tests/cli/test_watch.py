@@ -18,11 +18,10 @@ from motes.cli.watch_loop import counted_moments, table
 from motes.cli.watch_outputs import Events
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.mot.scene import Scene
-from motes.mot.tracked_object import SceneTrack
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.rows.schema import COLUMNS, GROUND
 from motes.video.writer import VideoWriter
@@ -116,7 +115,7 @@ WALK = [
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt(), SourceError("The camera is gone.")])
 def test_what_ends_a_run_loses_no_crossing_that_has_happened(end: BaseException) -> None:
-    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+    def found() -> Iterator[tuple[Frame, list[Track]]]:
         yield from WALK
         raise end
 
@@ -132,7 +131,7 @@ def test_events_in_a_file_are_in_the_order_of_frames(tmp_path: Path) -> None:
     counter = EventCounter(Regions((Line((0, 50, 200, 50)),), (Zone((0, 60, 200, 60, 9, 99)),)))
     path = tmp_path / "e.jsonl"
 
-    def found() -> Iterator[tuple[Frame, list[SceneTrack]]]:
+    def found() -> Iterator[tuple[Frame, list[Track]]]:
         for i in range(24):
             y = 40 + 4 * i if i < 3 else 50.5 if i < 12 else 4 * i + 8
             tracks = [seen(i, (80, y))] if i < 18 else []
@@ -239,13 +238,13 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --zone 1,2,9,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
-        ("FILM --max_agee 1", 2, "did you mean --termination.max_age?"),
-        ("FILM --initiation.min-hits 0", 2, "initiation.min_hits"),
-        ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
-        ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
-        ("FILM --detector people --detector.trial 1", 2, "known keys: type."),
-        ("FILM --detector.least 0.6", 2, "least < most"),
-        ("FILM --detector.history 0", 2, "detector.history"),
+        ("FILM --set termination.max_agee=1", 2, "did you mean 'max_age'"),
+        ("FILM --set initiation.min-hits=0", 2, "initiation.min_hits"),
+        ("FILM --set detector.histry=9", 2, "did you mean 'history'"),
+        ("FILM --detector people --set detector.least=0.1", 2, "no key 'detector.least'"),
+        ("FILM --detector people --set detector.trial=1", 2, "known keys: type."),
+        ("FILM --set detector.least=0.6", 2, "least < most"),
+        ("FILM --set detector.history=0", 2, "detector.history"),
         ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, people, faces"),
         ("--dump-config --config nothing.toml", 3, "nothing.toml"),
         ("-o r.csv", 2, "no source"),
@@ -289,18 +288,21 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     Path("s.toml").write_text("[initiation]\nmin_hits = 8\n[tracker]\nparticles = 50\n")
     base = first("")
     assert first("--config s.toml") == base + 5
-    assert first("--config s.toml --initiation.min-hits 5 --association.appearance 0.4") == base + 2
+    assert (
+        first("--config s.toml --set initiation.min-hits=5 --set association.appearance=0.4")
+        == base + 2
+    )
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ("--detector.history 40 --termination.max-age 2", "history = 40"),
+        ("--set detector.history=40 --set termination.max-age=2", "history = 40"),
         ("--detector people", 'type = "people"'),
-        ("--detector det.txt --detections.limit 8", 'file = "det.txt"'),
+        ("--detector det.txt --set detections.limit=8", 'file = "det.txt"'),
         ("--detector faces", 'type = "faces"'),
-        ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
-        ("--detector.type background --detector.noise 5", "noise = 5.0"),
+        ("--like 64,40,16,30 --set detector.color.bins=4,4,4", 'space = "hsv+v"'),
+        ("--set detector.type=background --set detector.noise=5", "noise = 5.0"),
     ],
 )
 def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: str) -> None:
@@ -315,11 +317,11 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
 @pytest.mark.slow
 def test_a_dumped_run_is_the_same_again(go: Go) -> None:
     """And what a detector is told changes what is found: half of who comes in is too little."""
-    strict, loose = (f"--detector.least {least}" for least in (0.028, 0.01))
+    strict, loose = (f"--set detector.least={least}" for least in (0.028, 0.01))
     Path("s.toml").write_text(go(f"{strict} --dump-config")[1])
     rows = go(f"FILM -o - {loose}")[1]
     assert go("FILM -o - --config s.toml")[1] == go(f"FILM -o - {strict}")[1] != rows
-    assert go("FILM -o - --config s.toml --detector.least 0.01")[1] == rows
+    assert go("FILM -o - --config s.toml --set detector.least=0.01")[1] == rows
     assert len(rows.splitlines()) > 30
 
 
@@ -401,7 +403,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     assert "--classes: The detector has no class 'cat'; it has walker, sky." in error
     code, _, error = go(f"{line} --classes sky --overwrite")
     assert code == 4
-    code, _, error = go(f"{line} --detections.every 2 --overwrite")
+    code, _, error = go(f"{line} --set detections.every=2 --overwrite")
     assert code == 0, error
     assert "appears walker 1" in error
     Path("red.toml").unlink()

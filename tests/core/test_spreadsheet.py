@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.cluster import state
 from motes.core.geometry import Ellipse
 from motes.core.spreadsheet import MARKS, guarded, unguarded
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import recording_of
 from motes.rows.journal import ObjectRow
+from motes_fleet.cluster import state
 from motes_lab import scores
 from recordings import FACTS
 

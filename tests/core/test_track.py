@@ -7,32 +7,29 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import BOX, COLUMNS
 
 ELLIPSE = Ellipse(30.0, 40.0, 10.0, 5.0)
 TRACK = Track(7, 0.28, ELLIPSE, np.zeros((5, 5)), 0.875, Status.TRACKING, 0.1, 50.0)
-OBJECT = SceneTrack(3, TRACK, occluded_by=4)
+OBJECT = replace(TRACK, identity=3, occluded_by=4, label="car")
 
 
 def test_a_track_is_one_line() -> None:
-    line = "Track(frame=7, time=0.280 s, status=tracking, box=(20.5, 35.5, 20.0, 10.0), "
-    assert str(TRACK) == repr(TRACK) == line + "confidence=0.88)"
+    line = "Track(frame=7, time=0.280 s, identity={}, status=tracking, "
+    line += "box=(20.5, 35.5, 20.0, 10.0), "
+    assert str(TRACK) == repr(TRACK) == line.format(1) + "confidence=0.88)"
+    assert str(OBJECT) == line.format(3) + "confidence=0.88, occluded_by=4, label='car')"
 
 
 def test_a_frame_is_one_line() -> None:
     frame = Frame(7, 0.28, np.zeros((1000, 2000, 3), np.uint8))
     assert str(frame) == repr(frame) == "Frame(index=7, time=0.280 s, 2000x1000)"
-
-
-def test_an_object_is_one_line() -> None:
-    assert str(OBJECT) == f"SceneTrack(identity=3, {TRACK}, occluded_by=4)"
-    assert str(SceneTrack(3, TRACK)) == f"SceneTrack(identity=3, {TRACK})"
 
 
 def test_lines_take_numbers_of_numpy() -> None:
@@ -63,7 +60,7 @@ def test_an_object_as_plain_values() -> None:
     assert json.loads(json.dumps(values)) == values
     assert (values["id"], values["occluded_by"]) == (3, 4)
     assert tuple(values[name] for name in BOX) == TRACK.box
-    assert SceneTrack(3, TRACK).to_dict()["occluded_by"] is None
+    assert replace(TRACK, identity=3).to_dict()["occluded_by"] is None
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
@@ -72,7 +69,7 @@ def test_plain_values_are_valid_json(number: float) -> None:
     index: Any = np.int64(7)
     track = Track(index, np.float64(0.28), numbers, *_rest(distance=number))
     assert json.loads(json.dumps(track.to_dict(), allow_nan=False))["distance"] is None
-    assert json.loads(json.dumps(SceneTrack(1, track).to_dict(), allow_nan=False))["frame"] == 7
+    assert json.loads(json.dumps(track.to_dict(), allow_nan=False))["frame"] == 7
 
 
 def _rest(distance: float = 0.1) -> tuple[NDArray[np.float64], float, Status, float, float]:

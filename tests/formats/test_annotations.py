@@ -16,14 +16,13 @@ import pytest
 
 from crowds import from_files
 from motes.core.geometry import Ellipse, area, clipped
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats import runs
 from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
 from motes.rows.writer import JournalWriter
 from sightings import seen
@@ -32,7 +31,7 @@ SIZE = (100, 60)
 HEAD = Header("film.mp4", *SIZE, "sea & <bird>")
 
 
-def frames() -> dict[int, list[SceneTrack]]:
+def frames() -> dict[int, list[Track]]:
     """Return two objects: one walks out by the left border, one is hidden and then lost."""
     return {
         4: [seen(4, (20, 40), identity=1), seen(4, (50, 30), identity=2)],
@@ -43,7 +42,7 @@ def frames() -> dict[int, list[SceneTrack]]:
     }
 
 
-def pictures(tracks: Mapping[int, Sequence[SceneTrack]]) -> list[FrameRow]:
+def pictures(tracks: Mapping[int, Sequence[Track]]) -> list[FrameRow]:
     return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
 
 

@@ -629,14 +629,11 @@ def test_texts_beside_the_names_of_their_classes_are_read(go: Go) -> None:
         assert Path("back.csv").read_text() == kept
 
 
-def test_the_pages_say_which_formats_are_only_written() -> None:
+def test_the_page_says_which_formats_are_only_written() -> None:
     root = Path(__file__).parents[2]
     written = {name for name, form in registry.OWN.items() if form.write}
     unread = {name for name in written if not registry.OWN[name].read}
-    readme = (root / "README.md").read_text(encoding="utf-8")
-    assert (
-        f"writes the files of {len(written)} formats, and reads {len(written - unread)}" in readme
-    )
     page = (root / "docs/formats.md").read_text(encoding="utf-8")
+    assert f"writes the files of {len(written)} formats, and reads {len(written - unread)}" in page
     (said,) = re.findall(r"into any other, but (.*?): these are only written", page, re.DOTALL)
     assert {*re.findall("`(.*?)`", said)} == unread

@@ -24,7 +24,6 @@ from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.formats.thinning import keyframes
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import ObjectRow
 from motes.rows.schema import COLUMNS
 from recordings import FACTS, crowd, turning
@@ -142,7 +141,7 @@ def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
         recorded = recording_of(FACTS, [(3, row)])
     except ConfigError:
         with pytest.raises(ConfigError, match="rename it"):
-            ObjectRow.of(SceneTrack(1, row.track(3, 0.12), label=label))
+            ObjectRow.of(replace(row.track(3, 0.12), label=label))
         return
     with TemporaryDirectory() as place:
         folder = Path(place)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from motes.cluster.table import JobTable
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
@@ -12,6 +11,7 @@ from motes.formats.recording import FilmFacts, Recording, recording_of
 from motes.mot.analytics.lens import Lens
 from motes.rows.journal import ENDING, ObjectRow
 from motes.rows.writer import JournalWriter
+from motes_fleet.cluster.table import JobTable
 
 from .campaign import Kind
 from .outcomes import check_finite, outcome, put, scratch

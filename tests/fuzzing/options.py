@@ -24,13 +24,13 @@ def seeds() -> list[bytes]:
     """Return valid words."""
     lines = (
         "track --init 10,12,20,16 --start 0 --end 4 --stride 1 --seed 3",
-        "track --init 20,20,9,7.5,0.3 --preset nummiaro --budget.max 500",
+        "track --init 20,20,9,7.5,0.3 --preset nummiaro --set budget.max=500",
         "track --init 10,12,20,16 --init 30,20,9,9 --preset nummiaro",
-        "track --preset nummiaro --particles 80 --color.bins 8,8,8 --motion.noise.size 0.05 "
-        "--likelihood.sigma 0.1 --dump-config",
+        "track --preset nummiaro --set particles=80 --set color.bins=8,8,8 "
+        "--set motion.noise.size=0.05 --set likelihood.sigma=0.1 --dump-config",
         "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.5 --scale 20 --seed 1 --end 3",
         "watch --like 10,12,20,16 --end 3",
-        "watch --initiation.min-hits 3 --detector.history 200 --dump-config",
+        "watch --set initiation.min-hits=3 --set detector.history=200 --dump-config",
         "track --init 10,12,20,16 --start 1 --save-histogram target.json",
         "evaluate --seeds 2 --workers 1 --time-limit 60 --first-pixel 0",
     )

@@ -10,11 +10,10 @@ from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
 from motes.mot.analytics.regions import Regions
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
-from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig_config import Rig
-from motes.mot.tracked_object import SceneTrack
 from motes.sot.places import boxes_of, load_places
+from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.rig_config import Rig
 
 from .outcomes import check_finite, outcome, put
 
@@ -83,10 +82,10 @@ def _check_ground(ground: Ground) -> None:
         check_finite(ground.metres(point) or ())
 
 
-def _walker(index: int, x: float, y: float) -> SceneTrack:
+def _walker(index: int, x: float, y: float) -> Track:
     status = Status.TRACKING if index < len(WALK) - 1 else Status.LOST
     ellipse = Ellipse.from_box(Box(x, y, 10, 20))
-    return SceneTrack(1, Track(index, index / 10, ellipse, np.eye(5), 0.9, status, 0.1, 80.0))
+    return Track(index, index / 10, ellipse, np.eye(5), 0.9, status, 0.1, 80.0)
 
 
 def rigs() -> list[bytes]:

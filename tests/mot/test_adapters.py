@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from motes.core.adapters import as_detections
+from motes.core.callables import import_callable
 from motes.core.detection import Detection, PreparedDetector
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.core.import_callable import import_callable
 from motes.mot.detection.custom import CustomDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene

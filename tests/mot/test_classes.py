@@ -12,13 +12,13 @@ import pytest
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
 from motes.cli.watch_loop import table
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats.registry import format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
@@ -27,7 +27,6 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, Header, object_rows
 from motes.rows.writer import JournalWriter
 from motes.sot.presets import preset
@@ -86,7 +85,7 @@ def test_objects_are_followed_between_the_frames_of_a_slow_detector() -> None:
     assert looks == [0, 5, 10, 15, 20, 25, 30]
     assert [len(found) for found in tracks] == [0] * 10 + [1] * 21  # the third look is at frame 10
     assert {found[0].identity for found in tracks[10:]} == {1}
-    assert {found[0].track.status for found in tracks[10:]} == {Status.TRACKING}
+    assert {found[0].status for found in tracks[10:]} == {Status.TRACKING}
     assert [found[0].detected for found in tracks[10:15]] == [True, False, False, False, False]
     for index, (each,) in enumerate(tracks[10:], start=10):
         assert each.box.x == pytest.approx(40 + 2 * index, abs=5)
@@ -102,7 +101,7 @@ def test_without_a_look_nothing_is_overdue() -> None:
             if index == 2 * every + 1:
                 there.clear()
             last = scene.update(picture(index, (BOX, RED)))
-        assert [each.track.status for each in last] == [status]
+        assert [each.status for each in last] == [status]
 
 
 def test_events_and_counts_have_classes() -> None:
@@ -110,8 +109,7 @@ def test_events_and_counts_have_classes() -> None:
     events = []
     for label, identity in (("car", 1), ("bus", 2), ("car", 3)):
         for frame, x in enumerate((42.0, 47.0, 52.0, 57.0, 62.0)):
-            track = seen(frame, (x, 40), identity=identity)
-            track = type(track)(identity, track.track, None, True, label=label)
+            track = replace(seen(frame, (x, 40), identity=identity), label=label)
             events += counting.update([track])
     assert json.loads(events[-1].json())["label"] == "car"
     assert "class" not in events[-1].json()
@@ -121,16 +119,12 @@ def test_events_and_counts_have_classes() -> None:
     )
 
 
-def objects_of_two_classes() -> list[list[SceneTrack]]:
+def objects_of_two_classes() -> list[list[Track]]:
     """Return the objects of two frames; the second one's class changes."""
     frames = []
     for frame, name in enumerate(("van, old", "car")):
         first, second = seen(frame, (40, 60), identity=1), seen(frame, (90, 60), identity=2)
-        kind = type(first)
-        frames.append([
-            kind(1, first.track, None, True),
-            kind(2, second.track, None, True, label=name),
-        ])  # fmt: skip
+        frames.append([first, replace(second, label=name)])
     return frames
 
 

@@ -7,18 +7,16 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from msgspec import structs
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.events import BRIEF, EDGE, Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone, crossing
-from motes.mot.tracked_object import SceneTrack
 from sightings import seen, told
 
 
@@ -340,10 +338,7 @@ def visits(
     """Return frames and kinds of the events at places of an object at a rate of frames."""
     tracks = [seen(i, (x, 40)) for i, x in enumerate(feet)]
     tracks += [seen(len(feet), (0, 0), Status.LOST)] if lost else []
-    timed = [
-        replace(each, track=structs.replace(each.track, time=each.track.frame / rate))
-        for each in tracks
-    ]
+    timed = [replace(each, time=each.frame / rate) for each in tracks]
     events = told(counting, *timed) + counting.finish()
     return [(e.frame, e.event) for e in events if e.place]
 
@@ -399,11 +394,11 @@ def test_the_edge_of_a_zone_has_a_margin_in_the_objects_own_size(
     assert counting.left_out == ({("desk", EDGE): touched} if touched else {})
 
 
-def high(frame: int, foot: tuple[float, float], identity: int = 1) -> SceneTrack:
+def high(frame: int, foot: tuple[float, float], identity: int = 1) -> Track:
     """Return a track, 25 frames a second, of an object 40 pixels high."""
     ellipse = Ellipse(foot[0], foot[1] - 19.5, 10, 20)
     track = Track(frame, frame / 25, ellipse, np.eye(5), 1.0, Status.TRACKING, 0.0, 1.0)
-    return SceneTrack(identity, track, None, True)
+    return replace(track, identity=identity, detected=True)
 
 
 @pytest.mark.parametrize(("size", "kinds"), [((200, 100), ["enters", "leaves"]), (None, [])])
@@ -428,7 +423,7 @@ def test_an_identity_that_changes_in_a_zone_is_one_visit(gap: int, hidden: bool)
     counting, events = EventCounter(Regions(zone=(zone,))), list[Event]()
     for i in range(150):
         first, second = high(i, (80 + 2 * i, 50)), high(i, (80 + 2 * i, 50), 2)
-        lost = replace(first, track=structs.replace(first.track, status=Status.LOST))
+        lost = replace(first, status=Status.LOST)
         tracks = [first] if i < 40 else [replace(lost, sought=True)] if hidden and i < 60 else []
         tracks += [lost] if i == (60 if hidden else 40) else []
         tracks += [second] if i >= 40 + gap else []
@@ -450,11 +445,11 @@ def test_an_identity_that_changes_right_after_a_line_keeps_the_crossing(
         walker = high(i, (50 + 2 * i, 60), 1 if i < change else 2)
         tracks = [walker] if i < 110 else []
         if i == (125 if hidden else change):
-            lost = structs.replace(high(i, (0, 0)).track, status=Status.LOST)
-            tracks.insert(0, SceneTrack(1, lost))
+            lost = replace(high(i, (0, 0)), status=Status.LOST)
+            tracks.insert(0, replace(lost, identity=1))
         if i == 110:
-            lost = structs.replace(high(i, (0, 0), 2).track, status=Status.LOST)
-            tracks.append(SceneTrack(2, lost))
+            lost = replace(high(i, (0, 0), 2), status=Status.LOST)
+            tracks.append(replace(lost, identity=2))
         events += counting.update(tracks, i / 25)
     events += counting.finish()
     assert [(e.frame, e.place) for e in events if e.place] == [(25, "west"), (75, "east")]
@@ -473,8 +468,8 @@ def test_turns_are_from_the_first_line_to_the_last(gap: int) -> None:
         if 40 <= i < 40 + gap:
             tracks = [each for each in tracks if each.identity != 2]
         if i == 40:
-            last = high(i, (0, 0)).track
-            tracks.insert(0, SceneTrack(1, structs.replace(last, status=Status.LOST)))
+            last = high(i, (0, 0))
+            tracks.insert(0, replace(last, status=Status.LOST))
         counting.update(tracks, i / 25)
     counting.finish()
     assert counting.turns == {("west", "east"): 1, ("east", "west"): 1, ("west", ""): 1}
@@ -488,8 +483,8 @@ def test_the_speed_of_a_cut_object_is_that_of_before() -> None:
         left, right = max(2.0 * i - 40, 0), min(2.0 * i, 200)
         status = Status.TRACKING if right - left > 2 else Status.LOST
         ellipse = Ellipse.from_box(Box(left, 40, max(right - left, 2), 20))
-        track = structs.replace(high(i, (0, 0)).track, ellipse=ellipse, status=status)
-        events += counting.update([SceneTrack(1, track, None, True)], i / 25)
+        track = replace(high(i, (0, 0)), ellipse=ellipse, status=status)
+        events += counting.update([replace(track, detected=True)], i / 25)
     events += counting.finish()
     found = [(e.event, e.speed) for e in events]
     assert found == [

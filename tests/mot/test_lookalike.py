@@ -65,9 +65,7 @@ def test_they_are_followed_while_the_camera_moves() -> None:
     for i in range(20):
         players = [(x - i, y + i // 2, BLUE) for x, y in TEAM] + [(60 - i, 60, WHITE)]
         tracks = scene.update(pitch(i, *players))
-        seen.append(
-            {t.identity: t.track.ellipse[:2] for t in tracks if t.track.status is Status.TRACKING}
-        )
+        seen.append({t.identity: t.ellipse[:2] for t in tracks if t.status is Status.TRACKING})
     assert len(seen[-1]) == len(TEAM)
     assert set(seen[10]) == set(seen[-1])
     for (x, y), place in zip(sorted(TEAM), sorted(seen[-1].values()), strict=True):
@@ -141,7 +139,7 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
     for index in range(20):
         players = [(x + (2 * index if n else 0), y, s) for n, (x, y, s) in enumerate(starts)]
         tracks = scene.update(panned(index, *players))
-    seen = {t.identity: t.track.ellipse[:2] for t in tracks if t.track.status is Status.TRACKING}
+    seen = {t.identity: t.ellipse[:2] for t in tracks if t.status is Status.TRACKING}
     places = [
         (x + (38 if n else 0) - 114 + 6.5, y + 14.5) for n, (x, y, _) in enumerate(starts[:3])
     ]

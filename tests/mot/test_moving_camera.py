@@ -120,7 +120,7 @@ def test_identities_are_kept_where_the_camera_jumps(camera: Camera) -> None:
         frame, found[:] = walkers(index)
         tracks = scene.update(frame)
         origin = 300 + 20 * (index % 2) - 120
-        places.append({each.identity: each.track.box.x + origin for each in tracks})
+        places.append({each.identity: each.box.x + origin for each in tracks})
     kept = [
         len(places[-1]) == 3 and abs(places[-1].get(identity, 0) - x) < 3
         for identity, x in places[5].items()

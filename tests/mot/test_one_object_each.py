@@ -71,7 +71,7 @@ def test_each_is_counted_once(draw: Draw, many: int) -> None:
     events, seen = [], []
     for _, tracks in scene.watch(film(draw)):
         events += counter.update(tracks)
-        seen.append(sum(each.track.status is Status.TRACKING for each in tracks))
+        seen.append(sum(each.status is Status.TRACKING for each in tracks))
     events += counter.finish()
     assert [each.event for each in events].count("crosses") == many
     assert np.median([n for n in seen if n]) == many

@@ -174,7 +174,7 @@ def test_scores_that_are_none_are_those_of_another_head(
     head: str, named: Any, scores: int, tmp_path: Path
 ) -> None:
     path = str(model(tmp_path, head))
-    words = rf"not those of head {named}: .* are 0 to {scores}; change head \(--detector.head"
+    words = rf"not those of head {named}: .* are 0 to {scores}; change head \(--set detector.head"
     with pytest.raises(ConfigError, match=words):
         OnnxDetector(OnnxConfig(path, head=named))(picture((16, 32, 16, 16, RED)))
 

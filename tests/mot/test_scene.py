@@ -21,7 +21,7 @@ from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
@@ -30,7 +30,6 @@ from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
-from motes.mot.tracked_object import SceneTrack
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
 from scene_objects import quick
@@ -47,9 +46,7 @@ class Stage:
         self.scene = Scene(lambda _: self.found, **changes)  # type: ignore[arg-type]
         self.index = -1
 
-    def show(
-        self, boxes: Sequence[Box | None], found: Sequence[Box] | None = None
-    ) -> list[SceneTrack]:
+    def show(self, boxes: Sequence[Box | None], found: Sequence[Box] | None = None) -> list[Track]:
         """Paint boxes, later ones in front, and detect them or what is given instead."""
         pixels = GROUND.copy()
         for box, color in zip(boxes, COLORS, strict=False):
@@ -70,18 +67,18 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     stage = Stage()
     assert [stage.show([walker(i)]) for i in range(2)] == [[], []]
     (born,) = stage.show([walker(2)])
-    assert (born.identity, born.detected, born.track.status) == (1, True, Status.TRACKING)
-    assert born.track.box == pytest.approx(walker(2))
+    assert (born.identity, born.detected, born.status) == (1, True, Status.TRACKING)
+    assert born.box == pytest.approx(walker(2))
     for i in range(3, 20):
         (track,) = stage.show([walker(i)])
         assert track.identity == 1
-        assert track.track.box == pytest.approx(walker(i))
+        assert track.box == pytest.approx(walker(i))
     for _ in range(60):
         stage.show([walker(19)])
     tracks = [stage.show([None]) for _ in range(90)]
     last = [[each.gone for each in found] for found in tracks].index([True])
     # The appearance rule sees that nothing is there, and nothing hides it.
-    assert {each.track.status for found in tracks for each in found} == {Status.LOST}
+    assert {each.status for found in tracks for each in found} == {Status.LOST}
     assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
     assert all(found == [] for found in tracks[last + 1 :])
     assert (stage.scene.created, stage.scene.terminated) == (1, 1)
@@ -119,8 +116,8 @@ def test_what_is_detected_is_rather_there_than_not() -> None:
     stage.show([None, Box(0, 30, 24, 48)])
     for _ in range(6):
         (seen,) = stage.show([None, Box(0, 30, 24, 48)])
-        assert seen.track.status is Status.TRACKING
-        assert 0.5 <= seen.track.confidence < 0.6
+        assert seen.status is Status.TRACKING
+        assert 0.5 <= seen.confidence < 0.6
 
 
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
@@ -138,15 +135,15 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     before, after = said[26], said[52]
     assert boxes[26].x + 16 < still.x
     assert boxes[52].x > still.x + 40
-    (who,) = [k for k, t in before.items() if iou(t.track.box, boxes[26]) > 0.7]
+    (who,) = [k for k, t in before.items() if iou(t.box, boxes[26]) > 0.7]
     (other,) = [k for k in before if k != who]
     hidden = said[40][who]
-    assert (hidden.track.status, hidden.occluded_by) == (Status.OCCLUDED, other)
-    assert hidden.track.confidence == 0
-    assert iou(hidden.track.box, boxes[40]) > 0.5  # it keeps its pace
-    assert said[40][other].track.status is Status.TRACKING
-    assert iou(after[who].track.box, boxes[52]) > 0.7
-    assert iou(after[other].track.box, still) > 0.7
+    assert (hidden.status, hidden.occluded_by) == (Status.OCCLUDED, other)
+    assert hidden.confidence == 0
+    assert iou(hidden.box, boxes[40]) > 0.5  # it keeps its pace
+    assert said[40][other].status is Status.TRACKING
+    assert iou(after[who].box, boxes[52]) > 0.7
+    assert iou(after[other].box, still) > 0.7
     assert stage.scene.created == 2
 
 
@@ -171,9 +168,9 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
         visible = not 20 <= i < 35
         said.append(stage.show([walker(i) if visible else None]))
     assert {t.identity for each in said for t in each} == {1}
-    assert (said[25][0].track.status, said[25][0].sought) == (Status.LOST, True)
+    assert (said[25][0].status, said[25][0].sought) == (Status.LOST, True)
     assert said[25][0].occluded_by is None
-    assert said[40][0].track.status is Status.TRACKING
+    assert said[40][0].status is Status.TRACKING
 
 
 @pytest.mark.parametrize("cut", [False, True])
@@ -201,8 +198,8 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
         first = alone.show([walker(i)])
         found = [walker(i)] if i < 5 else [walker(i), Box(150, 75, 20, 30)]
         second = together.show([walker(i)], found)
-        assert [t.track.ellipse for t in first] == [t.track.ellipse for t in second[:1]]
-        assert [t.track.distance for t in first] == [t.track.distance for t in second[:1]]
+        assert [t.ellipse for t in first] == [t.ellipse for t in second[:1]]
+        assert [t.distance for t in first] == [t.distance for t in second[:1]]
     assert (len(first), len(second)) == (1, 2)
 
 
@@ -271,10 +268,10 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
     """Return which identity is on each target in each frame, (frames, targets); 0 for none."""
     out = np.zeros((len(clip), len(clip.targets)), int)
     for frame, truths in map(clip.__getitem__, range(since, len(clip))):
-        said = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
+        said = [t for t in scene.update(frame) if t.status is Status.TRACKING]
         for k, truth in enumerate(truths):
             for each in said:
-                if iou(each.track.box, truth.ellipse.box) > 0.4:
+                if iou(each.box, truth.ellipse.box) > 0.4:
                     out[frame.index, k] = each.identity
     return out
 
@@ -352,9 +349,9 @@ def test_what_is_found_ahead_changes_nothing() -> None:
         assert said == serial
 
 
-def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, ...]:
+def told(scene: Scene, frame: Frame, tracks: list[Track]) -> tuple[object, ...]:
     """Return all that is said of a frame in a form that is compared bit for bit."""
-    bits = [[np.asarray(value).tobytes() for value in astuple(t.track)] for t in tracks]
+    bits = [[np.asarray(value).tobytes() for value in astuple(t)] for t in tracks]
     who = [(t.identity, t.occluded_by, t.detected) for t in tracks]
     return frame.index, who, bits, dict(scene.warnings)
 
@@ -394,7 +391,7 @@ def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
     watched = [told for image in images[:3] for told in one.update(image)]
     watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
     updated = [told for image in images for told in other.update(image)]
-    assert [(t.track.frame, t.box) for t in watched] == [(t.track.frame, t.box) for t in updated]
+    assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
 
 
 def test_who_stops_watching_leaves_no_thread() -> None:

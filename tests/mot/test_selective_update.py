@@ -86,7 +86,7 @@ def test_a_detector_learns_some_frames_later_where_what_has_moved_is() -> None:
     assert lists[0] == lists[1]  # whatever the threads do
     first = next(n for n, boxes in enumerate(listener.told) if boxes)
     (box,) = listener.told[first]
-    np.testing.assert_allclose(box, tracks[first][0].track.box)  # as it goes evenly
+    np.testing.assert_allclose(box, tracks[first][0].box)  # as it goes evenly
     assert first - LAG == 3  # 12 pixels on from its first detection
 
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from motes.cli import main
 from motes.cli.frame_loop import Moment
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
 from motes.core.errors import ConfigError, FormatError, InputError, MissingDependencyError
 from motes.core.frame import Frame
@@ -20,7 +20,6 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, object_rows
 from motes.rows.reader import read_track
 from motes.rows.schema import BOX, COLUMNS, HINDSIGHT
@@ -72,7 +71,7 @@ def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
 def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
     path = tmp_path / f"objects.{form}"
     frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
-    objects = [SceneTrack(1, track(3)), SceneTrack(2, track(3), occluded_by=1)]
+    objects = [track(3), replace(track(3), identity=2, occluded_by=1)]
     asked = Request(
         source="film", frames=FrameOptions(), output=str(path), outputs=OutputOptions(),
         config=preset("nummiaro"), seed=0, preset="nummiaro",
@@ -107,7 +106,8 @@ def test_rows_that_are_read_and_written_again_are_the_same(
                 if each is not None or not further:
                     writer.write(index, index / 25, each)
     with TrackWriter(several) as writer:
-        objects = SceneTrack(4, seen, label="van, =old"), SceneTrack(7, track(2), occluded_by=4)
+        van = replace(seen, identity=4, label="van, =old")
+        objects = van, replace(track(2), identity=7, occluded_by=4)
         writer.add(FrameRow(2, 0.08, object_rows(objects)))
     for path in (one, known, several):
         again = tmp_path / f"again.{form}"

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from motes.core.types import Floats
+from motes.core import Floats
 from motes_lab.metrics import sot as metrics
 from motes_lab.metrics.mot_errors import Errors
 from motes_lab.metrics.statistics import Mean, over

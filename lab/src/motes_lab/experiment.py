@@ -11,13 +11,9 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.input_checks import prepared_folder
-from motes.cli.messages import log
-from motes.cli.options import OUTPUT, Overwrite, options
-from motes.core import interrupts
-from motes.core.errors import FormatError
-from motes.core.interrupts import check, deferred
+from motes import FormatError
+from motes.cli import DONE, OUTPUT, PARTIAL, Overwrite, log, options, prepared_folder
+from motes.core import check, deferred, interrupts
 from motes_lab.datasets.sot import Problem
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Table

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from motes.cli.input_checks import worker_count
-from motes.cluster import pool as pools
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import TIME_LIMIT, Ended, Task
+from motes.cli import worker_count
+from motes.core import TIME_LIMIT, Ended, LocalPool, Task
+from motes.core import pool as pools
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.runner import Job, Pass, feed

@@ -9,8 +9,8 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import HYPHEN, REPEATED, RUN
-from motes.core.errors import ConfigError, SourceError
+from motes import ConfigError, SourceError
+from motes.cli import HYPHEN, REPEATED, RUN
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film

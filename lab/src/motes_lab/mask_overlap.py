@@ -13,16 +13,10 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN
-from motes.core.errors import InputError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status
-from motes.core.types import Bytes
-from motes.sot.segmentation import Mask, Segmenter
-from motes.sot.tracker import Tracker
-from motes.video.sources import open_source
+from motes import Box, Ellipse, Frame, Status, Tracker, open_source
+from motes.cli import RUN, check_counts
+from motes.core import Bytes, InputError, iou
+from motes.sot import Mask, Segmenter
 from motes_lab.datasets.sot import Sequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import FirstPixel, Only, films_of

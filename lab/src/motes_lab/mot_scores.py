@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.types import Floats
+from motes.core import Floats
 from motes_lab.aggregate import Passes
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence

@@ -10,10 +10,8 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from motes import __version__
-from motes.core.config import Config, from_dict, from_json
-from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PARTIAL, leftovers, write_whole
+from motes import Config, ConfigError, FormatError, __version__
+from motes.core import PARTIAL, from_dict, from_json, leftovers, write_whole
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.sot import printable
 from motes_lab.runner import Job

@@ -16,13 +16,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from motes.cluster import pool as pools
-from motes.cluster.pool import Again, Pool, Started, Task
-from motes.core.errors import MotesError, SourceError
-from motes.core.files import slug, write_whole, writing
-from motes.core.frame import Frame
-from motes.core.import_callable import explain
-from motes.video.sources import open_source
+from motes import Frame, MotesError, SourceError, open_source
+from motes.core import Again, Pool, Started, Task, explain, slug, write_whole, writing
+from motes.core import pool as pools
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.shortened import ShortSequence, frames_of

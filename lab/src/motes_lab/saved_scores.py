@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes import ConfigError, FormatError, SourceError
 from motes_lab.aggregate import ranking_column
 from motes_lab.datasets.sot import printable
 from motes_lab.mot_scores import COMBINED

@@ -14,11 +14,8 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from motes.core.errors import FormatError
-from motes.core.files import write_whole, writing
-from motes.core.geometry import iou
-from motes.core.spreadsheet import guarded
-from motes.core.types import Flags, Floats
+from motes import FormatError
+from motes.core import Flags, Floats, guarded, iou, write_whole, writing
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
 from motes_lab.protocols.trace import TrackerOutput, load_trace

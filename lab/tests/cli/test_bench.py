@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes import SourceError, synthetic
-from motes.video.writer import VideoWriter
+from motes import SourceError, VideoWriter, synthetic
 from motes_lab.cli import main
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.experiment import Experiment, Result

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from functools import partial
 from math import isfinite, nan
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
+from motes.cli.parts import part
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
-from motes.output.live_picture import View, view
 from motes.output.overlay import Draw, describe, draw
 from motes.output.painters import TRAIL, ScenePainter
 from motes.output.scene_overlay import Point
@@ -130,7 +130,7 @@ class Show(Sink):
 
     def __init__(self, painted: Callable[[Moment], Draw]) -> None:
         self._painted = painted
-        self._view: View | None = None
+        self._view: Any = None
 
     def write(self, moment: Moment) -> None:
         """Show a frame."""
@@ -138,7 +138,7 @@ class Show(Sink):
         self._view.offer(self._painted(moment))
 
     def __enter__(self) -> Self:
-        self._view = view()
+        self._view = part("view", "--show")()
         if self._view.address is not None:
             log(f"The live picture is at {self._view.address}")
         return self

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Sequence
+
 from cyclopts import App
 
 from motes import __version__
 from motes.cli.exit_codes import EXIT_CODES
 from motes.cli.help import Help
-from motes.cli.settings import refuse_clashes
+from motes.cli.parts import missing
+from motes.core.errors import PluginError
+from motes.core.registry import Registry
 
 
 def program(name: str, what: str) -> App:
@@ -23,7 +28,6 @@ def program(name: str, what: str) -> App:
         exit_on_error=False,
         print_error=False,
         suppress_keyboard_interrupt=False,
-        config=(refuse_clashes,),
     )
 
 
@@ -31,24 +35,59 @@ app = program(
     "motes", "Track objects in video with particle filters: without training, in real time."
 )
 COMMANDS = {
-    "track:app": "Track one object, or several, through a video.",
-    "refine:app": "Correct tracks; only what changes is tracked again.",
-    "smooth:app": "Smooth tracks, and fill gaps.",
-    "check:app": "List the frames in which tracks are doubtful.",
-    "draw:app": "Draw tracks on their film, with figures.",
-    "watch:app": "Track and count all objects that move.",
-    "batch:app": "Track in many films, on many machines.",
-    "convert:app": "Convert tracks and annotations between formats.",
-    "config:app": "List presets and all configuration keys.",
-    "studio:app": "Track, check and correct in a browser.",
-    "serve:app": "Track for annotation tools.",
-    "demo:demo": "Show on rendered films what motes does.",
-    "doctor:doctor": "Check the installation.",
+    "track": "Track one object, or several, through a video.",
+    "refine": "Correct tracks; only what changes is tracked again.",
+    "smooth": "Smooth tracks, and fill gaps.",
+    "check": "List the frames in which tracks are doubtful.",
+    "draw": "Draw tracks on their film, with figures.",
+    "watch": "Track and count all objects that move.",
+    "convert": "Convert tracks and annotations between formats.",
+    "config": "List presets and all configuration keys.",
+    "network": "Get trained networks that join the tracker.",
+    "demo": "Show on rendered films what motes does.",
+    "doctor": "Check the installation.",
 }
-"""Where each command is, by the name of its file, and its line of help."""
-for place, what in COMMANDS.items():
-    app.command(f"motes.cli.{place}", name=place.partition(":")[0], help=what)
+"""The commands of motes, each in a file of its name, and its line of help."""
+PLACES = {name: f"motes.cli.{name}:app" for name in COMMANDS}
+PLACES |= {name: f"motes.cli.{name}:{name}" for name in ("demo", "doctor")}  # plain functions
+for command, what in COMMANDS.items():
+    app.command(PLACES[command], name=command, help=what)
+PROGRAMS = {
+    "batch": ("fleet", "Track in many films, on many machines."),
+    "serve": ("fleet", "Track for annotation tools."),
+    "studio": ("studio", "Track, check and correct in a browser."),
+}
+"""Commands of motes' other programs: the extras that install these, and their lines of help."""
+JOINED = Registry[App]("command", "motes.commands", App, PLACES, values=True)
+"""Commands that other packages add: ours, and those of users."""
 app.register_install_completion_command(help="Install completion for this shell and exit.")
+
+
+def commands(tokens: Sequence[str]) -> App:
+    """Return all commands; those of other packages are loaded only where they may be meant.
+
+    Raises
+    ------
+    MissingDependencyError
+        If the command is of a program that is not installed.
+    PluginError
+        If the package that adds the command cannot be used.
+    """
+    first = tokens[0] if tokens else ""
+    if first in COMMANDS:
+        return app
+    if first in JOINED and first not in app:
+        app.command(JOINED.resolve(first), name=first)
+    elif first in PROGRAMS and first not in app:
+        raise missing(f"motes {first}", PROGRAMS[first][0])
+    else:
+        for name in JOINED.known():
+            if name in PROGRAMS and name not in app:
+                app.command(JOINED.place(name), name=name, help=PROGRAMS[name][1])
+            elif name not in app:
+                with contextlib.suppress(PluginError):  # its own call says what is wrong
+                    app.command(JOINED.resolve(name), name=name)
+    return app
 
 
 def show_all(command: str) -> None:

@@ -14,9 +14,9 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, FileName, OutputFile, Overwrite
+from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite
 from motes.cli.progress import FrameProgress
-from motes.cli.settings import TRACKER_HELP, Settings
+from motes.cli.settings import TRACKER_HELP
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
 from motes.core.track import Status, Track
@@ -47,7 +47,6 @@ def check(
     sheet: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
-    **settings: Settings,
 ) -> int:
     """List the frames of rows whose correction is expected to help most.
 
@@ -76,7 +75,7 @@ def check(
             check_writable(path, overwrite)
     for name in (source, str(rows)):
         check_not_source(name, output, sheet)
-    table, film, history = corrected_run(app, source, rows, tracker, settings)
+    table, film, history = corrected_run(source, rows, tracker)
     point_out_unfinished(rows, history)
     tracks = table.tracks if table.hindsight else _compared(film, table, history)
     cuts = cuts_in(film.forward(tracks[0].frame, tracks[-1].frame))

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.options import FLAG, PresetName
+from motes.cli.option_groups import FLAG, PresetName
 from motes.core.config_keys import Key, KeyChoice, all_keys, keys, type_key
 from motes.core.errors import ConfigError
 

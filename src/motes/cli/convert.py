@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_unfinished,
 )
 from motes.cli.messages import counted, log
-from motes.cli.options import (
+from motes.cli.option_groups import (
     FLAG,
     OUTPUT,
     FileName,

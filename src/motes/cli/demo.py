@@ -31,14 +31,14 @@ from rich.table import Table
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepared_folder
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, RUN, Overwrite
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import Ended, Task
-from motes.cluster.pool import run as run_all
+from motes.cli.option_groups import OUTPUT, RUN, Overwrite
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
+from motes.core.local_pool import LocalPool
+from motes.core.pool import Ended, Task
+from motes.core.pool import run as run_all
 from motes.core.track import Status
 from motes.core.types import Bytes
 from motes.output.overlay import draw, font

@@ -18,9 +18,10 @@ OPTIONAL = {
     "cv2": "opencv",
     "dlib": "faces",
     "onnxruntime": "onnx",
-    "paho.mqtt": "mqtt",
     "matplotlib": "report",
-    "starlette": "studio",
+    "motes_studio": "studio",
+    "motes_fleet": "fleet",
+    "motes_lab": "lab",
 }
 """Optional modules, and the extras that install them."""
 OPENCV = (
@@ -66,6 +67,7 @@ def findings() -> Iterator[Finding]:
             found = f"not installed (optional): pip install 'motes[{extra}]'"
             finding = Finding(name, found)
         yield finding
+    yield from _networks()
     yield from _opencv_wheels()
 
 
@@ -102,6 +104,20 @@ def _kernels() -> Finding:
     except ImportError as error:
         return Finding("kernels", str(error), good=False)
     return Finding("kernels", f"compiled for {kernels.INSTRUCTIONS}")
+
+
+def _networks() -> Iterator[Finding]:
+    """Look for the trained networks that were downloaded."""
+    from motes.sot.network.published import PUBLISHED, folder_of, is_whole
+
+    for name in PUBLISHED:
+        folder, advice = folder_of(name), f"motes network get {name}"
+        if not folder.exists():
+            yield Finding(name, f"not downloaded (optional): {advice}")
+        elif is_whole(name):
+            yield Finding(name, str(folder))
+        else:
+            yield Finding(name, f"files in {folder} are damaged; {advice}", good=False)
 
 
 def _opencv_wheels() -> Iterator[Finding]:

@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     refuse,
 )
 from motes.cli.known_run import beside
-from motes.cli.options import OUTPUT, FileName, Fps, OutputFile, Overwrite, options, say_rate
+from motes.cli.option_groups import OUTPUT, FileName, Fps, OutputFile, Overwrite, options, say_rate
 from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError

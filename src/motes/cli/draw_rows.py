@@ -13,6 +13,7 @@ from motes.cli.watch_loop import counted_moments
 from motes.core.errors import InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.track import Track
 from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
@@ -26,7 +27,6 @@ from motes.mot.analytics.real_units import (
     motion_in_hindsight,
 )
 from motes.mot.analytics.regions import Regions
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.schema import GROUND
 from motes.video.film import Film
@@ -150,15 +150,14 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
         motions = GroundMotions(RealUnits(ground), (film.width, film.height))
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
-    def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[SceneTrack]]]:
+    def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
         for frame in _checked(frames, given, film):
             tracks = []
             for each in given.objects(frame):
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
-                track = replace(each.track(frame.index, frame.time), ellipse=ellipse)
-                found = SceneTrack(
-                    each.identity, track, each.occluded_by, label=each.label,
+                found = replace(
+                    each.track(frame.index, frame.time), ellipse=ellipse,
                     sought=frame.index < ends[each.identity],
                 )  # fmt: skip
                 tracks.append(found)

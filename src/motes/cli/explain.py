@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import errno
-import inspect
 import itertools
 import os
 from collections.abc import Sequence
 
-from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
+from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
 from motes.cli.exit_codes import AWAY, FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
 from motes.core.errors import (
     AwayError,
-    ConfigError,
     FormatError,
     InputError,
     MotesError,
@@ -61,19 +59,20 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         if error.keyword is None:
             return f"{error.argument.name} is missing; see {command} --help."
-        if error.argument.field_info.kind is not inspect.Parameter.VAR_KEYWORD:
-            words = error.root_input_tokens or ()
-            if (error.keyword, "-") in itertools.pairwise(words):
-                return f"{error.keyword} does not take -; see {command} --help."
-            return f"{error.keyword} needs a value; see {command} --help."
-        # The parser takes every unknown option for a key of the configuration.
-        from motes.cli.settings import without_value
+        if (error.keyword, "-") in itertools.pairwise(error.root_input_tokens or ()):
+            return f"{error.keyword} does not take -; see {command} --help."
+        return f"{error.keyword} needs a value; see {command} --help."
+    if isinstance(error, UnknownOptionError):
+        from motes.cli.settings import is_key
 
-        assert error.app is not None
-        try:
-            return without_value(error.app, error.keyword, error.root_input_tokens or ())
-        except ConfigError as unknown_preset:
-            return str(unknown_preset)
+        flag = error.token.keyword or error.token.value
+        key = flag.lstrip("-").replace("-", "_")
+        if is_key(key):
+            return f"{flag} is a key of the configuration; write --set {key}=VALUE."
+        if flag == "-":
+            return "- is no source; for standard input give /dev/stdin."
+        if os.path.exists(flag):
+            return f"There is no option {flag}; for the file write ./{flag}."
     if isinstance(error, UnusedCliTokensError):
         words = error.unused_tokens or []
         hint = "numbers of one option need commas and no spaces; " * _are_numbers(words)

@@ -18,7 +18,6 @@ from motes.core.interrupts import check, deferred
 from motes.core.track import Status, Track
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.real_units import GroundPlace
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow, object_rows
 from motes.rows.schema import hindsight
 from motes.sot.step_info import StepInfo
@@ -44,7 +43,7 @@ class Moment:
     """Time of the tracker."""
     place: GroundPlace | None = None
     """The target's place on the ground; None if it is not measured, or not seen."""
-    tracks: Sequence[SceneTrack] = ()
+    tracks: Sequence[Track] = ()
     events: Sequence[Event] = ()
     """Several objects, and what they do."""
     undecided: int | None = None

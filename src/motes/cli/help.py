@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from motes.cli.options import CONFIGURATION, FLAG
+from motes.cli.option_groups import CONFIGURATION, FLAG
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel

@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motes.cli.messages import log
-from motes.cluster.resources import cores
 from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
+from motes.core.resources import cores
 
 if TYPE_CHECKING:
-    from motes.cli.options import OutputOptions
+    from motes.cli.option_groups import OutputOptions
     from motes.correction.history import History
 
 MOST = 1_000_000

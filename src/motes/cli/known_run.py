@@ -3,18 +3,18 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
 from motes.cli.input_checks import refuse
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
-from motes.cli.options import (
+from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
+    Changes,
     ConfigFile,
     Fps,
     PresetName,
@@ -37,6 +37,7 @@ class TrackerOptions:
         PresetName | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
     ] = None
     config: ConfigFile = None
+    changes: Changes = None
     seed: int | None = None
     """Seed of the random numbers."""
     fps: Fps = None
@@ -44,7 +45,10 @@ class TrackerOptions:
     @property
     def given(self) -> dict[str, object]:
         """The values of the tracker's options by their names; None if one is not given."""
-        return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
+        return {
+            "--preset": self.preset, "--config": self.config, "--set": self.changes or None,
+            "--seed": self.seed,
+        }  # fmt: skip
 
 
 def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | None:
@@ -90,11 +94,9 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
 
 
 def corrected_run(
-    app: App,
     source: str,
     rows: Path,
     options: TrackerOptions,
-    settings: Mapping[str, Any],
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 
@@ -110,9 +112,9 @@ def corrected_run(
     """
     known = history_beside(rows)
     preset = options.preset or (known and known.preset) or "default"
-    tracker = tracker_config(app, preset, options.config, settings)
+    tracker = tracker_config(preset, options.config, options.changes or ())
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
-    own = options.given | {f"--{key}": value for key, value in settings.items()}
+    own = options.given
     if known is not None and known.corrections:
         refuse(own, beside(rows))
     plane = units_of(rows, table.metres, known)

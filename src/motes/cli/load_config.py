@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motes.cli.input_checks import error_context, numbers_of
-from motes.cli.settings import as_keys, check_settings
+from motes.cli.settings import settings_of
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import read_text
 
 if TYPE_CHECKING:
-    from cyclopts import App
-
+    from motes.cli.option_groups import ConfigOptions
     from motes.cli.watch_options import ObjectOptions
     from motes.mot.pipeline_config import WatchConfig
     from motes.sot.known_target import KnownTarget
@@ -21,17 +20,13 @@ if TYPE_CHECKING:
 
 
 def tracker_config(
-    app: App,
     preset: str,
     file: Path | None,
-    settings: Mapping[str, Any],
+    changes: Sequence[str] = (),
     target: KnownTarget | None = None,
     network: str | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's colors, the file and the settings, in this order.
-
-    An unknown setting may be a misspelled option of the command `app`; `network` is the value of
-    --network.
+    """Return a preset, changed by the target's colors, the file and the options, in this order.
 
     Raises
     ------
@@ -43,44 +38,36 @@ def tracker_config(
     from motes.core.config import from_toml, to_dict
     from motes.sot import presets
 
-    settings = with_network(settings, preset, network)
     base = presets.preset(preset)
     if target is not None and "color" in base.cues:
         base = presets.configure(base, {"color": to_dict(target.color)})
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    try:
-        return presets.configure(base, as_keys(settings))
-    except ConfigError:
-        presets.check_cues(to_dict(base) | as_keys(settings))
-        check_settings(app, preset, type(base), settings)
-        raise
+    settings = with_network(settings_of(changes), preset, network)
+    if not settings:
+        return base
+    with error_context("--set"):
+        return presets.configure(base, settings)
 
 
 def watch_config(
-    app: App,
     preset: str,
-    file: Path | None,
     objects: ObjectOptions,
-    settings: Mapping[str, Any],
+    values: ConfigOptions,
     *,
     own_code: bool = False,
 ) -> WatchConfig:
-    """Return the scene of a preset, changed by the file, the options and the settings in turn.
+    """Return the scene of a preset, changed by the file, the options and --set in turn.
 
     Parameters
     ----------
-    app
-        The command; an unknown setting may be one of its options, misspelled.
     preset
         The preset of the trackers.
-    file
-        A TOML file.
     objects
         What is tracked; with both --detector and --like, the configuration is that of --like.
-    settings
-        Options that are keys of the configuration.
+    values
+        The file of --config, and --set.
     own_code
         Whether the file may name a detector that is code.
 
@@ -107,6 +94,7 @@ def watch_config(
         new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
         return new
 
+    file = values.config
     scene = scene_config(preset)
     if objects.like is not None:
         scene = for_lookalikes(scene)
@@ -122,14 +110,11 @@ def watch_config(
     elif objects.detector is not None:
         config = changed(config, {"detector": detector_values(objects.detector)})
     config = changed(config, objects.selection())
-    try:
-        return changed(config, as_keys(settings))
-    except ConfigError:
-        check_settings(app, preset, WatchConfig, settings)
-        raise
+    with error_context("--set"):
+        return changed(config, settings_of(values.changes or ()))
 
 
-def with_network(settings: Mapping[str, Any], preset: str, given: str | None) -> Mapping[str, Any]:
+def with_network(settings: dict[str, Any], preset: str, given: str | None) -> dict[str, Any]:
     """Return settings with --network as their key `network.files`.
 
     Raises
@@ -148,13 +133,8 @@ def with_network(settings: Mapping[str, Any], preset: str, given: str | None) ->
         )
     others = settings.get("network", {})
     if not isinstance(others, dict) or "files" in others:
-        raise ConfigError("--network and --network.files contradict each other; give one.")
+        raise ConfigError("--network and --set network.files contradict each other; give one.")
     return {**settings, "network": {**others, "files": [*files_of(given)]}}
-
-
-def network_settings(files: Sequence[str]) -> dict[str, Any]:
-    """Return the settings that name the files of a network; none without files."""
-    return {"network": {"files": [*files]}} if files else {}
 
 
 def open_network(config: TrackerConfig) -> None:

@@ -17,9 +17,9 @@ from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import point_out_leftovers
 from motes.cli.watch_outputs import DocumentOutput
 from motes.core.errors import ConfigError
+from motes.core.extras import optional
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.optional import optional
 from motes.core.track import Status
 from motes.core.types import Bytes
 from motes.formats import runs
@@ -128,7 +128,7 @@ class Heatmap(_Pictures):
             self._last = frame.time - FRAME_INTERVAL
         for each in moment.tracks:
             x, y = (round(value) for value in foot_of(each.box))
-            seen = each.track.status is Status.TRACKING
+            seen = each.status is Status.TRACKING
             if seen and 0 <= x < frame.width and 0 <= y < frame.height:
                 self._seconds[y, x] += frame.time - self._last
         self._last = frame.time
@@ -152,7 +152,7 @@ class Paths(_Pictures):
         if self._first is None:
             self._first = moment.frame.pixels.copy()
         for each in moment.tracks:
-            if each.track.status is Status.TRACKING:
+            if each.status is Status.TRACKING:
                 feet = self._feet.setdefault(each.identity, [])
                 place = foot_of(each.box)
                 if not feet or max(abs(place[0] - feet[-1][0]), abs(place[1] - feet[-1][1])) >= 1:

@@ -11,8 +11,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_corners
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import counted, log
-from motes.cli.options import FileName, OutputFile, Overwrite
-from motes.cli.settings import TRACKER_HELP, Settings
+from motes.cli.option_groups import FileName, OutputFile, Overwrite
+from motes.cli.settings import TRACKER_HELP
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
@@ -32,7 +32,6 @@ def refine(
     output: OutputFile = None,
     overwrite: Overwrite = False,
     tracker: TrackerOptions = TrackerOptions(),
-    **settings: Settings,
 ) -> int:
     """Correct rows of one target, and track again only what changes.
 
@@ -58,7 +57,7 @@ def refine(
         check_writable(output, overwrite)
         check_writable(history_path(output), overwrite)
     new = keys.marks(source)
-    table, film, history = corrected_run(app, source, rows, tracker, settings)
+    table, film, history = corrected_run(source, rows, tracker)
     if not new and not history.unfinished:
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.watch_outputs import (
     STREAMED,
     DocumentOutput,

@@ -12,7 +12,7 @@ from motes.cli.input_checks import (
     refuse,
 )
 from motes.cli.messages import log
-from motes.cli.options import FrameOptions
+from motes.cli.option_groups import FrameOptions
 from motes.cli.track_options import TargetOptions, TrackOutputs
 from motes.core.errors import ConfigError
 from motes.core.geometry import region_within

@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_unfinished
 from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
-from motes.cli.options import HYPHEN, OUTPUT, FileName, Overwrite
+from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Overwrite
 from motes.core.files import is_special
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside

@@ -10,7 +10,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
 from motes.cli.load_config import open_network, tracker_config
-from motes.cli.options import (
+from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
     ConfigOptions,
@@ -18,7 +18,7 @@ from motes.cli.options import (
     FrameOptions,
     PresetName,
 )
-from motes.cli.settings import TRACKER_HELP, Settings, default_preset
+from motes.cli.settings import TRACKER_HELP, default_preset
 from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
@@ -29,7 +29,7 @@ app = App(
     help_format="plaintext",
     help_formatter=Help(
         "--init", "--at", "--keyframes", "--histogram", "--start", "--end", "--scale", "--output",
-        "--overlay", "--show", "--overwrite", "--resume", "--preset", "--network", "--help-all",
+        "--overlay", "--overwrite", "--resume", "--preset", "--set", "--network", "--help-all",
     ),
 )  # fmt: skip
 
@@ -56,7 +56,6 @@ def track(
         FileName | None, Parameter(name="--network", group=CONFIGURATION)
     ] = None,
     help_all: HelpAll = False,
-    **settings: Settings,
 ) -> int:
     """Track one object, or several, through a video.
 
@@ -72,8 +71,8 @@ def track(
     source
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     network_files
-        Trained network that joins the tracker: an ONNX file, or several of one network:
-        backbone.onnx,head.onnx. docs/network.md says where to get one.
+        Trained network that joins the tracker: one that motes network get has downloaded, such as
+        nanotrack, or its ONNX files: backbone.onnx,head.onnx.
     """
     if help_all:
         from motes.cli.app import show_all
@@ -82,7 +81,7 @@ def track(
         return DONE
     known = target.known()
     preset = preset or default_preset(known is not None or outputs.save_histogram is not None)
-    config = tracker_config(app, preset, values.config, settings, known, network_files)
+    config = tracker_config(preset, values.config, values.changes or (), known, network_files)
     if values.dump_config:
         from motes.core.config import to_toml
 

@@ -18,7 +18,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import Hindsight, Moment, Sink, Tally, summarize
 from motes.cli.input_checks import point_out_corners
 from motes.cli.messages import counted
-from motes.cli.options import say_rate
+from motes.cli.option_groups import say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.request import Request
 from motes.cli.track_units import check_size

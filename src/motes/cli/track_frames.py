@@ -8,10 +8,12 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import point_out_corners, prepared_folder
-from motes.cli.options import say_rate
+from motes.cli.option_groups import say_rate
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size
@@ -21,7 +23,6 @@ from motes.core.frame import Frame
 from motes.core.track import Status
 from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import FORMS, GROUND
 from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
@@ -99,7 +100,7 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
             seconds = time.perf_counter() - clock
             for region in () if begun else regions:
                 point_out_corners(region, frame.width, frame.height)
-            each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
+            each = [replace(track, identity=i) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, None, seconds, tracks=each, single=False)
 
     with asked.frames.open(asked.source) as film:
@@ -188,7 +189,7 @@ class ObjectsTally(Tally):
         """Count a frame; return how many objects are tracked."""
         if self.frames:  # the first frame includes the start
             self._seconds += moment.seconds
-        seen = [each.track.status is Status.TRACKING for each in moment.tracks]
+        seen = [each.status is Status.TRACKING for each in moment.tracks]
         super().add(moment)
         self._tracked = [count + here for count, here in zip(self._tracked, seen, strict=True)]
         return f"{sum(seen)} of {len(seen)} tracked"

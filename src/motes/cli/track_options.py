@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_corners
 from motes.cli.load_config import load_target
-from motes.cli.options import (
+from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
     KEYFRAMES,

@@ -9,7 +9,7 @@ from cyclopts import Group
 
 from motes.cli.input_checks import error_context
 from motes.cli.messages import counted, log
-from motes.cli.options import options
+from motes.cli.option_groups import options
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
 

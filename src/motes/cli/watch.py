@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import watch_config
-from motes.cli.options import (
+from motes.cli.option_groups import (
     Cluster,
     ConfigOptions,
     FileName,
@@ -21,7 +21,8 @@ from motes.cli.options import (
     OwnCode,
     say_rate,
 )
-from motes.cli.settings import HELP, Settings
+from motes.cli.parts import part
+from motes.cli.settings import HELP
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
@@ -34,13 +35,13 @@ if TYPE_CHECKING:
 app = App(
     name="watch",
     help_epilogue=HELP.format(
-        example="--initiation.min-hits 3, --tracker.particles 100 or --detector.history 200",
+        example="--set initiation.min_hits=3 or --set detector.history=200",
         command="motes config --watch",
     ),
     help_format="plaintext",
     help_formatter=Help(
         "--detector", "--classes", "--camera", "--line", "--zone", "--places", "--end", "--output",
-        "--events", "--overlay", "--show", "--overwrite", "--help-all", "--reconnect",
+        "--events", "--overlay", "--overwrite", "--set", "--help-all", "--reconnect",
     ),
 )  # fmt: skip
 PRESET = "nummiaro:adaptive"
@@ -60,7 +61,6 @@ def watch(
     cluster: Cluster = None,
     own_code: OwnCode = False,
     help_all: HelpAll = False,
-    **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
@@ -82,15 +82,14 @@ def watch(
         show_all("watch")
         return DONE
     if source is not None and source.endswith(".toml"):
-        others = [*["preset"] * (preset != PRESET), *settings]
-        _check_no_single((objects, counting, frames, outputs, values), others)
+        _check_no_single((objects, counting, frames, outputs, values), preset)
 
-        from motes.cli.watch_cameras import watch_rig
-
-        return watch_rig(
+        watch_rig = part("rig", "A file of several cameras")
+        code: int = watch_rig(
             source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster,
             own_code=own_code,
         )  # fmt: skip
+        return code
     if cluster is not None:
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
@@ -98,7 +97,7 @@ def watch(
             "--histogram is for a file of several cameras; for one, give it to motes track."
         )
     where = counting.regions()
-    config = watch_config(app, preset, values.config, objects, settings, own_code=own_code)
+    config = watch_config(preset, objects, values, own_code=own_code)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -112,7 +111,6 @@ def watch(
 
     from motes.cli.annotated_video import painted_scene
     from motes.cli.request import Request
-    from motes.cli.sent_events import SentEvents
     from motes.cli.watch_loop import watch_scene
     from motes.cli.watch_outputs import Events
     from motes.core.detection import PreparedDetector
@@ -122,7 +120,9 @@ def watch(
     from motes.rows.schema import GROUND
     from motes.video.sources import is_recorded
 
-    sending = [SentEvents(outputs, source, where)] if sends else []
+    sending: list[Sink] = []
+    if sends:
+        sending.append(part("senders", "--events ADDRESS")(outputs, source, where))
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),
@@ -229,15 +229,15 @@ def check_least(kind: DetectorConfig, least: float | None) -> None:
         raise ConfigError(f"--least is {least:g}; this detector has scores from 0 to 1.")
 
 
-def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:
+def _check_no_single(groups: Sequence[Any], preset: str) -> None:
     """Raise a ConfigError for an option that is for one camera.
 
     Parameters
     ----------
     groups
         The groups of options, of which several cameras take some.
-    others
-        The names of further options that are given.
+    preset
+        The preset, which cameras have of their own.
     """
     several = ("output", "overwrite", "seed", "histogram")
     names = [
@@ -246,6 +246,6 @@ def _check_no_single(groups: Sequence[Any], others: Sequence[str]) -> None:
         for field in fields(group)
         if field.name not in several and getattr(group, field.name) not in (field.default, [])
     ]
-    for name in (*names, *others):
-        option = name.replace("_", "-")
+    for name in [*names, *["preset"] * (preset != PRESET)]:
+        option = {"changes": "set"}.get(name, name).replace("_", "-")
         raise ConfigError(f"--{option} is for one camera, not for a file of several.")

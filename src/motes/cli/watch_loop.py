@@ -11,11 +11,11 @@ from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.messages import counted, log
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
+from motes.core.track import Track
 from motes.formats.recording import ANONYMOUS
 from motes.mot.analytics.events import MINUTE, EventCounter
 from motes.mot.analytics.real_units import GroundMotions, RealUnits
 from motes.mot.scene import DOUBTS, Scene
-from motes.mot.tracked_object import SceneTrack
 from motes.video.sources import Source
 
 
@@ -42,7 +42,7 @@ def watch_scene(
 
 
 def counted_moments(
-    found: Iterable[tuple[Frame, Sequence[SceneTrack]]],
+    found: Iterable[tuple[Frame, Sequence[Track]]],
     counter: EventCounter,
     motions: GroundMotions | None = None,
 ) -> Generator[Moment, None, None]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import error_context, numbers_of
-from motes.cli.options import (
+from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
     LIVE,
@@ -25,6 +25,8 @@ from motes.core.files import read_text
 if TYPE_CHECKING:
     from motes.mot.analytics.regions import Regions
 
+SCHEMES = ("http", "https", "mqtt", "mqtts")
+"""How the addresses begin that events are sent to."""
 QUEUE = "motes-events.sqlite"
 """Default file in which events wait."""
 
@@ -153,8 +155,6 @@ class WatchOutputs(OutputOptions):
             f"after the run. [default: {QUEUE}]",
         ),
     ] = None
-    home_assistant: Annotated[bool, FLAG, Parameter(group=LIVE)] = False
-    """Announce the counts to Home Assistant, over MQTT of --events."""
     slit: Path | None = None
     """Picture of the pixels under each line over time, .png. A row is a frame, and each counted
     crossing is marked. With several lines, a file for each."""
@@ -180,14 +180,10 @@ class WatchOutputs(OutputOptions):
                 )
         if self.queue is not None and not sent:
             raise ConfigError("--queue is for events that are sent; give --events an address.")
-        if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
-            raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
         return [name for name in events if not is_sent(name)], sent
 
 
 def is_sent(address: str) -> bool:
     """Return whether events to this address are sent, not written into a file."""
-    from motes.output.mqtt import PORTS
-
     scheme, separated, _ = address.partition("://")
-    return bool(separated) and scheme.lower() in ("http", "https", *PORTS)
+    return bool(separated) and scheme.lower() in SCHEMES

@@ -1,1 +1,5 @@
 """The parts that all packages use: frames, tracks, geometry, configuration, errors."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

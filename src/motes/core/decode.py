@@ -114,10 +114,12 @@ def _made(values: Mapping[str, Any], kind: type) -> Any:
     for key, value in values.items():
         if key in own:
             given[key] = decode_at(key, value, own[key].type)
+        elif key == "type" and tag_of(kind) is not None:
+            continue
         elif registry is not None and key in registry:
             if value is not None:
                 added[key] = decode_at(key, value, registry.resolve(key))
-        elif key != "type" or tag_of(kind) is None:
+        else:
             known = [field.name for field in fields(kind)]
             known += ["type"] * (tag_of(kind) is not None)
             raise MisfitError(f"unknown key {key!r}", (), str(key), known)

@@ -19,7 +19,7 @@ from typing import BinaryIO
 from urllib.parse import quote
 
 from motes.core.errors import FormatError, MotesError, SourceError
-from motes.core.system import system
+from motes.core.platforms import system
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""

@@ -91,6 +91,10 @@ class Registry(Generic[T]):
             raise ConfigError(f"There is no {self.kind} {name!r}; known are {known}.")
         return self._load(entry)
 
+    def place(self, name: str) -> str:
+        """Return where another package has the implementation of a name, as `module:Class`."""
+        return self._added()[name].value
+
     def usable(self) -> dict[str, T]:
         """Return all implementations that can be loaded, by name: the ones to choose from."""
         found: dict[str, T] = {}

@@ -33,9 +33,9 @@ from typing import Any
 
 import msgspec
 
-from motes.core.import_callable import explain
+from motes.core.callables import explain
 from motes.core.interrupts import SIGNALS
-from motes.core.system import system
+from motes.core.platforms import system
 
 KILLED_FIRST = "1000"
 """Score for the kernel: where memory is short, a worker dies, not the program above it."""

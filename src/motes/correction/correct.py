@@ -20,7 +20,7 @@ from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
-from motes.video.shared import FrameReader, shared
+from motes.video.frame_sharing import FrameReader, shared
 
 
 def correct(

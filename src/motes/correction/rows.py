@@ -14,7 +14,6 @@ from motes.core.files import lines_of, read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.journal import FrameRow, ObjectRow
 from motes.rows.reader import table_of
 from motes.rows.schema import (
@@ -175,7 +174,7 @@ class KnownRows:
     def row(self, track: Track, place: GroundPlace | None) -> FrameRow:
         """Return a row of the target in hindsight, with its identity, its class and its metres."""
         further = hindsight(track) if place is None else hindsight(track) | place.columns
-        target = ObjectRow.of(SceneTrack(self._id, track, label=self._label), further)
+        target = ObjectRow.of(replace(track, identity=self._id, label=self._label), further)
         return FrameRow(track.frame, track.time, (target,))
 
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:

@@ -9,13 +9,13 @@
 from __future__ import annotations
 
 from motes.cues.base import AdaptableCue, Cue, visible
-from motes.cues.color import Color
+from motes.cues.color import Color, ColorModel
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
-from motes.cues.histogram_cue import HistogramCue
+from motes.cues.histogram_cue import HistogramCue, bhattacharyya
 from motes.cues.hog import Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, sunflower
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.structure_tensor import Orientation
 
@@ -23,6 +23,7 @@ __all__ = [
     "AdaptableCue",
     "Checkerboard",
     "Color",
+    "ColorModel",
     "Correlation",
     "Cue",
     "Edges",
@@ -32,7 +33,9 @@ __all__ = [
     "Lattice",
     "Orientation",
     "Posterior",
+    "Sampling",
     "ScaleFilter",
+    "bhattacharyya",
     "sunflower",
     "visible",
 ]

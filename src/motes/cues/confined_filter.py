@@ -26,6 +26,7 @@ from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Singles, Spectra
 from motes.cues import fourier_ridge as ridge
+from motes.cues.fourier import fast_length, irfft2, rfft2
 from motes.cues.search_window import CELL_SIZE, cut, features
 
 REACH = 5.0
@@ -83,9 +84,9 @@ class ConfinedGrid:
     """Standard deviation of the label, in cells."""
 
     @property
-    def mask(self) -> Singles:
-        """(n, n): 1 where the filter may differ from 0, its origin in the middle."""
-        return _mask(self.cells, max(round(self.wide), 2), max(round(self.high), 2))
+    def box(self) -> tuple[int, int]:
+        """Columns and rows of cells in the middle in which the filter may differ from 0."""
+        return max(round(self.wide), 2), max(round(self.high), 2)
 
     def step(self, place: Ellipse) -> float:
         """Return the pixels from one sample to the next for a target of another size."""
@@ -181,20 +182,15 @@ class ConfinedFilter(Config, frozen=True):
 
     def view(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
         """Return what the filter sees around a place, in a target's size and angle there."""
-        from scipy import fft  # takes a third of a second to import
-
         samples = _grid(model.a, model.b)
         spectra = self._spectra(samples, frame, place)
         n = samples.cells
         response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
-        # `irfft2` of the response with more frequencies, which would also go through all zeros.
         side = CELL_SIZE * n
         padded = np.zeros((side, n // 2 + 1), np.complex64)
         low, high = (n + 1) // 2, n // 2
         padded[:low], padded[side - high :] = response[:low], response[low:]
-        lines = fft.ifft(padded, axis=0, norm="forward", overwrite_x=True)
-        plane = fft.irfft(lines, side, norm="forward", overwrite_x=True)
-        plane *= np.float32(1 / side**2)
+        plane = irfft2(padded, side)
         plane *= CELL_SIZE**2 / model.reference
         pixels = samples.step(place)
         radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
@@ -241,16 +237,13 @@ class ConfinedFilter(Config, frozen=True):
 
     def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
         """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
-        from scipy import fft
-
         place = as_ellipse(place)
         side, step = samples.cells * CELL_SIZE, samples.step(place)
         cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))
         gain = np.float32(math.sqrt(cells.size / (energy + 1e-6)))
         cells *= ridge.taper(samples.cells, samples.cells) * gain
-        out: Spectra = fft.rfft2(cells)
-        return out
+        return rfft2(cells)
 
     def _solve(
         self,
@@ -266,22 +259,17 @@ class ConfinedFilter(Config, frozen=True):
         multiplier makes them alike. `before` is the filter of the frame before, with a weight of
         `inertia`.
         """
-        from scipy import fft
-
-        shape = samples.cells, samples.cells
         rounds = 2 * ITERATIONS if before is None else ITERATIONS
         penalty = FIRST_PENALTY
         copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
-        before = copied if before is None else before
+        before = np.zeros_like(spectra) if before is None else before
         learned = np.empty_like(spectra)
         for left in reversed(range(rounds)):
             kernels.fourier_ridge.solve(
                 spectra, label, before, copied, multiplier, penalty, inertia, learned
             )
             if left:
-                confined = fft.irfft2(penalty * learned + multiplier, shape)
-                copied = fft.rfft2(confined * samples.mask) / np.float32(penalty)
-                multiplier += np.float32(penalty) * (learned - copied)
+                kernels.fourier_ridge.confine(learned, penalty, *samples.box, multiplier, copied)
             penalty = PENALTY
         return learned
 
@@ -289,20 +277,9 @@ class ConfinedFilter(Config, frozen=True):
 @cache
 def _grid(a: float, b: float) -> ConfinedGrid:
     """Return the window of a target whose half-axes were first a and b pixels."""
-    from scipy.fft import next_fast_len
-
     target = 2 * math.sqrt(a * b)
     samples = min(max(REACH * target, LEAST_SAMPLES), MOST_SAMPLES)
-    cells = next_fast_len(round(samples / CELL_SIZE), real=True)
+    cells = fast_length(round(samples / CELL_SIZE))
     pixels = REACH * target / (cells * CELL_SIZE)
     wide, high = (2 * half / pixels / CELL_SIZE for half in (a, b))
     return ConfinedGrid(cells, pixels, target, wide, high, SHARPNESS * math.sqrt(wide * high))
-
-
-@cache
-def _mask(cells: int, wide: int, high: int) -> Singles:
-    """Return (n, n): 1 in a box in the middle, wide x high cells; no larger than the window."""
-    out = np.zeros((cells, cells), np.float32)
-    top, left = (max(cells - size, 0) // 2 for size in (high, wide))
-    out[top : top + high, left : left + wide] = 1
-    return out

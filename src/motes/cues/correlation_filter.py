@@ -19,6 +19,7 @@ from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.base import Cue
+from motes.cues.fourier import irfft2, rfft2
 from motes.cues.fourier_ridge import (
     centered,
     filtered,
@@ -105,12 +106,9 @@ class Correlation(Cue, Config, frozen=True):
 
     def spectra(self, samples: SampleGrid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
-        from scipy import fft  # takes a third of a second to import
-
         cells = features(window)
         cells *= samples.taper
-        out: Spectra = fft.rfft2(cells)
-        return out
+        return rfft2(cells)
 
     def updated(
         self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
@@ -136,15 +134,13 @@ class Correlation(Cue, Config, frozen=True):
         to a cell's side, by an inverse transform padded with zeros. The second response (h, w) has
         one value to a cell.
         """
-        from scipy import fft
-
         first = filtered(model.first_numerator, model.first_power + RIDGE, spectra)
         learned = filtered(model.numerator, model.power + RIDGE, spectra)
         rows, columns = model.grid.rows, model.grid.columns
         padded = np.empty((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
         kernels.fourier_ridge.pad(learned, first, self.anchor, UPSAMPLING**2, padded)
-        plane = fft.irfft2(padded, (UPSAMPLING * rows, UPSAMPLING * columns))
-        return centered(plane), centered(fft.irfft2(first, (rows, columns)))
+        plane = irfft2(padded, UPSAMPLING * columns)
+        return centered(plane), centered(irfft2(first, columns))
 
 
 def sample_response(plane: Singles, points: Floats) -> Floats:

@@ -18,6 +18,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
+from motes.cues.fourier import irfft2, rfft
 from motes.cues.fourier_ridge import (
     filtered,
     gaussian,
@@ -78,24 +79,19 @@ class ScaleFilter(Config, frozen=True):
 
     def spectra(self, model: ScaleModel, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
-        from scipy import fft  # takes a third of a second to import
-
         ellipse = as_ellipse(ellipse)
         out = np.empty((len(model.numerator), self.count), np.float32)
         kernels.search_window.cells_of_sizes(
             frame.pixels, ellipse, self.factors, taper(1, self.count)[0], model.rows, model.columns,
             CELL_SIZE, sectors(), out,
         )  # fmt: skip
-        transform: Spectra = fft.rfft(out)
-        return transform
+        return rfft(out)
 
     def response(self, model: ScaleModel, spectra: Spectra) -> Singles:
         """Return the filter's response at each size, (count,)."""
-        from scipy import fft
-
         learned = filtered(model.numerator, model.power + RIDGE, spectra)
         # The label's peak is at the first size; it belongs to the middle one.
-        out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
+        out: Singles = np.roll(irfft2(learned[None], self.count)[0], self.count // 2)
         return out
 
     def between(self, values: Floats) -> float:

@@ -22,6 +22,7 @@ from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
+from motes.cues.fourier import fast_length
 
 CELL_SIZE = 4
 """Side of a cell in samples (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
@@ -164,9 +165,11 @@ def cut(
 @cache
 def sectors() -> Bytes:
     """Return the sector, of 18 of a whole turn, of each gradient (dy, dx), for `gradient_cells`."""
-    dy, dx = np.mgrid[-256:256, -256:256]
-    numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
-    out: Bytes = numbers.astype(np.uint8)
+    steps = np.arange(257.0)
+    right = np.round(np.arctan2(steps[:, None], steps) * 9 / np.pi).astype(np.int8)
+    left = np.where(steps > 0, 9 - right, right)  # a vertical one is to neither side
+    down = np.hstack([left[:, :0:-1], right[:, :-1]])
+    out: Bytes = (np.vstack([-down[:0:-1], down[:-1]]) % 18).astype(np.uint8)
     return out
 
 
@@ -197,6 +200,4 @@ def grid(a: float, b: float) -> SampleGrid:
 
 def _fast(cells: float) -> int:
     """Return the least number from `cells`, and from 6, on whose Fourier transform is fast."""
-    from scipy.fft import next_fast_len  # takes a third of a second to import
-
-    return int(next_fast_len(max(round(cells), 6), real=True))
+    return fast_length(max(round(cells), 6))

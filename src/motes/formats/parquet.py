@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from motes.core.errors import FormatError
-from motes.core.optional import optional
+from motes.core.extras import optional
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.rows import KNOWN, recording_of_rows, table_of
 from motes.rows.schema import TEXT, WHOLE

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         color_filter,
         color_posterior,
         components,
+        fourier,
         fourier_ridge,
         fusion,
         ghosts,
@@ -61,6 +62,7 @@ else:
     color_filter = _compiled.color_filter
     color_posterior = _compiled.color_posterior
     components = _compiled.components
+    fourier = _compiled.fourier
     fourier_ridge = _compiled.fourier_ridge
     fusion = _compiled.fusion
     ghosts = _compiled.ghosts
@@ -86,6 +88,7 @@ __all__ = [
     "color_filter",
     "color_posterior",
     "components",
+    "fourier",
     "fourier_ridge",
     "fusion",
     "ghosts",

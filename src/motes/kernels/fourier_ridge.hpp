@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "arrays.hpp"
+#include "fourier.hpp"
 
 namespace motes::fourier_ridge {
 
@@ -114,6 +115,45 @@ inline void solve(Volume<const Complex> spectra, Plane<const Complex> label,
             const float c = x[i].real(), d = x[i].imag();
             to[i] = Complex((to[i].real() + c * u[i] - d * v[i]) * inverse,
                             (to[i].imag() + c * v[i] + d * u[i]) * inverse);
+        }
+    }
+}
+
+// Writes the filter (K, F) that is confined to a box in the middle of its square window, and takes
+// its difference from the learned one into the multiplier.
+//
+// The confined filter is learned + multiplier / penalty, and 0 outside of the box. Only the lines
+// of the box need a transform.
+inline void confine(Volume<const Complex> learned, double penalty, Index wide, Index high,
+                    Volume<Complex> multiplier, Volume<Complex> copied) {
+    const Index n = learned.rows, half = learned.columns;
+    for (const Volume<Complex>& other : {multiplier, copied})
+        fit(other.planes == learned.planes && other.rows == n && other.columns == half,
+            "three filters of one shape");
+    fit(half == n / 2 + 1 && wide > 0 && high > 0, "spectra (K, n, n / 2 + 1) and a box");
+    high = std::min(high, n), wide = std::min(wide, n);
+    const Index top = (n - high) / 2, left = (n - wide) / 2;
+    const float near = float(penalty), inverse = 1.0f / near;
+    const fourier::Planes transform(n, n);
+    ScratchPlane<float> box(high, n);
+    const Plane<Complex> lines = transform.between(), inside{lines[top], high, half};
+    for (Index k = 0; k < learned.planes; ++k) {
+        const Row<const Complex> from = learned[k].flat();
+        const Row<Complex> part = multiplier[k].flat(), to = copied[k].flat();
+        for (Index i = 0; i < from.size; ++i) to[i] = near * from[i] + part[i];
+        transform.columns_back({to.data, n, half});
+        transform.lines_back(top, half, box);
+        for (Index i = 0; i < high; ++i) {
+            std::fill_n(box[i], left, 0.0f);
+            std::fill(box[i] + left + wide, box[i] + n, 0.0f);
+        }
+        std::fill(lines.data, inside.data, Complex());
+        std::fill(inside[high], lines[n], Complex());
+        transform.lines_forward({box.begin(), high, n}, inside);
+        transform.columns_forward(copied[k]);
+        for (Index i = 0; i < from.size; ++i) {
+            to[i] *= inverse;
+            part[i] += near * (from[i] - to[i]);
         }
     }
 }

@@ -16,3 +16,11 @@ def solve(
     inertia: float,
     out: Spectra,
 ) -> None: ...
+def confine(
+    learned: Spectra,
+    penalty: float,
+    wide: int,
+    high: int,
+    multiplier: Spectra,
+    copied: Spectra,
+) -> None: ...

@@ -7,6 +7,7 @@
 #include "color_filter.hpp"
 #include "color_posterior.hpp"
 #include "components.hpp"
+#include "fourier.hpp"
 #include "fourier_ridge.hpp"
 #include "fusion.hpp"
 #include "ghosts.hpp"
@@ -87,11 +88,14 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "components",
                {unlocked<components::label>("label"),
                 unlocked<components::fill_holes>("fill_holes")}) &&
+           add(extension, "fourier",
+               {unlocked<fourier::rfft>("rfft"), unlocked<fourier::rfft2>("rfft2"),
+                unlocked<fourier::irfft2>("irfft2")}) &&
            add(extension, "fourier_ridge",
                {unlocked<fourier_ridge::correlate>("correlate"),
                 unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
-                unlocked<fourier_ridge::teach>("teach"),
-                unlocked<fourier_ridge::solve>("solve")}) &&
+                unlocked<fourier_ridge::teach>("teach"), unlocked<fourier_ridge::solve>("solve"),
+                unlocked<fourier_ridge::confine>("confine")}) &&
            add(extension, "fusion", {brief<fusion::log_determinants>("log_determinants")}) &&
            add(extension, "ghosts", {unlocked<ghosts::outline_gradients>("outline_gradients")}) &&
            add(extension, "gradients", {brief<gradients::turns>("turns")}) &&

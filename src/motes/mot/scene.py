@@ -24,7 +24,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import FARTHEST, Box, as_samples
 from motes.core.log import LOG
 from motes.core.seed import checked_seed
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import before_camera
 from motes.mot.expected import Expected
@@ -40,7 +40,7 @@ from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
-from motes.mot.tracked_object import SceneTrack, TrackedObject
+from motes.mot.tracked_object import TrackedObject
 from motes.video.cuts import Change, PictureChanges
 from motes.video.prefetch import prefetch
 
@@ -69,7 +69,7 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
 class SceneInfo(NamedTuple):
     """What happened in a frame."""
 
-    tracks: list[SceneTrack]
+    tracks: list[Track]
     """All tracks, oldest first."""
     surplus: int
     """How many detections were beyond the limit, and were not used."""
@@ -227,7 +227,7 @@ class Scene:
         """
         self._expected = [_usable(each) for each in expected]
 
-    def update(self, frame: Frame | NDArray[Any]) -> list[SceneTrack]:
+    def update(self, frame: Frame | NDArray[Any]) -> list[Track]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -243,7 +243,7 @@ class Scene:
 
     def watch(
         self, frames: Iterable[Frame | NDArray[Any]], *, ahead: bool = True
-    ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
+    ) -> Generator[tuple[Frame, list[Track]], None, None]:
         """Yield each frame and its objects, as `update` returns them.
 
         Parameters
@@ -280,7 +280,7 @@ class Scene:
         warnings = dict(getattr(self.detector, "warnings", {}))
         return _Found(found, warnings, motion, self._changes.update(frame))
 
-    def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
+    def _step(self, frame: Frame, found: _Found) -> list[Track]:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
@@ -307,15 +307,15 @@ class Scene:
         self.warnings = warnings
         tracks = ended + info.tracks
         for found_object in tracks:
-            identity, status = found_object.identity, found_object.track.status
+            identity, status = found_object.identity, found_object.status
             if status is not self._statuses.get(identity):
                 LOG.info("Frame %d: object %d is %s.", frame.index, identity, status)
-        self._statuses = {each.identity: each.track.status for each in info.tracks}
+        self._statuses = {each.identity: each.status for each in info.tracks}
         return tracks
 
-    def _cut(self, frame: Frame) -> list[SceneTrack]:
+    def _cut(self, frame: Frame) -> list[Track]:
         """End all objects where the film is cut, as nothing goes on there; return their tracks."""
-        gone = [each.terminate().extrapolate(frame).scene_track for each in self._state.objects]
+        gone = [each.terminate().extrapolate(frame).public_track for each in self._state.objects]
         self._state = SceneState(created=self.created, terminated=self.created)
         return gone
 

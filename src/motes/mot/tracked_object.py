@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import msgspec
 import numpy as np
@@ -30,53 +29,6 @@ DETECTED = 0.5
 found by the background alone, 0.54 are."""
 FIRST_SURPRISE = 0.25**2
 """How far a detection of a new object is off, squared, in mean half-axes."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SceneTrack:
-    """An object in a frame."""
-
-    identity: int
-    """From 1 up; the same from entry to exit, and never used twice."""
-    track: Track
-    """Where it is. Where it is not seen, its place is only predicted, with confidence 0: it is
-    `occluded` where another object covers it, else `lost`, as in its last frame."""
-    occluded_by: int | None = None
-    """The identity of the object that occludes it, if it is `occluded`."""
-    detected: bool = False
-    """Whether a detection confirms it in this frame."""
-    velocity: tuple[float, float] = (0.0, 0.0)
-    """In x and y, in pixels a second."""
-    label: str | None = None
-    """The name of its class, such as "car": that of most of its detections so far. None if the
-    detector knows no classes."""
-    sought: bool = False
-    """Whether it is `lost`, but keeps its identity if it is found again."""
-
-    @property
-    def gone(self) -> bool:
-        """Whether this is its last frame: it is `lost`, and not sought."""
-        return self.track.status is Status.LOST and not self.sought
-
-    @property
-    def box(self) -> Box:
-        """The axis-parallel box around the ellipse: x, y, width, height."""
-        return self.track.box
-
-    @property
-    def xyxy(self) -> tuple[float, float, float, float]:
-        """The box as left, top, right and bottom; see `Track.xyxy`."""
-        return self.track.xyxy
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the columns of a row file, as `Track.to_dict` does."""
-        own = {"id": int(self.identity), "label": self.label, "occluded_by": self.occluded_by}
-        return self.track.to_dict() | own
-
-    def __repr__(self) -> str:
-        hidden = "" if self.occluded_by is None else f", occluded_by={self.occluded_by}"
-        name = "" if self.label is None else f", label={self.label!r}"
-        return f"SceneTrack(identity={self.identity}, {self.track!r}{hidden}{name})"
 
 
 class TrackedObject(msgspec.Struct, frozen=True, eq=False):
@@ -105,7 +57,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     """Its half-axes when it was last detected as a whole."""
     detected: bool = True
     occluded_by: int | None = None
-    """As in `SceneTrack`."""
+    """As in `Track`."""
     known: Look | None = None
     """How it last looked when it was clear of others, before it met those in `met`."""
     seen: Look | None = None
@@ -196,13 +148,14 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         return self.state.frames_missed == 0 and self.track.status is Status.TRACKING
 
     @property
-    def scene_track(self) -> SceneTrack:
-        """Its public part."""
+    def public_track(self) -> Track:
+        """Its track, with all that the scene tells of it."""
         dx, dy = self.velocity.tolist()
         label = max(self.votes, key=self.votes.__getitem__, default=None)
-        return SceneTrack(
-            self.identity, self.track, self.occluded_by, self.detected, (dx, dy), label
-        )
+        return replace(
+            self.track, identity=self.identity, label=label, occluded_by=self.occluded_by,
+            detected=self.detected, velocity=(dx, dy),
+        )  # fmt: skip
 
     def box_after(self, seconds: float) -> Box:
         """Return the box where it should be some seconds later."""

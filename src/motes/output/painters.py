@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from motes.core.frame import Frame
+from motes.core.track import Track
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
-from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import Draw
 from motes.output.scene_overlay import Point, draw_scene
 
@@ -37,7 +37,7 @@ class ScenePainter:
     def painted(
         self,
         frame: Frame,
-        tracks: Sequence[SceneTrack],
+        tracks: Sequence[Track],
         events: Sequence[Event],
         speeds: Mapping[int, float] = {},
     ) -> Draw:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.frame import as_rgb
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.analytics.regions import Regions
-from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 
 Color = tuple[int, int, int]
@@ -31,7 +30,7 @@ def color_of(identity: int) -> Color:
 
 def draw_scene(
     pixels: NDArray[Any],
-    tracks: Sequence[SceneTrack],
+    tracks: Sequence[Track],
     trails: Mapping[int, Sequence[Point]],
     regions: Regions | None = None,
     caption: Sequence[str] = (),
@@ -76,15 +75,15 @@ def draw_scene(
         pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
         pen.text(place, each_line.label[0], REGION_COLOR, typeface)
     for each in tracks:
-        color, hidden = color_of(each.identity), each.track.status is not Status.TRACKING
+        color, hidden = color_of(each.identity), each.status is not Status.TRACKING
         trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
         if len(trail) > 1:
             pen.line(_rounded(trail), (*color, 200), line)
-        box = each.track.box
+        box = each.box
         corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
         number = f"{each.identity}" if each.identity > 0 else ""
-        words = number, each.label, notes.get(each.identity), each.track.status if hidden else None
+        words = number, each.label, notes.get(each.identity), each.status if hidden else None
         text = " ".join(word for word in words if word)
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)

@@ -12,11 +12,10 @@ import numpy as np
 
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Box
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.mot.analytics.regions import Point, crossing
 from motes.mot.boxes import foot_of
-from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 
 LONGEST = 8000
@@ -71,7 +70,7 @@ class SlitScan:
         """Where each object was last, and how it looked when it came to that side of the line."""
         self._counted = dict[Mark, Bytes]()
 
-    def add(self, frame: Frame, tracks: Sequence[SceneTrack] = ()) -> None:
+    def add(self, frame: Frame, tracks: Sequence[Track] = ()) -> None:
         """Add a frame, and the objects in it."""
         if self._frames % self._step == 0:
             self._rows.append(self._under(as_rgb(frame.pixels)))
@@ -83,7 +82,7 @@ class SlitScan:
         before, self._seen = self._seen, {}
         for each in tracks:
             seen, foot = before.get(each.identity), foot_of(each.box)
-            if each.track.status is Status.TRACKING:
+            if each.status is Status.TRACKING:
                 same = seen is not None and not crossing(self._points, seen[0], foot)
                 seen = foot, seen[1] if seen and same else _look(frame, each.box)
             if seen is not None:

@@ -18,7 +18,6 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track, finite
 from motes.mot.analytics.real_units import GroundPlace
-from motes.mot.tracked_object import SceneTrack
 from motes.rows.schema import DEVIATIONS
 
 ENDING = ".rows.jsonl"
@@ -26,7 +25,7 @@ ENDING = ".rows.jsonl"
 
 
 class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
-    """An object in a frame, with fields of `SceneTrack` and its `Track`.
+    """An object in a frame, with fields of `Track`.
 
     Attributes
     ----------
@@ -52,16 +51,15 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     """The box around the ellipse, where a file says it more exactly than the ellipse does."""
 
     @classmethod
-    def of(cls, each: SceneTrack, further: Mapping[str, float | None] = {}) -> Self:
+    def of(cls, track: Track, further: Mapping[str, float | None] = {}) -> Self:
         """Return the row of an object, with further columns."""
-        track = each.track
         return cls(
-            each.identity,
+            track.identity,
             Ellipse(*map(float, track.ellipse)),  # a caller may give NumPy numbers
             float(track.confidence),
             track.status,
-            each.occluded_by,
-            check_label(each.label) if each.label else None,
+            track.occluded_by,
+            check_label(track.label) if track.label else None,
             more={**further},
             distance=finite(track.distance),
             effective_sample_size=finite(track.effective_sample_size),
@@ -75,7 +73,7 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
         """
         if track is None:
             return cls.nowhere(1)
-        return cls.of(SceneTrack(1, track), further)
+        return cls.of(track, further)
 
     @classmethod
     def nowhere(cls, identity: int, status: Status = Status.SEARCHING) -> Self:
@@ -100,6 +98,9 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
             math.nan if self.distance is None else self.distance,
             math.nan if size is None else size,
             outlier=self.number("outlier") == 1,
+            identity=self.identity,
+            label=self.label,
+            occluded_by=self.occluded_by,
         )
 
     @property
@@ -164,7 +165,7 @@ def text_name(name: str) -> str:
 
 
 def object_rows(
-    tracks: Iterable[SceneTrack], places: Mapping[int, GroundPlace] = {}
+    tracks: Iterable[Track], places: Mapping[int, GroundPlace] = {}
 ) -> tuple[ObjectRow, ...]:
     """Return the rows of the objects in a frame, with their places on the ground, by identity."""
     known = {identity: place.columns for identity, place in places.items()}

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError
+from motes.core.extras import optional
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.labels import check_label
-from motes.core.optional import optional
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
@@ -44,7 +44,7 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     """Return the rows of a file of tracks (.csv, .jsonl or .parquet), in the order of the file.
 
     The columns have the names in the file, which are those of `Track.to_dict` and
-    `SceneTrack.to_dict`. `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
+    `Track.to_dict`. `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
     `camera` text, all others floating-point numbers. An empty field is NaN, as the position where
     there was no track yet, or `occluded_by` where no object is in front.
 

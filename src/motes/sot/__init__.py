@@ -1,1 +1,5 @@
 """Single-object tracking: algorithms, their parts, their presets, and `Tracker`."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from motes.core.frame import Frame
+from motes.core.median import median
 from motes.core.types import Bytes, Floats
 
 Change: TypeAlias = Literal["cut", "light"]
@@ -123,4 +124,4 @@ def _alike(one: _Look, other: _Look) -> float:
 
 def _lighter(before: _Look, now: _Look) -> float:
     """Return the logarithm of the factor between the gray values; objects do not change it."""
-    return math.log(float(np.median((1 + now.gray) / (1 + before.gray))))
+    return math.log(median((1 + now.gray) / (1 + before.gray)))

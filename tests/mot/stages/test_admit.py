@@ -36,7 +36,7 @@ def test_an_expected_object_begins_with_its_first_detection(certain: bool) -> No
     (begun,), keys, free = admitted(other, BOX, certain=certain)
     assert begun.detected
     assert begun.track.box == pytest.approx(BOX)
-    assert begun.scene_track.velocity == (50.0, 0.0)
+    assert begun.public_track.velocity == (50.0, 0.0)
     assert keys == {begun.identity: 7}
     assert [each.box for each in free] == [other]
     assert begun.identity == 1

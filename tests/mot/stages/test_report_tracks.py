@@ -56,7 +56,7 @@ def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: i
     front = visible(3, picture(100, (Box(left, 30, 20, 40), RED)), Box(left, 30, 20, 40))
     hidden = occluded(1, BEFORE, PLACE, by=3)
     (_, track), staying = report([front, hidden], BEFORE, config())
-    assert (track.track.status, track.occluded_by, track.sought) == (status, by, by is None)
+    assert (track.status, track.occluded_by, track.sought) == (status, by, by is None)
     assert not track.gone
     assert staying == [front, hidden]
 
@@ -69,4 +69,4 @@ def test_tracks_say_what_is_known_of_an_object() -> None:
         (3, None, True),
         (1, 3, False),
     ]
-    assert [t.track for t in tracks] == [each.track for each in objects]
+    assert [t.box for t in tracks] == [each.track.box for each in objects]

@@ -125,7 +125,7 @@ def test_two_that_turn_back_behind_each_other_are_told_apart(alike: bool) -> Non
         seen = (right if index < 20 else left,) if together else (left, right)
         found[:] = [Detection(Box(x, 28, SIDE, SIDE)) for x in seen]
         said = {
-            each.identity: each.track
+            each.identity: each
             for each in scene.update(striped(index, (left, False), (right, not alike)))
         }
         if index == 10:

@@ -16,17 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from motes.core.detection import Detection, Detector, PreparedDetector
-from motes.core.errors import ConfigError, FormatError, MissingDependencyError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, as_ellipse
-from motes.core.import_callable import import_callable
-from motes.core.track import Status
-from motes.mot.boxes import as_rows
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.pipeline_config import named_detector
-from motes.mot.scene import Scene
-from motes.video.sources import open_source
+from motes import (
+    BackgroundDetector,
+    Box,
+    ConfigError,
+    Detection,
+    Detector,
+    FormatError,
+    Frame,
+    MissingDependencyError,
+    Scene,
+    Status,
+    open_source,
+)
+from motes.core import PreparedDetector, as_ellipse, import_callable
+from motes.mot import as_rows, named_detector
 from motes_lab.adapters.sot import LARGEST
 from motes_lab.datasets.mot_rows import read_rows
 
@@ -151,8 +155,8 @@ class SceneAdapter(MotTrackerAdapter):
         start = time.perf_counter()
         answer = self._scene.update(picture)
         seconds = time.perf_counter() - start
-        seen = (each for each in answer if each.track.status is Status.TRACKING)
-        found = [FoundObject(each.identity, each.track.box, each.track.confidence) for each in seen]
+        seen = (each for each in answer if each.status is Status.TRACKING)
+        found = [FoundObject(each.identity, each.box, each.confidence) for each in seen]
         return MotAnswer(found, seconds)
 
 

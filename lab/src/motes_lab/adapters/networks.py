@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from motes.core.errors import ConfigError
+from motes import ConfigError
 
 
 class Network(NamedTuple):

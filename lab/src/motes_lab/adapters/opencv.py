@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, MissingDependencyError
+from motes import ConfigError, MissingDependencyError
 from motes_lab.adapters.networks import NETWORKS, is_network, network_files, new_network
 
 

@@ -47,19 +47,20 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from motes import __version__
-from motes.core.config import from_toml, to_toml
-from motes.core.errors import ConfigError, MotesError, SourceError
-from motes.core.files import read_text
-from motes.core.import_callable import explain, import_callable
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.pipeline_config import named_detector
-from motes.mot.scene_config import scene_config
-from motes.sot import presets
-from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.mean_shift import MeanShift
-from motes.sot.network.network import Network
-from motes.sot.presets import TrackerConfig
+from motes import (
+    BackgroundDetector,
+    ConfigError,
+    Discriminative,
+    MeanShift,
+    MotesError,
+    SourceError,
+    TrackerConfig,
+    __version__,
+    scene_config,
+)
+from motes.core import explain, from_toml, import_callable, read_text, to_toml
+from motes.mot import named_detector
+from motes.sot import Network, presets
 from motes_lab.adapters import mot as mot
 from motes_lab.adapters.networks import NETWORKS, network_files
 from motes_lab.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv

@@ -14,13 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, as_ellipse
-from motes.core.import_callable import import_callable
-from motes.core.track import Status, Track
-from motes.sot.presets import TrackerConfig
-from motes.sot.tracker import Tracker
+from motes import Box, ConfigError, Ellipse, Frame, Status, Track, Tracker, TrackerConfig
+from motes.core import as_ellipse, import_callable
 from motes_lab.adapters.opencv import Peer, peer
 
 LARGEST = 1e9

@@ -16,7 +16,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
     return run("motes-lab", _commands, tokens)
 
 
-def _commands() -> App:
+def _commands(_: Sequence[str]) -> App:
     from motes_lab.cli.app import app
 
     return app

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from motes.cli.app import program
+from motes.cli import program
 
 app = program("motes-lab", "Measure trackers, and reproduce the tables and figures of the papers.")
 app.command("motes_lab.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")

@@ -7,10 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import REPEATED, RUN
-from motes.core.errors import ConfigError, SourceError
-from motes.core.files import read_text
+from motes import ConfigError, SourceError
+from motes.cli import REPEATED, RUN, check_counts
+from motes.core import read_text
 from motes_lab.adapters.opencv import peer
 from motes_lab.datasets.sot import Sequence as TrueSequence
 from motes_lab.datasets.sot import load_dataset

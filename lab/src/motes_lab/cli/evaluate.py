@@ -7,8 +7,8 @@ from pathlib import Path
 
 from cyclopts import App
 
-from motes.cli.exit_codes import EXIT_CODES
-from motes.core.errors import ConfigError
+from motes import ConfigError
+from motes.cli import EXIT_CODES
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.cli.evaluate_options import DatasetOptions, ReportOptions, RunOptions, check_kind

@@ -5,10 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from motes.cli.input_checks import check_counts, worker_count
-from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, Cluster, Overwrite, Workers, options
-from motes.cluster.pool import TIME_LIMIT
-from motes.core.errors import ConfigError
+from motes import ConfigError
+from motes.cli import (
+    FLAG,
+    OUTPUT,
+    REPEATED,
+    RUN,
+    Cluster,
+    Overwrite,
+    Workers,
+    check_counts,
+    options,
+    worker_count,
+)
+from motes.core import TIME_LIMIT
 from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 

@@ -5,14 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.input_checks import worker_count
-from motes.cli.messages import log
-from motes.cli.progress import TerminalBar
-from motes.cluster.open_pool import open_pool
-from motes.cluster.pool import ATTEMPTS
-from motes.core import interrupts
-from motes.core.interrupts import check
+from motes.cli import DONE, PARTIAL, TerminalBar, log, worker_count
+from motes.core import ATTEMPTS, check, interrupts
+from motes_fleet.cluster.open_pool import open_pool
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
 from motes_lab.cli.evaluate_options import RunOptions

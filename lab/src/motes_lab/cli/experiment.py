@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli.exit_codes import DONE
-from motes.core.errors import ConfigError
+from motes import ConfigError
+from motes.cli import DONE
 from motes_lab.effort.experiment import effort
 from motes_lab.mask_overlap import masks
 from motes_lab.papers.handover import handover

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import iou
-from motes.core.types import Floats
-from motes.formats.mot import UNKNOWN
+from motes.core import Floats, iou
+from motes.formats import UNKNOWN
 from motes_lab.datasets.mot_rows import MotRows
 
 Integers = NDArray[np.int64]

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from motes.core.errors import FormatError, SourceError
-from motes.formats.text import read_text
+from motes import FormatError, SourceError
+from motes.formats import read_text
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.mot_rows import MotRows, read_rows
 from motes_lab.datasets.sot import Problem, load_each, printable, series_source

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import FormatError
-from motes.core.geometry import Box
-from motes.core.types import Floats
-from motes.formats.mot import CLASSES, UNKNOWN, Kind, class_names, number_of, read_lines
+from motes import Box, FormatError
+from motes.core import Floats
+from motes.formats import CLASSES, UNKNOWN, Kind, class_names, number_of, read_lines
 
 Integers = NDArray[np.int64]
 

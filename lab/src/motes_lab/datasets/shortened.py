@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motes.core.errors import SourceError
-from motes.core.frame import Frame
-from motes.video.sources import open_source
+from motes import Frame, SourceError, open_source
 from motes_lab.datasets.sot import Sequence
 
 

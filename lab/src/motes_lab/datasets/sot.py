@@ -39,12 +39,11 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
-from motes.correction.history import history_beside
-from motes.formats.text import read_text
-from motes.formats.truth import absences, kind_of
-from motes.video.image_files import IMAGE_ENDINGS
-from motes.video.sources import open_source
+from motes import ConfigError, FormatError, MotesError, SourceError, open_source
+from motes.core import clear
+from motes.correction import history_beside
+from motes.formats import absences, kind_of, read_text
+from motes.video import IMAGE_ENDINGS
 from motes_lab.datasets.truth import read_mask, read_truth
 
 FILM_ENDINGS = (".mp4", ".mkv", ".mov", ".m4v", ".avi", ".webm", ".mpg", ".wmv")

@@ -8,13 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from motes.core.errors import FormatError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.formats.regions import ABSENT, MAX_FRAME, TruthRegion, read_regions, region_of_pixels
-from motes.formats.text import read_text
-from motes.rows.reader import table_of
-from motes.rows.schema import ELLIPSE
+from motes import Ellipse, FormatError, Status
+from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, read_text, region_of_pixels
+from motes.rows import ELLIPSE, table_of
 
 PLACED = (Status.TRACKING, Status.INTERPOLATED)
 """The statuses of rows in frames that have a target."""

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import Ellipse, iou
-from motes.core.types import Floats
-from motes.correction.doubts import RIGHT, ranked
-from motes.correction.join import enclosing
+from motes import Ellipse
+from motes.core import Floats, iou
+from motes.correction import RIGHT, enclosing, ranked
 from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
 
 ENOUGH = 0.95

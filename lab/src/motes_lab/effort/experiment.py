@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.cli.input_checks import worker_count
-from motes.cluster import pool as pools
-from motes.cluster.local import LocalPool
-from motes.cluster.pool import Ended, Task
-from motes.core.types import Floats
-from motes.sot.presets import preset
-from motes.video.film import Film as Reader
+from motes import preset
+from motes.cli import worker_count
+from motes.core import Ended, Floats, LocalPool, Task
+from motes.core import pool as pools
+from motes.video import Film as Reader
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant

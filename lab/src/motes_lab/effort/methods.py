@@ -8,16 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Track
-from motes.core.types import Floats
-from motes.correction.coordinates import Coordinates
-from motes.correction.correct import correct_stretch, stretches
-from motes.correction.join import DRIFT, Stretch, shared_variance
-from motes.correction.keyframes import Keyframes
-from motes.correction.passes import Course, run_pass
-from motes.sot.presets import TrackerConfig
-from motes.video.shared import FrameReader
+from motes import Ellipse, Track, TrackerConfig
+from motes.core import Floats
+from motes.correction import (
+    DRIFT,
+    Coordinates,
+    Course,
+    Keyframes,
+    Stretch,
+    correct_stretch,
+    run_pass,
+    shared_variance,
+    stretches,
+)
+from motes.video import FrameReader
 
 UNSEEN_STEP = (0.1, 0.1, 0.02, 0.02)
 """Standard deviation of the motion in a frame, in sides and logarithms of sizes, that interpolation

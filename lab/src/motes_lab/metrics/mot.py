@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import iou
-from motes.core.types import Floats
+from motes.core import Floats, iou
 from motes_lab.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.metrics.mot_errors import errors

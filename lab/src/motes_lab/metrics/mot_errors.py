@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import iou
-from motes.mot.boxes import intersection_over_first
+from motes.core import iou
+from motes.mot import intersection_over_first
 from motes_lab.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 from motes_lab.datasets.mot_rows import MotRows
 

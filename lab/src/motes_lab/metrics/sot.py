@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.core.types import Flags, Floats
-from motes.cues.sampling import sunflower
+from motes.core import Flags, Floats
+from motes.cues import sunflower
 
 THRESHOLDS = np.linspace(0, 1, 21)
 """Overlaps at which the success curve is computed."""

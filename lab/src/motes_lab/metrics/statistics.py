@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.types import Floats
+from motes.core import Floats
 
 RESAMPLES, SEED = 10_000, 0
 

@@ -7,18 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.core.track import Status
-from motes.mot.cameras.arrivals import VISIBLE
-from motes.mot.cameras.camera_report import ObjectReport
-from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig_config import Overlap, Rig
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
-from motes.video.sources import open_source
+from motes import BackgroundDetector, Box, Detection, Frame, Scene, Status, open_source
+from motes.core import iou
+from motes_fleet.cameras.arrivals import VISIBLE
+from motes_fleet.cameras.camera_report import ObjectReport
+from motes_fleet.cameras.camera_reporter import CameraReporter
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.rig_config import Overlap, Rig
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 

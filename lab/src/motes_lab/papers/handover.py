@@ -14,9 +14,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from cyclopts import Parameter
 
-from motes.cli.options import FLAG
-from motes.core.errors import ConfigError
-from motes.mot.cameras.rig_config import Camera, Overlap, Rig
+from motes import ConfigError
+from motes.cli import FLAG
+from motes_fleet.cameras.rig_config import Camera, Overlap, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of

@@ -11,15 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, iou
-from motes.core.track import Status
-from motes.cues.color import Color
-from motes.mot.cameras.known_target import KnownTargetReporter
-from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig_config import Camera, Rig
-from motes.sot.known_target import KnownTarget
-from motes.sot.places import Place
+from motes import Ellipse, Frame, KnownTarget, Place, Status
+from motes.core import iou
+from motes.cues import Color
+from motes_fleet.cameras.known_target import KnownTargetReporter
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.rig_config import Camera, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result
 from motes_lab.metrics.statistics import over

@@ -14,14 +14,9 @@ import numpy as np
 from cyclopts import Parameter
 from msgspec import Meta
 
-from motes.cli.input_checks import check_counts, error_context
-from motes.cli.options import RUN
-from motes.core.config import Config, from_dict, from_toml
-from motes.core.errors import ConfigError, SourceError
-from motes.core.files import read_text
-from motes.core.types import Bytes, Floats
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.tracker import Tracker
+from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
+from motes.cli import RUN, check_counts, error_context
+from motes.core import Bytes, Floats, from_dict, from_toml, read_text
 from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film

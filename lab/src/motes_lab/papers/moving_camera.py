@@ -15,19 +15,21 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from msgspec import structs
 
-from motes.core.detection import Detection, Detector
-from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.core.track import Status
-from motes.core.types import Floats
-from motes.formats.mot import UNKNOWN
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.global_motion import GlobalMotion, Model
-from motes.mot.detection.morphology import opencv
-from motes.mot.detection.moving_camera import Camera, PannedDetector
-from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
-from motes.video.sources import open_source
+from motes import (
+    BackgroundConfig,
+    BackgroundDetector,
+    Box,
+    Detection,
+    Detector,
+    Frame,
+    Scene,
+    Status,
+    open_source,
+    scene_config,
+)
+from motes.core import Floats, iou
+from motes.formats import UNKNOWN
+from motes.mot import Camera, GlobalMotion, Model, PannedDetector, opencv
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, rows_of
@@ -151,8 +153,8 @@ def followed(sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], sce
     for frame in frames:
         lines += [
             [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
-            for each, box in ((each, each.track.box) for each in scene.update(frame))
-            if each.track.status is Status.TRACKING
+            for each, box in ((each, each.box) for each in scene.update(frame))
+            if each.status is Status.TRACKING
         ]
     return tally(*evaluated_rows(truth, rows_of(lines), sequence.distractors), sequence.frames)
 
@@ -298,12 +300,12 @@ def _drone(film: Film, name: str, detector: Detector) -> Row:
     present, scene = 0, Scene(detector)
     with open_source(film.source, end=film.frames) as source:
         for frame in source:
-            tracks = [each for each in scene.update(frame) if each.track.status is Status.TRACKING]
+            tracks = [each for each in scene.update(frame) if each.status is Status.TRACKING]
             box = film.boxes[frame.index]
             if not np.isfinite(box).all():
                 continue
             present += 1
-            boxes = np.array([each.track.box for each in tracks]).reshape(-1, 4)
+            boxes = np.array([each.box for each in tracks]).reshape(-1, 4)
             overlaps = iou(np.array(Box(*box.tolist())), boxes)
             if len(tracks) and overlaps.max() >= HIT:
                 identities[tracks[int(overlaps.argmax())].identity] += 1

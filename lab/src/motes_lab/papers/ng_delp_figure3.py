@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motes.core.types import Floats
+from motes.core import Floats
+from motes.filtering import BestParticle, Gaussian, Likelihood
 from motes.output import charts
-from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 

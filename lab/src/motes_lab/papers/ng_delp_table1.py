@@ -8,18 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.cli.input_checks import numbers_of
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, region_within
-from motes.core.track import Status
-from motes.core.types import Floats
-from motes.cues.color import Color
-from motes.cues.edge_histogram import Edges
-from motes.cues.histogram_cue import bhattacharyya
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
-from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.tracker import Tracker
-from motes.video.sources import open_source
+from motes import Ellipse, Frame, Status, Tracker, open_source
+from motes.cli import numbers_of
+from motes.core import Floats, region_within
+from motes.cues import Checkerboard, Color, Edges, EveryPixel, Lattice, Sampling, bhattacharyya
+from motes.filtering import Gaussian
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.metrics.statistics import over

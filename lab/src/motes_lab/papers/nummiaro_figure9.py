@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.cli.input_checks import numbers_of
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, region_within
-from motes.cues.color import Color
-from motes.cues.sampling import EveryPixel
+from motes import Ellipse, Frame, open_source
+from motes.cli import numbers_of
+from motes.core import region_within
+from motes.cues import Color, EveryPixel
 from motes.output import charts
-from motes.video.sources import open_source
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.report.tables import Cell, Row, Table, percent

@@ -9,11 +9,9 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN
-from motes.core.errors import ConfigError
-from motes.core.geometry import Box
-from motes.core.types import Floats
+from motes import Box, ConfigError
+from motes.cli import RUN, check_counts
+from motes.core import Floats
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
 from motes_lab.datasets.shortened import shortened
@@ -118,8 +116,8 @@ def compared(outcomes: Sequence[Outcome], films: str, measure: Measure, note: st
         *("difference", "95 % interval", f"alike within {MARGIN}"),
     )
     about = (
-        f"{note} Difference from {first}; intervals are a paired bootstrap over films. Alike: two "
-        f"one-sided tests at 5 %, that is, a 90 % interval within the margin."
+        f"{note} Differences are from {first}, with a paired bootstrap over films; alike by two "
+        f"one-sided tests at 5 %."
     )
     return Table(f"Compared with {first}", head, rows, note=about)
 

@@ -10,11 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box, as_ellipse
-from motes.core.track import Track
-from motes.core.types import Bytes, Floats
-from motes.sot.presets import MEAN_SHIFT
+from motes import Box, Frame, Track
+from motes.core import Bytes, Floats, as_ellipse
+from motes.sot import MEAN_SHIFT
 
 ACCELERATION = 0.5
 """Standard deviation of the velocity's change from frame to frame, in mean half-axes of the first

@@ -9,10 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.config import Count
-from motes.core.geometry import iou
-from motes.core.types import Floats
-from motes.mot.assignment import assign
+from motes.core import Count, Floats, iou
+from motes.mot import assign
 from motes_lab.adapters.registry import mot_tracker_spec, resolve
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence

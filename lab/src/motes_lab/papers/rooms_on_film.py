@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import Box
-from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
-from motes.sot.places import Place
+from motes import Box, Place
+from motes_fleet.cameras.rig_config import Camera, CameraLink, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result
 from motes_lab.metrics.statistics import over, wilson_interval

@@ -8,10 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.formats.mot import UNKNOWN
-from motes.mot.detection.background import BackgroundDetector
-from motes.video.sources import open_source
+from motes import BackgroundDetector, Frame, open_source
+from motes.formats import UNKNOWN
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence

@@ -12,15 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from msgspec import Meta
 
-from motes.cli.input_checks import error_context
-from motes.core.config import Config, from_dict, from_toml
-from motes.core.files import read_text
-from motes.mot.analytics.events import Event, EventCounter
-from motes.mot.analytics.regions import Line, Regions
-from motes.mot.assignment import assign
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
-from motes.video.sources import open_source
+from motes import BackgroundDetector, Config, Event, EventCounter, Line, Regions, Scene, open_source
+from motes.cli import error_context
+from motes.core import from_dict, from_toml, read_text
+from motes.mot import assign
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 

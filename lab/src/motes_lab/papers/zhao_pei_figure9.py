@@ -11,21 +11,22 @@ import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
 
-from motes.cli.input_checks import numbers_of
-from motes.cli.options import HYPHEN, RUN
-from motes.core.detection import Detection, Detector, PreparedDetector
-from motes.core.errors import SourceError
-from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import iou
-from motes.formats.mot import UNKNOWN
-from motes.mot.assignment import assign
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.lookalike import LookalikeConfig
-from motes.mot.pipeline_config import for_lookalikes, lookalike_detector, named_detector
-from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
+from motes import (
+    BackgroundDetector,
+    Detection,
+    Detector,
+    Frame,
+    LookalikeConfig,
+    Scene,
+    SourceError,
+    open_source,
+    scene_config,
+)
+from motes.cli import HYPHEN, RUN, numbers_of
+from motes.core import FRAME_INTERVAL, PreparedDetector, iou
+from motes.formats import UNKNOWN
+from motes.mot import assign, for_lookalikes, lookalike_detector, named_detector
 from motes.output import charts
-from motes.video.sources import open_source
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
@@ -125,7 +126,7 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
             tracks = scene.update(Frame(index, index / sequence.rate, decoded.pixels))
             lines = [
                 [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
-                for each, box in ((each, each.track.box) for each in tracks)
+                for each, box in ((each, each.box) for each in tracks)
                 if not each.gone
             ]
             truth = sequence.truth.where(sequence.truth.frames == index + 1)

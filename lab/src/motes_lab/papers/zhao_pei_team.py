@@ -8,18 +8,10 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from motes.cli.input_checks import error_context
-from motes.core.config import Config, from_dict, from_toml
-from motes.core.files import read_text
-from motes.core.geometry import iou
-from motes.core.track import Status
-from motes.mot.assignment import assign
-from motes.mot.boxes import as_rows
-from motes.mot.detection.lookalike import LookalikeConfig
-from motes.mot.pipeline_config import for_lookalikes
-from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
-from motes.video.sources import open_source
+from motes import Config, LookalikeConfig, Scene, Status, open_source, scene_config
+from motes.cli import error_context
+from motes.core import from_dict, from_toml, iou, read_text
+from motes.mot import as_rows, assign, for_lookalikes
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
@@ -87,7 +79,7 @@ def team(truth: Team, pictures: Path) -> Experiment:
         for frame, tracks in scene.watch(film):
             if frame.index not in marked:
                 continue
-            seen = as_rows(each.box for each in tracks if each.track.status is Status.TRACKING)
+            seen = as_rows(each.box for each in tracks if each.status is Status.TRACKING)
             overlaps = iou(marked[frame.index][:, None], seen)
             right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
             counts = np.array([len(marked[frame.index]), len(seen), len(right)])

@@ -11,11 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection
-from motes.core.errors import FormatError
-from motes.core.files import write_whole, writing
-from motes.core.frame import Frame
-from motes.formats.mot import UNKNOWN
+from motes import Detection, FormatError, Frame
+from motes.core import write_whole, writing
+from motes.formats import UNKNOWN
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, read_rows, rows_of

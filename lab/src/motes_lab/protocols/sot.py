@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes import Box, Frame
 from motes_lab.adapters.sot import TrackerAdapter
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.sot import Sequence

@@ -13,10 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import FormatError
-from motes.core.files import write_whole, writing
-from motes.core.geometry import Ellipse
-from motes.core.types import Floats
+from motes import Ellipse, FormatError
+from motes.core import Floats, write_whole, writing
 from motes_lab.adapters.sot import LARGEST, Position
 
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pandas as pd
 
-from motes.core.errors import ConfigError
-from motes.core.types import Floats
+from motes import ConfigError
+from motes.core import Floats
 from motes_lab.adapters.networks import short_name
 from motes_lab.aggregate import sign_of
 from motes_lab.experiment import Experiment, Result

@@ -17,16 +17,18 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from motes.core.errors import MissingDependencyError
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.import_callable import explain
-from motes.core.types import Bytes
-from motes.sot.opencv_api import OpenCVTracker
-from motes.sot.presets import TrackerConfig, preset
-from motes.sot.tracker import Tracker
-from motes.synthetic.clips import Clip
-from motes.video.sources import open_source
+from motes import (
+    Ellipse,
+    Frame,
+    MissingDependencyError,
+    OpenCVTracker,
+    Tracker,
+    TrackerConfig,
+    open_source,
+    preset,
+)
+from motes.core import Bytes, explain
+from motes.synthetic import Clip
 from motes_lab.adapters.opencv import PEERS, is_peer, peer
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as TrueSequence

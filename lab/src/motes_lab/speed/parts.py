@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Collection, Mapping, Sequence
 from typing import Literal, get_args
 
-from motes.synthetic.clips import still
+from motes.synthetic import still
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as TrueSequence
 from motes_lab.experiment import Experiment, Result

@@ -8,7 +8,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from motes.core.errors import SourceError
+from motes import SourceError
 from motes_lab.adapters.opencv import PEERS
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number, three_digits
 from motes_lab.speed.measure import FOLLOWERS, MAIN, REFERENCE, SIZE, Job

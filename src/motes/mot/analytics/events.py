@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
 from motes.mot.analytics.regions import (
@@ -25,7 +25,6 @@ from motes.mot.analytics.regions import (
 )
 from motes.mot.analytics.trajectory import Trajectory
 from motes.mot.boxes import foot_of, is_cut
-from motes.mot.tracked_object import SceneTrack
 
 EDGE = "visits to its edge alone"
 BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
@@ -98,7 +97,7 @@ class EventCounter:
         self.left_out = Counter[tuple[str, str]]()
         self.turns = Counter[tuple[str, str]]()
 
-    def update(self, tracks: Sequence[SceneTrack], time: float | None = None) -> list[Event]:
+    def update(self, tracks: Sequence[Track], time: float | None = None) -> list[Event]:
         """Return the events of a frame.
 
         Parameters
@@ -111,13 +110,13 @@ class EventCounter:
         """
         self._turn += 1
         events: list[Event] = []
-        seen = {each.identity for each in tracks if each.track.status is Status.TRACKING}
+        seen = {each.identity for each in tracks if each.status is Status.TRACKING}
         for each in tracks:
             if each.identity in seen:
                 events += self._walk(each, seen)
             elif each.gone and each.identity in self._walks:
                 events += self._end(each)
-        time = tracks[0].track.time if tracks and time is None else time
+        time = tracks[0].time if tracks and time is None else time
         return self._counted(events + ([] if time is None else self._closed(time - JOINED)))
 
     def finish(self) -> list[Event]:
@@ -194,10 +193,10 @@ class EventCounter:
             walk.go_on(before[0])
         return walk
 
-    def _walk(self, each: SceneTrack, seen: set[int]) -> list[Event]:
+    def _walk(self, each: Track, seen: set[int]) -> list[Event]:
         """Return the events of a visible object."""
-        foot, time = foot_of(each.box), each.track.time
-        height, limit = each.track.box.height, JUMP * math.sqrt(np.prod(each.track.box[2:]))
+        foot, time = foot_of(each.box), each.time
+        height, limit = each.box.height, JUMP * math.sqrt(np.prod(each.box[2:]))
         events, jumped = list[Event](), False
         walk = self._walks.get(each.identity)
         appears = walk is None
@@ -214,7 +213,7 @@ class EventCounter:
         if walk.continued:
             walk.continued, walk.crossed = False, []
         walk.step(time, foot, cut=is_cut(each.box, self._size), ground=self._ground)
-        walk.frame, walk.turn = each.track.frame, self._turn
+        walk.frame, walk.turn = each.frame, self._turn
         if appears:
             events.append(self._event(each, walk, foot, "appears"))
         walk.jumped = walk.jumped or jumped
@@ -231,14 +230,12 @@ class EventCounter:
             self._visit(each, walk, foot, name, zone)
         return events + walk.counted(time)
 
-    def _cross(
-        self, each: SceneTrack, walk: Trajectory, foot: Point, name: str, line: Line
-    ) -> None:
+    def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
-        margin, before = CLEAR * each.track.box.height, walk.clear.get(name)
+        margin, before = CLEAR * each.box.height, walk.clear.get(name)
         clear = distance(line.points, foot) >= margin
         if before is None and clear:
-            past = walk.past(foot, each.track.time)
+            past = walk.past(foot, each.time)
             came = crossing(line.points, walk.first, foot) is not None
             before = past if came and distance(line.points, past) >= margin else foot
         side = None if before is None else crossing(line.points, before, foot)
@@ -254,11 +251,9 @@ class EventCounter:
             if crossed is not None and walk.pending.pop(name, None) is None:  # else it is back
                 walk.pending[name] = crossed
 
-    def _visit(
-        self, each: SceneTrack, walk: Trajectory, foot: Point, name: str, zone: Zone
-    ) -> None:
+    def _visit(self, each: Track, walk: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""
-        time, holds, inside = each.track.time, zone.holds(foot), name in walk.zones
+        time, holds, inside = each.time, zone.holds(foot), name in walk.zones
         if not holds:
             walk.outside.add(name)
         if holds == inside:
@@ -267,7 +262,7 @@ class EventCounter:
         else:
             _note(walk, name, self._event(each, walk, foot, "enters" if holds else "leaves", name))
             event = walk.over[name]
-            margin = min(CLEAR * each.track.box.height, self._reach[name])
+            margin = min(CLEAR * each.box.height, self._reach[name])
             found = name not in walk.outside and time - event.time >= FOUND
             if zone.depth(foot) < margin and not found:
                 return
@@ -289,7 +284,7 @@ class EventCounter:
                 walk.stays.add(name)
                 walk.sure.append(self._event(each, walk, foot, "stays", name, seconds=seconds))
 
-    def _stop(self, each: SceneTrack, walk: Trajectory) -> list[Event]:
+    def _stop(self, each: Track, walk: Trajectory) -> list[Event]:
         """Return the last events of a path.
 
         It left its zones when it was seen last, unless another object goes on with it.
@@ -303,9 +298,9 @@ class EventCounter:
             ]
             walk.leaving = [replace(event, frame=walk.frame, time=last) for event in left]
         self._ended.append(walk)
-        return events + self._closed(each.track.time - JOINED)
+        return events + self._closed(each.time - JOINED)
 
-    def _end(self, each: SceneTrack) -> list[Event]:
+    def _end(self, each: Track) -> list[Event]:
         """Return the events of an object that is gone. It disappears now."""
         walk = self._walks.pop(each.identity)
         last, foot = walk.feet[-1]
@@ -314,7 +309,7 @@ class EventCounter:
 
     def _event(
         self,
-        each: SceneTrack,
+        each: Track,
         walk: Trajectory,
         place: Point,
         kind: Kind,
@@ -322,9 +317,8 @@ class EventCounter:
         direction: str | None = None,
         seconds: float | None = None,
     ) -> Event:
-        track = each.track
         return Event(
-            track.frame, track.time, kind, each.identity, *place, walk.speed, name, direction,
+            each.frame, each.time, kind, each.identity, *place, walk.speed, name, direction,
             seconds, walk.metres_per_second, each.label,
         )  # fmt: skip
 

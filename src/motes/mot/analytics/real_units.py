@@ -27,7 +27,6 @@ from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
 from motes.mot.analytics.trajectory import SPEED_OVER
 from motes.mot.boxes import foot_of, is_cut
-from motes.mot.tracked_object import SceneTrack
 
 STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
@@ -161,13 +160,13 @@ class GroundMotions:
         self._units, self._size = units, size
         self._each: dict[int, GroundMotion] = {}
 
-    def update(self, tracks: Iterable[SceneTrack]) -> dict[int, GroundPlace]:
+    def update(self, tracks: Iterable[Track]) -> dict[int, GroundPlace]:
         """Return the places in a frame by identity, of objects that are seen."""
         before, self._each, places = self._each, {}, {}
         for each in tracks:
             motion = before.get(each.identity) or GroundMotion(self._units)
             self._each[each.identity] = motion
-            place = motion.update(each.track, cut=is_cut(each.box, self._size))
+            place = motion.update(each, cut=is_cut(each.box, self._size))
             if place is not None:
                 places[each.identity] = place
         return places

@@ -103,7 +103,7 @@ def decoded(head: str, outputs: Arrays, size: tuple[int, int]) -> Boxes:
     if low < 0 or high > 1 or (finite.size and not finite.any()):
         raise ConfigError(
             f"Its outputs are not those of head {head}: {finite.sum()} of {finite.size} boxes are "
-            f"finite, scores are {low:g} to {high:g}; change head (--detector.head)."
+            f"finite, scores are {low:g} to {high:g}; change head (--set detector.head=NAME)."
         )
     return found
 

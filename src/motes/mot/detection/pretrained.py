@@ -10,10 +10,10 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig, best
 from motes.core.errors import SourceError
+from motes.core.extras import optional
 from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.core.optional import optional
 
 UPSAMPLE = 1
 """How often pictures are doubled before faces are searched: the smallest have 40 pixels then, 80

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.mot.boxes import as_rows, room
 from motes.mot.overlaps import CONTAINED, best_partners, covered_pairs
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import SceneTrack, TrackedObject
+from motes.mot.tracked_object import TrackedObject
 
 MAX_AGE_AT_BORDER = 0.2
 """Longest time in seconds for which an occluded object is kept at the border, or outside."""
@@ -22,7 +21,7 @@ COVERED_AGE_FACTOR = 2
 
 def report(
     objects: Sequence[TrackedObject], frame: Frame, config: SceneConfig
-) -> tuple[list[SceneTrack], list[TrackedObject]]:
+) -> tuple[list[Track], list[TrackedObject]]:
     """Return the tracks of all objects, and the objects that stay; the others are gone.
 
     An object that is not seen is occluded if a visible one covers enough of it. In plain sight, or
@@ -36,7 +35,7 @@ def report(
         hidden[n].identity: visible[m].identity for n, m in best_partners(i, j, shares).items()
     }
     covered = {hidden[n].identity for n in i[shares > CONTAINED].tolist()}
-    tracks, staying = list[SceneTrack](), list[TrackedObject]()
+    tracks, staying = list[Track](), list[TrackedObject]()
     for each in objects:
         max_age = config.termination.max_age
         if room(each.track.box, frame) <= 0:
@@ -44,17 +43,16 @@ def report(
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR
         if frame.time - each.last_time > max_age:
-            tracks.append(each.terminate().scene_track)
+            tracks.append(each.terminate().public_track)
         else:
             tracks.append(_told(each, occluders))
             staying.append(each)
     return tracks, staying
 
 
-def _told(each: TrackedObject, occluders: Mapping[int, int]) -> SceneTrack:
+def _told(each: TrackedObject, occluders: Mapping[int, int]) -> Track:
     """Return the track of an object that stays, from the identities of all occluders."""
-    track, occluder = each.scene_track, occluders.get(each.identity)
+    track, occluder = each.public_track, occluders.get(each.identity)
     if not each.occluded or occluder is not None:
-        return dataclasses.replace(track, occluded_by=occluder)
-    lost = replace(track.track, status=Status.LOST)
-    return dataclasses.replace(track, track=lost, occluded_by=None, sought=True)
+        return replace(track, occluded_by=occluder)
+    return replace(track, status=Status.LOST, occluded_by=None, sought=True)

@@ -16,6 +16,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.frame import Frame
+from motes.core.median import median
 from motes.core.types import Singles
 
 DARK, BRIGHT = 15, 245
@@ -51,7 +52,7 @@ class Light(msgspec.Struct, frozen=True):
         known = (least < now) & (now < most) & (least < before) & (before < most)
         if np.count_nonzero(known) < LEAST_POINTS:
             return self
-        change = math.log(float(np.median(now[known] / before[known])))
+        change = math.log(median(now[known] / before[known]))
         change = min(max(change, -LARGEST_CHANGE), LARGEST_CHANGE)
         return Light(self.level + change)
 

@@ -20,6 +20,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
+from motes.cues.fourier import irfft2, rfft2
 from motes.cues.fourier_ridge import taper, vertex
 from motes.sot.discriminative.small_picture import difference, overlap, small_size
 
@@ -143,10 +144,7 @@ def predictions(history: MotionHistory, picture: Singles, frame: Frame) -> Predi
 
 def spectrum_of(picture: Singles) -> Spectra:
     """Return the transform (h, w // 2 + 1) of a small picture (h, w), tapered."""
-    from scipy import fft  # takes a third of a second to import
-
-    out: Spectra = fft.rfft2((picture - picture.mean()) * taper(*picture.shape))
-    return out
+    return rfft2((picture - picture.mean()) * taper(*picture.shape))
 
 
 def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
@@ -154,13 +152,11 @@ def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
 
     It is the maximum of the phase correlation, refined by a parabola in each direction.
     """
-    from scipy import fft
-
     rows, columns = small_size(frame.height, frame.width)
     product = before.conj() * after
     strength = np.abs(product)
     product /= strength + WHITENED * float(strength.mean()) + np.finfo(np.float32).tiny
-    plane: Singles = fft.irfft2(product, (rows, columns))
+    plane = irfft2(product, columns)
     row, column = divmod(int(np.argmax(plane)), columns)
     across = _peak(plane[row], column) * frame.width / columns
     down = _peak(plane[:, column], row) * frame.height / rows

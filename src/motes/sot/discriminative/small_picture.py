@@ -10,6 +10,7 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles
+from motes.cues.fourier import fast_length
 from motes.cues.search_window import cut
 
 COLUMNS = 96
@@ -31,11 +32,9 @@ def small_size(height: int, width: int) -> tuple[int, int]:
 
     Fourier transforms of these sizes are fast.
     """
-    from scipy.fft import next_fast_len  # takes a third of a second to import
-
     shrink = min(1.0, COLUMNS / max(height, width))
     rows, columns = (max(round(side * shrink), 1) for side in (height, width))
-    return int(next_fast_len(rows, real=True)), int(next_fast_len(columns, real=True))
+    return fast_length(rows), fast_length(columns)
 
 
 def overlap(before: Singles, now: Singles, shift: Floats, frame: Frame) -> tuple[Singles, Singles]:

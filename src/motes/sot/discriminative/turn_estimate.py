@@ -70,14 +70,12 @@ class TurnEstimate(msgspec.Struct, frozen=True, eq=False):
 
     def _turn(self, frame: Frame, place: Ellipse, window: float) -> float | None:
         """Return the turn that the rings show; None if they are not alike."""
-        from scipy import fft
-
         rings = sampled(frame, place)
         energy = math.sqrt(float((self.rings**2).sum() * (rings**2).sum()))
         if not energy:
             return None
-        spectra = np.conj(fft.rfft(self.rings)) * fft.rfft(rings)
-        alike = fft.irfft(spectra.sum(axis=0), POINTS) / energy
+        spectra = np.conj(np.fft.rfft(self.rings)) * np.fft.rfft(rings)
+        alike = np.fft.irfft(spectra.sum(axis=0), POINTS) / energy
         near = [_peak(alike, center) for center in (self.angle.predicted().value, window)]
         best, turn = max(near, key=lambda each: each[0])
         return turn if best > ALIKE else None

@@ -17,6 +17,7 @@ from motes.core.log import LOG
 from motes.core.onnx_session import Session
 from motes.core.types import Singles
 from motes.sot.network.family import FAMILIES, NetworkFamily
+from motes.sot.network.published import paths_of
 from motes.sot.network.view import NetworkView
 
 KEPT_OPEN = 4
@@ -34,7 +35,8 @@ class Network(Config, frozen=True):
     """A trained network in ONNX files: which ones, and how they are run."""
 
     files: tuple[str, ...] = ()
-    """The files of one network, in any order. To which family they belong is read from them."""
+    """The files of one network, in any order; to which family they belong is read from them. Or the
+    name of one that motes network get has downloaded, such as nanotrack."""
     threads: Count = 1
     """Number of threads."""
     provider: str | None = None
@@ -115,12 +117,13 @@ class _Opened(msgspec.Struct, frozen=True):
 @lru_cache(KEPT_OPEN)
 def _opened(network: Network) -> _Opened:
     """Return a network ready to run, tried on a gray picture; raise the errors of `open`."""
-    files = [Session(path, network.threads, network.provider) for path in network.files]
+    paths = paths_of(network.files)
+    files = [Session(path, network.threads, network.provider) for path in paths]
     name, family, sessions = _recognized(files)
     if family.open_sizes:
         sessions = tuple(each.with_open_sizes() for each in sessions)
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
-    named = " and ".join(Path(path).name for path in network.files)
+    named = " and ".join(Path(path).name for path in paths)
     try:
         view = family.look(sessions, family.learn(sessions, frame, middle), frame, middle)
     except (SourceError, LookupError, ValueError) as error:

@@ -1,0 +1,1 @@
+"""motes unattended: batches, rigs of cameras, events over networks, annotation services."""

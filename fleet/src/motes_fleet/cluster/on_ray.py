@@ -1,0 +1,128 @@
+"""A pool of Ray's workers, on the nodes of a cluster.
+
+A task of the pool is a task of Ray with its name, its memory and one core. It first reports where
+it runs, which starts its time limit, then its result. Ray itself does not try again: attempts are
+counted in one place, `pool.run`.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from motes.core import Ended, News, Started, Task, check, outcome, timed_out
+
+AHEAD = 2
+"""Tasks for each core of the cluster that Ray is given at a time: no worker waits for the driver,
+and the driver holds few."""
+PAUSE = 5.0
+"""Seconds after which the cluster is asked again for its cores: nodes come and go."""
+
+
+class RayPool:
+    """Workers of a cluster.
+
+    Parameters
+    ----------
+    ray
+        The module, connected (`ray_connection.connected`).
+    cores
+        Cores of a task.
+    """
+
+    def __init__(self, ray: Any, cores: float = 1) -> None:
+        self._ray, self._cores = ray, cores
+        self._remote = ray.remote(_do)
+        self._gauge: Any = None
+        self._running: dict[Any, Task] = {}
+        self._deadlines: dict[Any, float] = {}
+        self._size, self._largest, self._asked = 0, 0, -PAUSE
+
+    def has_room(self, task: Task) -> bool:
+        """Return whether the cluster has few enough tasks."""
+        if time.monotonic() - self._asked > PAUSE:
+            nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
+            self._size = int(sum(node.get("CPU", 0) for node in nodes) / self._cores)
+            working = [node for node in nodes if node.get("CPU", 0) >= self._cores]
+            self._largest = int(max((node.get("memory", 0) for node in working), default=0))
+            self._asked = time.monotonic()
+        return len(self._running) < max(AHEAD * self._size, 1)
+
+    def give(self, task: Task) -> None:
+        """Give a task to the cluster."""
+        options = self._remote.options(
+            name=task.name,
+            num_cpus=self._cores,
+            memory=min(task.memory, self._largest) or None,  # more would wait without end
+            max_retries=0,
+            num_returns="streaming",
+        )
+        self._running[options.remote(task.function, task.argument)] = task
+
+    def wait(self) -> list[News]:
+        """Wait until a task starts or ends, or the time of a task is over."""
+        if not self._running:
+            return []
+        timeout = min(self._deadlines.values(), default=time.monotonic() + PAUSE) - time.monotonic()
+        handles = [*self._running]
+        try:
+            ready, _ = self._ray.wait(
+                handles, num_returns=1, timeout=min(max(timeout, 0), PAUSE), fetch_local=True
+            )
+        except KeyboardInterrupt:
+            check()  # Ray raises one of its own, which does not know the signal
+            raise
+        events = [self._read(handle) for handle in ready]
+        now = time.monotonic()
+        for handle in [each for each, deadline in self._deadlines.items() if deadline < now]:
+            task = self._forget(handle)
+            self._ray.cancel(handle, force=True)
+            events.append(timed_out(task))
+        return events
+
+    def _read(self, handle: Any) -> News:
+        """Return what the next item of a task means."""
+        try:
+            kind, value = self._ray.get(next(handle))
+        except (self._ray.exceptions.RayError, StopIteration) as error:
+            # The last line of an error in a worker has its reason, the first one of all others.
+            raised = isinstance(error, self._ray.exceptions.RayTaskError)
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            words = lines[-1 if raised else 0]
+            return Ended(
+                self._forget(handle), error=f"Its worker ended: {words}", crashed=not raised
+            )
+        if kind == "started":
+            task = self._running[handle]
+            self._deadlines[handle] = time.monotonic() + task.seconds
+            return Started(task, *value)
+        return Ended(self._forget(handle), *value)
+
+    def _forget(self, handle: Any) -> Task:
+        self._deadlines.pop(handle, None)
+        return self._running.pop(handle)
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Set a metric of Ray, which its dashboard and Prometheus read."""
+        if self._gauge is None:
+            from ray.util.metrics import Gauge
+
+            self._gauge = Gauge("motes_batch_jobs", "Jobs of the batch.", ("status",))
+        for status, number in numbers.items():
+            self._gauge.set(number, {"status": status})
+
+    def close(self) -> None:
+        """Stop all tasks."""
+        for handle in self._running:
+            self._ray.cancel(handle, force=True)
+        self._running.clear()
+        self._deadlines.clear()
+
+
+def _do(function: Callable[[Any], Any], argument: Any) -> Iterator[tuple[str, Any]]:
+    """Report where this runs, then the result."""
+    yield "started", (socket.gethostname(), os.getpid())
+    yield "ended", outcome(function, argument)

@@ -1,0 +1,42 @@
+"""One pool or the other: the processes of this machine, or the workers of a named cluster."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+from motes.core import LocalPool, Pool
+from motes_fleet.cluster.on_ray import RayPool
+from motes_fleet.cluster.ray_connection import connected
+
+
+@contextlib.contextmanager
+def open_pool(
+    cluster: str | None, workers: int, memory: int | None = None, threads: int | None = None
+) -> Iterator[Pool]:
+    """Give a pool, and close it at the end.
+
+    Parameters
+    ----------
+    cluster
+        The address of a cluster of Ray, or `auto`; None for processes of this machine.
+    workers, memory, threads
+        Those of a `LocalPool`. On a cluster, its nodes know their cores and memory.
+
+    Raises
+    ------
+    ConfigError
+        If the cluster cannot be reached.
+    MissingDependencyError
+        If Ray is not installed.
+    """
+    if cluster is None:
+        with LocalPool(workers, memory, threads) as local:
+            yield local
+        return
+    with connected(cluster, threads=threads or 1) as ray:
+        remote = RayPool(ray)
+        try:
+            yield remote
+        finally:
+            remote.close()

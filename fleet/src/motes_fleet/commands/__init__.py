@@ -1,0 +1,1 @@
+"""The commands that motes-fleet adds to motes."""

@@ -1,0 +1,275 @@
+"""`motes batch`: many films, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import functools
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from motes import ConfigError
+from motes.cli import (
+    CONFIGURATION,
+    DONE,
+    FLAG,
+    HYPHEN,
+    OUTPUT,
+    PARTIAL,
+    RUN,
+    Cluster,
+    FileName,
+    OwnCode,
+    PresetName,
+    Workers,
+    check_counts,
+    counted,
+    log,
+    options,
+    worker_count,
+)
+from motes.core import ATTEMPTS, TIME_LIMIT, interrupts, optional
+
+if TYPE_CHECKING:
+    from motes_fleet.cluster.jobs import Job
+    from motes_fleet.cluster.state import Options
+    from motes_fleet.cluster.store import Store
+
+app = App(name="batch", help_format="plaintext")
+
+
+@options(RUN)
+class WorkOptions:
+    """The workers."""
+
+    workers: Workers = None
+    cluster: Cluster = None
+    attempts: int = ATTEMPTS
+    """How often a job is tried if its worker dies, for example from lack of memory."""
+    time_limit: float = TIME_LIMIT
+    """Seconds for a job."""
+    own_code: OwnCode = False
+
+    def check(self) -> None:
+        """Check the numbers; raise a ConfigError for one that makes no sense."""
+        check_counts(attempts=self.attempts)
+        worker_count(self.workers)
+        if not 0 < self.time_limit < float("inf"):
+            raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
+
+
+@options(CONFIGURATION)
+class JobOptions:
+    """Values of columns that a row leaves empty, or a pattern does not have."""
+
+    do: Literal["track", "watch", "refine"] | None = None
+    """What to do with the films."""
+    init: Annotated[str | None, HYPHEN] = None
+    """The target in the first frame."""
+    detect: Literal["face"] | None = None
+    """Wait for a face and track it."""
+    keyframes: FileName | None = None
+    """File of keyframes; each row begins with the name of its film."""
+    detector: FileName | None = None
+    """Detector of motes watch."""
+    places: FileName | None = None
+    """TOML file of lines and zones."""
+    preset: PresetName | None = None
+    """Preset of the tracker."""
+    config: FileName | None = None
+    """TOML file whose values replace those of the preset."""
+    seed: int | None = None
+    """Seed of the random numbers."""
+    network: FileName | None = None
+    """Trained network that joins the tracker: A.onnx,B.onnx."""
+
+    def columns(self) -> dict[str, object]:
+        """Return the values that are given, by their columns."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+@app.default
+def batch(
+    jobs: FileName,
+    /,
+    *,
+    output: Annotated[FileName, Parameter(name=["--output", "-o"], group=OUTPUT)],
+    rows: Annotated[Literal["csv", "parquet"], Parameter(group=OUTPUT)] = "csv",
+    overlay: Annotated[bool, FLAG, Parameter(group=OUTPUT)] = False,
+    columns: JobOptions = JobOptions(),
+    work: WorkOptions = WorkOptions(),
+) -> int:
+    """Track in many films: each row of a table is a job.
+
+    Results appear once and whole. A batch that was interrupted, or whose machine died, goes on when
+    the same command is given again: what is done is not computed again, unless its inputs have
+    changed. motes batch status OUT counts the jobs; motes batch retry OUT tries failed ones again.
+
+    Parameters
+    ----------
+    jobs
+        A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, init,
+        detect, keyframes, rows, detector, places, preset, config, seed, network, start, end,
+        stride, fps and label (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
+    output
+        Folder of the results, or an address such as s3://BUCKET/PREFIX. Give the same one again to
+        continue a batch.
+    rows
+        Form of the rows: CSV files, or a dataset of Parquet.
+    overlay
+        Make an annotated video of each film.
+    """
+    from motes_fleet.cluster.inputs import missing
+    from motes_fleet.cluster.state import Options, save
+    from motes_fleet.cluster.store import open_store
+    from motes_fleet.cluster.table import JobTable
+
+    work.check()
+    if rows == "parquet":
+        optional("pyarrow", "Parquet needs pyarrow", "motes[parquet]")
+    table = JobTable(jobs, columns.columns())
+    check = functools.partial(_check_config, own_code=work.own_code)
+    count, bad, problems = table.problems(missing, check)
+    for problem in problems:
+        log(problem)
+    if bad:
+        raise ConfigError(f"{counted(bad, 'row')} of {jobs} cannot be used; nothing was started.")
+    if not count:
+        raise ConfigError(f"{jobs} has no job; add a row for each film.")
+    store = open_store(output)
+    with store.used_alone():
+        options = Options(count, rows, overlay)
+        save(store, table.jobs(), options)
+        return _run(store, output, options, work, again=False)
+
+
+@app.command
+def status(out: str, /) -> int:
+    """Count the jobs of a batch, and list those that failed.
+
+    Parameters
+    ----------
+    out
+        The folder or the address of the batch.
+    """
+    from motes_fleet.cluster.state import counts, load_options
+    from motes_fleet.cluster.store import open_store
+
+    store = open_store(out)
+    options = load_options(store, out)
+    found, failed = counts(store)
+    for record in failed:
+        log(f"[{record.name}] failed after {counted(record.attempts, 'attempt')}: {record.error}")
+    print(
+        f"{counted(options.total, 'job')}: {found['done']} done, {found['failed']} failed, "
+        f"{found['waiting']} waiting"
+    )
+    return PARTIAL if failed else DONE
+
+
+@app.command
+def retry(
+    out: str,
+    /,
+    *,
+    failed: Annotated[bool, FLAG] = False,
+    work: WorkOptions = WorkOptions(),
+) -> int:
+    """Try the failed jobs of a batch again, and do those that are left.
+
+    Parameters
+    ----------
+    out
+        The folder or the address of the batch.
+    failed
+        Try those that failed too; without it, only those left.
+    """
+    from motes_fleet.cluster.state import load_options
+    from motes_fleet.cluster.store import open_store
+
+    work.check()
+    store = open_store(out)
+    options = load_options(store, out)
+    with store.used_alone():
+        return _run(store, out, options, work, again=failed)
+
+
+def _check_config(job: Job, *, own_code: bool) -> None:
+    """Check the tracker and the detector of a job; raise a MotesError."""
+    from motes.mot import check_code
+
+    check_code(job.detector, own_code)
+    here = () if any("://" in path for path in job.network) else job.network
+    _config(job.do, job.preset, job.config, job.detector, here)
+
+
+@functools.cache
+def _config(
+    do: str,
+    preset: str | None,
+    config: str | None,
+    detector: str | None,
+    network: tuple[str, ...],
+) -> None:
+    from motes.cli import (
+        ConfigOptions,
+        ObjectOptions,
+        default_preset,
+        open_network,
+        tracker_config,
+        watch,
+        watch_config,
+    )
+
+    file = None if config is None else Path(config)
+    if do == "watch":
+        watch_config(
+            preset or watch.PRESET, ObjectOptions(detector=detector), ConfigOptions(config=file)
+        )
+    else:
+        files = ",".join(network) or None
+        open_network(tracker_config(preset or default_preset(False), file, network=files))
+
+
+def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
+    """Do the jobs of a batch, and print a summary."""
+    from motes.core import resources
+    from motes.mot import check_code
+    from motes_fleet.cluster.driver import batch
+    from motes_fleet.cluster.open_pool import open_pool
+    from motes_fleet.cluster.state import load_jobs, write_table
+    from motes_fleet.cluster.work import Plan
+    from motes_fleet.commands.batch_job import make
+    from motes_fleet.commands.batch_progress import BatchProgress
+
+    plan = Plan(
+        out=out if "://" in out else os.path.abspath(out),
+        make=make,
+        form=options.form,
+        overlay=options.overlay,
+        attempts=work.attempts,
+        time_limit=work.time_limit,
+        again=again,
+    )
+    for job in load_jobs(store):  # also those of a folder that somebody else has made
+        check_code(job.detector, work.own_code)
+    workers = worker_count(work.workers)
+    threads = max(resources.cores() // workers, 1)
+    interrupted: KeyboardInterrupt | None = None
+    with BatchProgress(options.total) as progress:
+        try:
+            with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
+                for event in batch(pool, store, load_jobs(store), plan, progress.keep):
+                    interrupts.check()
+                    progress.note(event)
+                    pool.show(progress.numbers())
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt
+    if interrupted is None:
+        progress.written = write_table(store)
+    log(f"{interrupts.word(interrupted)}{progress.summary(out)}.")
+    if interrupted is not None:
+        return interrupts.code(interrupted)
+    return PARTIAL if progress.failed else DONE

@@ -1,0 +1,133 @@
+"""`motes watch RIG.toml`: several cameras, with identities that objects keep between them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from motes import ConfigError, Ellipse, KnownTarget, SourceError, TrackWriter
+from motes.cli import (
+    DONE,
+    NOT_FOUND,
+    PARTIAL,
+    check_not_source,
+    counted,
+    default_output,
+    error_context,
+    load_target,
+    log,
+)
+from motes.core import check, deferred, interrupts, read_text
+from motes.mot import check_code
+from motes.rows import CAMERA, FORMS, FrameRow, ObjectRow
+from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
+from motes_fleet.cameras.rig import RigRunner
+from motes_fleet.cameras.rig_config import Rig
+from motes_fleet.cluster.ray_connection import connected
+from motes_fleet.cluster.rig_on_ray import cluster_rig
+
+
+def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
+    """Return the rows of a camera's frame, with the identities of the rig."""
+    rows = [
+        ObjectRow(
+            identities[each.identity], Ellipse.from_box(each.box), each.confidence, each.status,
+            identities.get(each.occluded_by or 0), each.label, more={CAMERA: report.camera},
+            bounds=each.box,
+        )
+        for each in report.sightings
+        if each.identity in identities
+    ]  # fmt: skip
+    return FrameRow(report.frame, report.time, tuple(rows))
+
+
+@contextlib.contextmanager
+def watcher(
+    rig: Rig, seed: int, target: KnownTarget | None, cluster: str | None
+) -> Iterator[RigRunner]:
+    """Give what watches the cameras: processes of this machine, or actors on a cluster."""
+    if cluster is None:
+        with RigRunner(rig, seed, target) as local:
+            yield local
+        return
+    with connected(cluster) as ray, cluster_rig(ray, rig, seed, target) as remote:
+        yield remote
+
+
+def watch_rig(
+    file: str,
+    output: str | None,
+    overwrite: bool,
+    seed: int,
+    histogram: Path | None,
+    cluster: str | None,
+    *,
+    own_code: bool = False,
+) -> int:
+    """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
+    target = None if histogram is None else load_target(histogram)
+    text = read_text(Path(file))
+    with error_context(Path(file)):
+        rig = Rig.parse(text)
+        for camera in rig.camera:
+            check_code(camera.detector, own_code)
+    output = default_output(file) if output is None else output
+    if output != "-":
+        for source in (file, *(camera.source for camera in rig.camera)):
+            check_not_source(source, Path(output))
+        if Path(output).suffix.lower() not in FORMS:
+            raise ConfigError(
+                f"{output} ends neither in .csv nor in .jsonl, the forms for several cameras; "
+                f"rename it."
+            )
+    rows = TrackWriter(output, overwrite=overwrite, further=[CAMERA])
+    frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
+    dropped, found, failures = 0, set[int](), list[str]()
+    interrupted: KeyboardInterrupt | None = None
+    with contextlib.ExitStack() as opened:
+        opened.enter_context(rows)
+        try:
+            with deferred():
+                watching = opened.enter_context(watcher(rig, seed, target, cluster))
+            for news in watching:
+                check()
+                with deferred():
+                    if isinstance(news, tuple):
+                        report, identities = news
+                        rows.add(picture(report, identities))
+                        frames[report.camera] += 1
+                        found.update(identities.values())
+                    elif isinstance(news, CameraMessage):
+                        log(f"camera {news.camera}: {news.text}")
+                    elif news.failure is not None:
+                        failures.append(f"camera {news.camera}: {news.failure}")
+                        log(failures[-1])
+                    if not isinstance(news, tuple):
+                        dropped += getattr(news, "dropped", 0)
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt  # and all processes are ended as at the end
+    if len(failures) == len(frames):
+        raise SourceError(f"No camera is left. {failures[-1]}")
+    merged = watching.handover.merged
+    found -= merged.keys()
+    read = ", ".join(f"{name} {count}" for name, count in frames.items())
+    log(
+        interrupts.word(interrupted)
+        + f"{read} frames; {counted(len(found), 'object')}, "
+        + f"{counted(watching.handover.handed, 'time')} handed over"
+        + f", {dropped} frames dropped" * bool(dropped)
+        + f"; wrote {output}." * (output != "-")
+    )
+    for gone, kept in merged.items():
+        log(f"identity {gone} turned out to be {kept}, and is {kept} from then on.")
+    if interrupted:
+        return interrupts.code(interrupted)
+    if failures:
+        return PARTIAL
+    if not found:
+        what = "No object was ever found; try another detector."
+        if target is not None:
+            what = "The target was never found; check the histogram and the places."
+        log(f"error: {what}")
+    return DONE if found else NOT_FOUND

@@ -1,0 +1,487 @@
+"""Several cameras from the outside: rows, handover, what goes wrong, and how it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes import BackgroundDetector, Frame, Place, Scene
+from motes.cli import main
+from motes.video import decoder, live, open_watched
+from motes_fleet.cameras import rig_camera
+from motes_fleet.cameras.camera_report import (
+    Arrival,
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    CameraReport,
+)
+from motes_fleet.cameras.camera_reporter import CameraReporter
+from motes_fleet.cameras.reidentification import CrossCameraAssociation
+from motes_fleet.cameras.rig import RigRunner, announce, next_report
+from motes_fleet.cameras.rig_camera import RigCamera
+from motes_fleet.cameras.rig_config import Camera, Rig
+from red_box import moving, red, walk
+from streams import Stream, camera
+
+Go = Callable[..., tuple[int, str, str]]
+HALL, OFFICE, PASSAGE = (
+    """
+[[camera]]
+name = "hall"
+source = "hall.mkv"
+place = [{ name = "door", box = [150, 0, 10, 96] }]
+""",
+    """
+[[camera]]
+name = "office"
+source = "office.mkv"
+offset = 2.0
+place = [{ name = "door", box = [0, 0, 10, 96] }]
+""",
+    """
+[[passage]]
+between = ["hall/door", "office/door"]
+seconds = [0.5, 4]
+""",
+)
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with two films: a red box walks out of one on the right, and into the other.
+
+    It is gone from the hall after 2.6 s, and comes into the office 3.2 s after the hall's start, in
+    a film that begins 2 s after the hall's.
+    """
+    folder = tmp_path_factory.mktemp("rig")
+    for name, enters in (("hall", 20), ("office", 30)):
+        walk(folder / f"{name}.mkv", 70, enters)
+    return folder
+
+
+@pytest.fixture
+def go(
+    films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Go:
+    """Run motes watch on a rig in a folder with the films."""
+    for film in films.iterdir():
+        (tmp_path / film.name).symlink_to(film)
+    monkeypatch.chdir(tmp_path)
+
+    def run(text: str, line: str = "-o r.csv") -> tuple[int, str, str]:
+        Path("rig.toml").write_text(text)
+        code = main(["watch", "rig.toml", *line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def read(name: str = "r.csv") -> list[dict[str, str]]:
+    with Path(name).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.slow
+def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
+    code, _, error = go(HALL + OFFICE + PASSAGE)
+    assert code == 0, error
+    assert "hall 70, office 70 frames; 1 object, 1 time handed over; wrote r.csv." in error
+    rows = read()
+    assert {row["camera"] for row in rows} == {"hall", "office"}
+    assert {row["id"] for row in rows} == {"1"}
+    times = [float(row["time"]) for row in rows]
+    assert times == sorted(times)
+    first = next(row for row in rows if row["camera"] == "office")
+    assert float(first["time"]) == pytest.approx(int(first["frame"]) / 25 + 2, abs=0.01)
+
+
+@pytest.mark.slow
+def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
+    """Nummiaro et al., section VII: both search for a histogram that was saved before."""
+    line = "track hall.mkv --start 32 --init 32,40,16,30 --save-histogram red.json"
+    assert main(line.split()) == 0
+    entry = '[{ name = "entry", box = [0, 0, 10, 96] }, {'
+    rig = HALL.replace("[{", entry) + OFFICE + PASSAGE
+    code, _, error = go(rig, "-o r.csv --histogram red.json")
+    assert code == 0, error
+    rows = read()
+    assert {row["id"] for row in rows} == {"1"}
+    for name, enters, until in (("hall", 20, 2.9), ("office", 30, 5.0)):
+        seen = [row for row in rows if row["camera"] == name and row["status"] == "tracking"]
+        assert len(seen) > 20
+        assert float(seen[-1]["time"]) < until
+        middle = seen[len(seen) // 2]
+        x = 4 * (int(middle["frame"]) - enters) - 16
+        assert float(middle["left"]) == pytest.approx(x, abs=6)
+
+
+def test_a_histogram_is_for_several_cameras(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["watch", "hall.mkv", "--histogram", "red.json"]) == 2
+    assert "--histogram is for a file of several cameras" in capfd.readouterr().err
+    code, _, error = go(HALL, "-o r.csv --histogram red.json")
+    assert code == 3
+    assert "red.json" in error
+
+
+@pytest.mark.parametrize("slow", ["one", "two"])
+def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a camera may expect depends on the times of frames alone, not on who is faster.
+
+    The second camera's frames come half a frame later, and one of the two takes its time.
+    """
+    log: list[str] = []
+
+    class Recording(RigCamera):
+        """A recording that works when the test has it work."""
+
+        def _start(self) -> None:
+            pass
+
+        def _send(self, arrivals: object) -> None:
+            log.append(f"{self.name} {arrivals}")
+
+    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))), start=Recording)
+    monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(times)}")
+    times: list[float] = []
+    starts = {"one": 0.0, "two": 0.02}
+    cameras = {camera.name: camera for camera in watch._cameras}
+    frames = {name: iter([start + 0.04 * n for n in range(4)]) for name, start in starts.items()}
+    order = sorted(cameras, key=lambda name: name == slow)
+
+    def works(camera: RigCamera) -> bool:
+        """Have a camera announce a frame or report one, as its process would."""
+        done = len(camera.reports) + sum(each.startswith(camera.name) for each in log)
+        if camera.next is None and (time := next(frames[camera.name], None)) is not None:
+            camera.next = camera._last = time
+        elif camera._working:
+            report = CameraReport(camera.name, done, camera._working[0], ())
+            assert list(camera._take(report)) == []
+        else:
+            camera.over = camera.next is None
+            return False
+        return True
+
+    for _ in range(40):
+        while works(cameras[order[0]]):
+            while (report := next_report(watch._cameras, watch.handover)) is not None:
+                times.append(report.time)
+        works(cameras[order[1]])
+        while (report := next_report(watch._cameras, watch.handover)) is not None:
+            times.append(report.time)
+    assert times == sorted(times)
+    assert sorted(log) == [
+        *(f"one {0.04 * n:.2f} knows {max(2 * n - 1, 0)}" for n in range(4)),
+        *(f"two {0.04 * n + 0.02:.2f} knows {2 * n}" for n in range(4)),
+    ]
+
+
+@pytest.mark.slow
+def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
+    code, out, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"), "-o -")
+    assert code == 6
+    assert error.count("none.mkv") == 1
+    assert "camera office: There is no file or folder none.mkv; check the name." in error
+    assert "hall 70, office 0 frames; 1 object, 0 times handed over" in error
+    rows = [line.split(",") for line in out.splitlines()[1:]]
+    assert len(rows) > 30
+    assert {(row[-1], row[2]) for row in rows} == {("hall", "1")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "line", "code", "words"),
+    [
+        (HALL + PASSAGE, "", 2, "rig.toml: A passage or overlap got 'office/door', which is not"),
+        (HALL + "speed = 3", "", 2, "rig.toml: Config has no key 'camera[0].speed'; known keys"),
+        (HALL + "[[", "", 2, "rig.toml: this file is not valid TOML"),
+        (HALL, "-o rows.xml", 2, "rows.xml ends neither in .csv nor in .jsonl, the forms for sev"),
+        (HALL, "--line 1,2,3,4", 2, "--line is for one camera, not for a file of several."),
+        (HALL, "--preset maggio", 2, "--preset is for one camera"),
+        (HALL, "-o r.txt", 2, "r.txt ends neither in .csv nor in .jsonl"),
+        (HALL, "-o hall.mkv", 2, "hall.mkv is the source"),
+        (HALL, "-o none/r.csv", 5, "There is no folder none"),
+        (HALL.replace("[150,", "[950,"), "", 3, "Place 'door' lies outside the frame"),
+        (
+            HALL.replace("[[camera]]", "[[camera]]\ndetector = 'magic'", 1),
+            "",
+            3,
+            "A detector is mog2, people",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    go: Go, text: str, line: str, code: int, words: str
+) -> None:
+    found, out, error = go(text, line)
+    assert found == code
+    assert words in error
+    assert "Traceback" not in out + error
+
+
+LIVE = """
+import sys
+from motes.cli import main
+from motes.core.detection import Detection
+if __name__ == "__main__":
+    sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
+"""
+
+
+@contextlib.contextmanager
+def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[str], Path, Path]]:
+    """Run motes watch on live cameras named one, two ...
+
+    Give the program, its rows, once each camera has some, and the file of its messages.
+    """
+    text = "".join(
+        f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\n'
+        for name, stream in zip(("one", "two"), streams, strict=False)
+    )
+    (folder / "rig.toml").write_text(text)
+    (folder / "run.py").write_text(LIVE)
+    rows, messages = folder / "r.csv", folder / "messages"
+    with messages.open("w") as file:
+        program = subprocess.Popen([sys.executable, "run.py"], cwd=folder, stderr=file, text=True)
+    try:
+        _until(lambda: rows.exists() and len(_cameras(rows)) > len(streams))
+        yield program, rows, messages
+    finally:
+        program.kill()
+
+
+@pytest.mark.slow
+def test_a_killed_process_is_started_again_and_none_outlives_the_program(tmp_path: Path) -> None:
+    with camera(moving) as first, camera(moving) as second:
+        with running(tmp_path, first, second) as (program, rows, messages):
+            children = _children(program.pid)
+            assert len(children) == 2
+            os.kill(children[0], signal.SIGKILL)
+            # Rows of the killed process may still be on their way, so its return is waited for.
+            _until(lambda: "camera one: it is back after" in messages.read_text())
+            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
+            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
+            children = _children(program.pid)
+            os.kill(program.pid, signal.SIGKILL)
+            program.wait()
+            error = messages.read_text()
+        assert program.returncode == -signal.SIGKILL
+        assert error.count("camera one: its process ended with SIGKILL") == 1
+        assert error.count("It is started again, with growing pauses.") == 1
+        assert len(re.findall(r"camera one: it is back after \d+\.\d s\.", error)) == 1
+        assert "Traceback" not in error
+        *lines, _ = rows.read_text().splitlines()
+        assert all(line.count(",") == lines[0].count(",") for line in lines)
+        frames = [int(line.split(",")[0]) for line in lines if line.endswith(",one")]
+        assert all(a <= b for a, b in itertools.pairwise(frames))
+        _until(lambda: not any(map(_runs, children)))
+
+
+@pytest.mark.slow
+def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
+    """Its manager sends the signal to all of its processes; only the program itself acts on it."""
+    with camera(moving) as first, camera(moving) as second:
+        with running(tmp_path, first, second) as (program, rows, messages):
+            children = _children(program.pid)
+            for child in children:
+                os.kill(child, signal.SIGTERM)
+                os.kill(child, signal.SIGHUP)
+            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
+            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
+            os.kill(program.pid, signal.SIGTERM)
+            program.wait()
+            error = messages.read_text()
+        assert program.returncode == 143
+        assert "camera" not in error
+        assert re.search(r"terminated after one \d+, two \d+ frames; .* wrote r.csv", error)
+        _until(lambda: not any(map(_runs, children)))
+
+
+def kill(watch: RigRunner) -> None:
+    """Kill the hall's process."""
+    os.kill(process_of(watch), signal.SIGKILL)
+
+
+def process_of(watch: RigRunner) -> int:
+    """Return the process of the one camera."""
+    (hall,) = watch._cameras
+    return hall.worker.pid
+
+
+def told(
+    watch: RigRunner, when: Callable[[list[CameraReport]], bool]
+) -> tuple[list[CameraReport], list[object]]:
+    """Return what cameras tell, and what is said of them; the first one is killed if wished."""
+    reports: list[CameraReport] = []
+    said: list[object] = []
+    with watch:
+        for news in watch:
+            if isinstance(news, tuple):
+                reports.append(news[0])
+            else:
+                said.append(news)
+            if when(reports):
+                kill(watch)
+    return reports, said
+
+
+@pytest.mark.slow
+def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
+    hall = Camera("hall", str(films / "hall.mkv"))
+    calm, (end,) = told(RigRunner(Rig((hall,))), lambda _: False)
+    moments = [1]
+
+    def once(reports: list[CameraReport]) -> bool:
+        return len(reports) in moments and moments.pop() > 0
+
+    again, said = told(RigRunner(Rig((hall,))), once)
+    assert again == calm
+    assert len(calm) == 70
+    assert said[-1] == end
+    assert all(isinstance(each, CameraMessage) for each in said[:-1])
+    assert len(said) in (1, 3)  # it may have been over already
+
+
+def test_a_process_that_dies_at_the_same_place_again_is_given_up(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
+    watch = RigRunner(Rig((Camera("hall", str(films / "hall.mkv")),)))
+    kill(watch)
+    with watch:
+        news = iter(watch)
+        first = next(news)
+        assert isinstance(first, CameraMessage)
+        assert "SIGKILL" in first.text
+        pid = process_of(watch)
+
+        def kill_next() -> None:
+            _until(lambda: process_of(watch) != pid)
+            kill(watch)
+
+        threading.Thread(target=kill_next).start()
+        (last,) = news
+    assert isinstance(last, CameraEnded)
+    assert last.failure
+    assert "SIGKILL" in last.failure
+
+
+def _cameras(rows: Path) -> set[str]:
+    return {line.rpartition(",")[2] for line in rows.read_text().splitlines()}
+
+
+def _children(pid: int) -> list[int]:
+    """Return the cameras' processes, in their order."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    lines = {int(each): Path(f"/proc/{each}/cmdline").read_text() for each in found}
+    return sorted(each for each, line in lines.items() if "spawn_main" in line)
+
+
+def _runs(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
+
+
+def _until(done: Callable[[], bool]) -> None:
+    begun = time.monotonic()
+    while not done():
+        assert time.monotonic() - begun < 600, "waited in vain"
+        time.sleep(0.05)
+
+
+@pytest.mark.slow
+def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+    monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
+    lookout = CameraReporter(Camera("one", ""), Scene(red))
+    handover, said = CrossCameraAssociation(Rig((Camera("one", ""),))), []
+    with camera(moving) as stream, open_watched(stream.url) as film:
+        for news in film:
+            if isinstance(news, str):
+                said.append(news)
+                stream.stalled.clear()
+                continue
+            report = lookout.report(news)
+            identities = handover.update(report)
+            assert set(identities.values()) <= {1}
+            if not said and report.frame > 60:
+                stream.stalled.set()
+            if len(said) == 2 and identities:
+                break
+            assert report.frame < 600
+    assert len(said) == 2  # it stalls, it is back
+
+
+def test_half_of_somebody_is_not_told_of(films: Path) -> None:
+    """Who comes in by a door is told of when whole, and with the looks of then."""
+    place = Place(name="door", box=(0, 0, 10, 96))
+    reports: dict[bool, list[CameraReport]] = {}
+    for door in (True, False):
+        scene = Scene(BackgroundDetector())
+        lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
+        with open_watched(str(films / "hall.mkv")) as film:
+            frames = [frame for frame in film if isinstance(frame, Frame)]
+        reports[door] = [r for r in map(lookout.report, frames) if r.sightings]
+    first, early = reports[True][0].sightings[0], reports[False][0].sightings[0]
+    assert early.box.x < 2 <= first.box.x
+    assert first.places == ("door",)
+    histograms = [np.frombuffer(each.histogram or b"", np.float32) for each in (first, early)]
+    assert [histogram.sum() for histogram in histograms] == pytest.approx([1, 1], abs=1e-3)
+    told = [s for r in reports[True] for s in r.sightings]
+    assert all(each.histogram for each in told if each.seen)
+    assert first.velocity[0] > 50  # 4 pixels a frame
+    assert len(first.covariance) == 25
+    gone = np.frombuffer(told[1].histogram or b"", np.float32)
+    np.testing.assert_allclose(gone, histograms[0], atol=0.15)  # whole, not what was left of it
+
+
+class SilentCamera(RigCamera):
+    """A live camera without a process; it keeps what it is sent."""
+
+    def _start(self) -> None:
+        self.sent: list[object] = []
+
+    def _send(self, arrivals: tuple[Arrival, ...]) -> None:
+        self.sent.append(arrivals)
+
+
+class OnceAnnounced:
+    """An association in which an object is announced in each second, once."""
+
+    def __init__(self) -> None:
+        self._announced: set[float] = set()
+
+    def arrivals(self, _: str, now: float) -> tuple[object, ...]:
+        """Return the objects of all seconds that are new."""
+        new = {float(second) for second in range(int(now) + 1)} - self._announced
+        self._announced |= new
+        return tuple(sorted(new))
+
+
+def test_arrivals_wait_for_a_camera_that_works_still() -> None:
+    hall, association = SilentCamera(Camera("hall", ""), 0, 0.0), OnceAnnounced()
+    (*_,) = hall.receive(CameraReady("hall", live=True))
+    for second in range(3):
+        report = CameraReport("office", second, float(second), ())
+        announce(report, [hall], association)  # type: ignore[arg-type]
+    assert hall.sent == [(0.0,)]
+    (*_,) = hall.receive(CameraReport("hall", 0, 2.5, ()))
+    announce(CameraReport("office", 3, 3.0, ()), [hall], association)  # type: ignore[arg-type]
+    assert hall.sent == [(0.0,), (1.0, 2.0, 3.0)]

@@ -1,0 +1,51 @@
+"""A cluster of Ray on this machine, for all tests of a process: to start it takes long."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NODE = {"num_cpus": 1, "resources": {"reaches-hall": 1}}
+"""A node on which anything may run."""
+QUICK = {
+    "health_check_initial_delay_ms": 1000,
+    "health_check_period_ms": 1000,
+    "memory_monitor_refresh_ms": 0,
+    "worker_niceness": 0,
+}
+"""Nodes that died are noticed after seconds, not after a quarter of a minute. Workers do not wait
+for other processes of this machine, and do not end for their memory."""
+
+
+@pytest.fixture(scope="package")
+def any_cluster() -> Iterator[Any]:
+    """Give a cluster whose head works as well, and reaches no hall."""
+    pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes-fleet[ray]'")
+    from ray.cluster_utils import Cluster
+
+    head = {"num_cpus": 1, "include_dashboard": False, "_system_config": QUICK}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+        here = str(Path(__file__).parents[1])  # workers find what tests bring, and this motes
+        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [here, *sys.path])))
+        made = Cluster(initialize_head=True, head_node_args=head)
+        try:
+            yield made
+        finally:
+            made.shutdown()
+
+
+@pytest.fixture
+def cluster(any_cluster: Any) -> Any:
+    """Give a cluster with a head and two nodes; what a test before has killed is replaced."""
+    for node in [*any_cluster.worker_nodes]:
+        if not node.remaining_processes_alive():
+            any_cluster.remove_node(node, allow_graceful=False)
+    while len(any_cluster.worker_nodes) < 2:
+        any_cluster.add_node(**NODE)
+    return any_cluster

@@ -1,0 +1,42 @@
+"""What commands of motes leave to other programs, which join by entry points.
+
+A rig of cameras, events over networks and live pages are in motes-fleet; without it a run that asks
+for one of these says what to install.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from motes.core.errors import MissingDependencyError
+from motes.core.registry import Registry
+
+PARTS = Registry[Callable[..., Any]]("part", "motes.parts", Callable, {}, values=True)
+
+
+def part(name: str, need: str) -> Callable[..., Any]:
+    """Return what another program brings.
+
+    Parameters
+    ----------
+    name
+        The name of its entry point.
+    need
+        What needs it, as the subject of an error.
+
+    Raises
+    ------
+    MissingDependencyError
+        If no installed package has it.
+    """
+    if name not in PARTS:
+        raise missing(need, "fleet")
+    return PARTS.resolve(name)
+
+
+def missing(need: str, program: str) -> MissingDependencyError:
+    """Return the error for something that a program brings which is not installed."""
+    return MissingDependencyError(
+        f"{need} needs motes-{program}; install it with: pip install 'motes[{program}]'."
+    )

@@ -1,0 +1,34 @@
+"""Packages that not every installation has."""
+
+from __future__ import annotations
+
+import importlib
+import shlex
+from typing import Any
+
+from motes.core.errors import MissingDependencyError
+
+
+def optional(module: str, need: str, package: str) -> Any:
+    """Return a module of a package that may be missing.
+
+    Parameters
+    ----------
+    module
+        Its dotted name.
+    need
+        What needs it, such as "MQTT needs paho-mqtt".
+    package
+        What is to be installed, such as "motes[onnx]".
+
+    Raises
+    ------
+    MissingDependencyError
+        If it cannot be imported.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise MissingDependencyError(
+            f"{need}; install it with: pip install {shlex.quote(package)}."
+        ) from None

@@ -1,0 +1,127 @@
+"""A pool of processes of this machine, which may hang, crash and be stopped."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import socket
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from multiprocessing.connection import Connection, wait
+from typing import Any, Self
+
+from motes.core.pool import Ended, News, Started, Task, outcome, timed_out
+from motes.core.resources import environment, thread_limits
+from motes.core.worker import (
+    Alive,
+    Answer,
+    Done,
+    Failed,
+    Worker,
+    blocked_signals,
+    do_tasks,
+    receive,
+)
+
+LONGEST_WAIT = 3600.0
+"""Seconds; operating systems limit how long a process can wait at once."""
+
+
+class TaskWorker(Worker):
+    """A worker with the task that it does, and the time at which that must be done."""
+
+    task: Task
+    deadline: float
+
+
+class LocalPool:
+    """Processes of this machine.
+
+    Parameters
+    ----------
+    workers
+        Number of tasks that run at the same time.
+    memory
+        Bytes that these tasks may need in all, as far as they are known; None for no limit. A task
+        that needs more than that runs alone.
+    threads
+        Threads that libraries may start in a worker; None leaves that to them.
+    """
+
+    def __init__(self, workers: int, memory: int | None = None, threads: int | None = None) -> None:
+        self._workers, self._memory = workers, memory
+        self._variables = {} if threads is None else thread_limits(threads)
+        self._idle: list[TaskWorker] = []
+        self._busy: dict[Connection, TaskWorker] = {}
+
+    def has_room(self, task: Task) -> bool:
+        """Return whether a worker is free, and the memory that the task needs."""
+        if not self._busy or self._memory is None:
+            return len(self._busy) < self._workers
+        needed = sum(worker.task.memory for worker in self._busy.values()) + task.memory
+        return len(self._busy) < self._workers and needed <= self._memory
+
+    def give(self, task: Task) -> None:
+        """Give a task to a worker."""
+        if self._idle:
+            worker = self._idle.pop()
+        else:
+            with environment(self._variables):
+                worker = TaskWorker(do_tasks)
+        worker.task, worker.deadline = task, math.inf
+        self._busy[worker.pipe] = worker
+        worker.give(partial(_outcome, function=task.function, argument=task.argument))
+
+    def wait(self) -> list[News]:
+        """Wait until a task starts or ends, or a worker dies, or the time of a task is over."""
+        if not self._busy:
+            return []
+        timeout = min(worker.deadline for worker in self._busy.values()) - time.monotonic()
+        ready = wait([*self._busy], min(max(timeout, 0), LONGEST_WAIT))
+        events = [self._read(worker) for pipe, worker in [*self._busy.items()] if pipe in ready]
+        now = time.monotonic()
+        for worker in [worker for worker in self._busy.values() if worker.deadline <= now]:
+            self._end(worker)
+            events.append(timed_out(worker.task))
+        return events
+
+    def _read(self, worker: TaskWorker) -> News:
+        """Return what the next answer of a worker means, or its end."""
+        task = worker.task
+        answer: Answer | None = receive(worker.pipe, Answer)
+        if isinstance(answer, Alive):
+            worker.deadline = time.monotonic() + task.seconds
+            return Started(task, socket.gethostname(), worker.pid)
+        if isinstance(answer, Done | Failed):
+            self._idle.append(self._busy.pop(worker.pipe))
+            if isinstance(answer, Failed):  # as of a result that cannot be sent
+                return Ended(task, error=answer.error)
+            return Ended(task, *pickle.loads(answer.data))
+        cause = worker.cause()
+        self._end(worker)
+        return Ended(task, error=f"Its process ended with {cause}.", crashed=True)
+
+    def _end(self, worker: TaskWorker) -> None:
+        del self._busy[worker.pipe]
+        worker.end()
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Do nothing: there is no page."""
+
+    def close(self) -> None:
+        """End all workers."""
+        with blocked_signals():
+            for worker in (*self._idle, *self._busy.values()):
+                worker.end()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _outcome(_: object, function: Callable[[Any], Any], argument: Any) -> bytes:
+    """Call a function in a worker."""
+    return pickle.dumps(outcome(function, argument))

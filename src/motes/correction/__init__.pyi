@@ -1,0 +1,21 @@
+"""The public names of this package."""
+
+from . import join as join
+from .coordinates import Coordinates as Coordinates
+from .correct import correct_stretch as correct_stretch
+from .correct import stretches as stretches
+from .correct import tracks_of as tracks_of
+from .doubts import RIGHT as RIGHT
+from .doubts import ranked as ranked
+from .history import ENDING as ENDING
+from .history import FORMAT as FORMAT
+from .history import History as History
+from .history import history_beside as history_beside
+from .join import DRIFT as DRIFT
+from .join import Stretch as Stretch
+from .join import enclosing as enclosing
+from .join import shared_variance as shared_variance
+from .keyframes import Keyframes as Keyframes
+from .keyframes import check_keyframes as check_keyframes
+from .passes import Course as Course
+from .passes import run_pass as run_pass

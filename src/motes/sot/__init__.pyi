@@ -1,0 +1,10 @@
+"""The public names of this package."""
+
+from . import presets as presets
+from .filtering.scatter import scatter as scatter
+from .network.network import Network as Network
+from .network.network import files_of as files_of
+from .presets import DESCRIPTIONS as DESCRIPTIONS
+from .presets import MEAN_SHIFT as MEAN_SHIFT
+from .segmentation import Mask as Mask
+from .segmentation import Segmenter as Segmenter

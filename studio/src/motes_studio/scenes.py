@@ -1,0 +1,101 @@
+"""The many-object mode: `motes watch` in a worker, and what it has found so far."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+from msgspec.structs import asdict
+
+from motes import ConfigError, Event, EventCounter, Regions, Scene, scene_config
+from motes.core import PreparedDetector, from_dict, from_toml, merge, to_dict
+from motes.mot import WatchConfig, detector_values
+from motes.rows import FrameRow, ObjectRow, object_rows
+from motes.video import Film
+from motes_studio.commands import Watch
+from motes_studio.messages import SceneFrame, SceneObject
+
+REFUSED = ("detector",)
+"""Keys of a configuration file that may name files and code; the page chooses the detector."""
+
+
+class ScenePart(msgspec.Struct, frozen=True):
+    """Some frames of the many-object mode."""
+
+    frames: list[FrameRow]
+    events: list[dict[str, Any]]
+    """What is new."""
+    objects: int
+    """Number of objects in the last frame."""
+    totals: dict[str, int]
+    """How often each event has happened so far, by its name."""
+
+
+def watch_config(watch: Watch) -> WatchConfig:
+    """Return the configuration of a run.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown preset or key, a value that does not fit, or a key that may not be given.
+    """
+    values = to_dict(WatchConfig(**asdict(scene_config(watch.preset))))
+    if watch.config is not None:
+        changes = from_toml(watch.config, "the configuration")
+        for key in REFUSED:
+            if key in changes:
+                raise ConfigError(f"The configuration has {key!r}; choose it in the page instead.")
+        values = merge(values, changes)
+    values = merge(values, {"detector": detector_values(watch.detector)})
+    config: WatchConfig = from_dict(values, WatchConfig)
+    return config
+
+
+def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
+    """Yield a part for each frame of a film, and one with the events that are still open then."""
+    scene = Scene(config.detector.detector(), config, seed)
+    counter, totals = EventCounter(places, (film.width, film.height)), Counter[str]()
+    last = len(film.times) - 1
+    if isinstance(scene.detector, PreparedDetector):
+        scene.detector.prepare(film.forward(0, last))
+
+    def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
+        fields = [event.fields() for event in events]
+        totals.update(map(count_name, fields))
+        return ScenePart(rows, fields, scene.created - scene.terminated, dict(totals))
+
+    for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
+        row = FrameRow(frame.index, frame.time, object_rows(tracks))
+        yield part([row], counter.update(tracks, frame.time))
+    yield part([], counter.finish())
+
+
+def joined(parts: list[ScenePart]) -> ScenePart:
+    """Return parts as one."""
+    return ScenePart(
+        [row for part in parts for row in part.frames],
+        [event for part in parts for event in part.events],
+        parts[-1].objects,
+        parts[-1].totals,
+    )
+
+
+def shown(row: FrameRow) -> SceneFrame:
+    """Return a frame for the page."""
+    return SceneFrame(row.frame, row.time, [*map(_object, row.objects)])
+
+
+def _object(each: ObjectRow) -> SceneObject:
+    x, y, width, height = (round(value, 2) for value in each.box)
+    return SceneObject(
+        each.identity, x, y, width, height, each.confidence, str(each.status), each.occluded_by,
+        each.label,
+    )  # fmt: skip
+
+
+def count_name(event: dict[str, Any]) -> str:
+    """Return the name under which an event is counted, such as `line 1 left`."""
+    what = event.get("direction") or event["event"]
+    return f"{event['place']} {what}" if event.get("place") else str(what)

@@ -1,0 +1,183 @@
+"""What comes late, twice or out of turn: answers, pictures, clicks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Route
+
+from browsers import CORNERS, FRAMES, START, Shown
+from clips import spoil
+from motes.video import Film
+
+pytestmark = pytest.mark.slow
+
+PAINTED = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def do(shown: Shown, script: str) -> Any:
+    """Run a script with the page's `app`."""
+    return shown.page.evaluate(f"{START} {{ {script} }})")
+
+
+def test_actions_wait_for_the_answers_to_those_before(shown: Shown) -> None:
+    shown.open()
+    do(shown, "app.store.set({ tracker: { preset: 'mean_shift', config: null, seed: 0 } });")
+    draft = "{ object: null, frame: 0, color: '#000000', region: [135, 79, 60, 80] }"
+    line = "{ points: [40, 120, 280, 120], name: '', label: ['in', 'out'] }"
+    do(shown, f"for (const one of [1, 2]) app.actions.commit({draft}); app.actions.track();")
+    do(shown, f"for (const one of [1, 2]) app.actions.setPlaces(({{ lines }}) => ({{ lines: "
+              f"[...lines, {line}] }}));")  # fmt: skip
+    shown.until("s.session.places.lines.length === 2")
+    assert shown.state("s.session.objects.map(({ name }) => name)") == ["Object 1", "Object 2"]
+    assert shown.state("new Set(s.session.objects.map(({ color }) => color)).size") == 2
+    assert shown.state("s.session.objects.every(({ tracked }) => tracked)")
+    do(shown, "app.actions.toggleAbsent(); app.actions.toggleAbsent();")
+    do(shown, "app.actions.change(1, { name: 'last' });")
+    shown.until("s.session.objects[0].name === 'last'")
+    assert shown.state("s.session.objects.map(({ absent }) => absent.length)") == [0, 0]
+    shown.settle()
+
+
+def test_a_draft_is_sent_once_and_the_next_one_stays(shown: Shown) -> None:
+    shown.open()
+    shown.page.keyboard.press("b")
+    shown.page.keyboard.press("Enter")
+    do(
+        shown,
+        "const key = { key: 'Enter', bubbles: true };"
+        "for (const one of [1, 2]) document.body.dispatchEvent(new KeyboardEvent('keydown', key));"
+        "app.store.set({ draft: { frame: 0, color: '#000000', region: [9, 9, 9, 9] } });",
+    )
+    do(shown, "return app.actions.change(1, { name: 'first' });")
+    assert shown.state("[s.session.objects.length, s.draft?.region[0]]") == [1, 9]
+
+
+def test_a_drag_that_is_too_small_is_answered(shown: Shown) -> None:
+    shown.open()
+    shown.page.keyboard.press("b")
+    x, y = shown.at(100, 100)
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(x + 1, y + 1)
+    shown.page.mouse.up()
+    shown.page.get_by_text("This is too small; drag from one corner").wait_for()
+    assert shown.state("[s.session.objects.length, s.draft]") == [0, None]
+
+
+def test_an_object_is_drawn_again_by_a_button(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    shown.go(20)
+    shown.page.get_by_role("button", name="Draw again").click()
+    shown.drag(CORNERS[0], (200, 160))
+    shown.until("s.session.objects[0].keyframes.length === 2 && !s.draft")
+    assert shown.state("[s.session.objects.length, s.tool]") == [1, "select"]
+
+
+def test_a_button_that_is_pressed_is_not_replaced(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    shown.draw()
+    shown.go(20)
+    page.get_by_role("button", name="Keyframe", exact=False).and_(page.locator(".action")).hover()
+    page.mouse.down()
+    do(shown, "return app.actions.change(1, { name: 'other' });")
+    page.evaluate(PAINTED)
+    page.mouse.up()
+    shown.until("s.session.objects[0].keyframes.length === 2")
+    page.locator(".effort").get_by_text("of other").wait_for()
+
+
+def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
+    held: list[Route] = []
+    shown.page.route("**/frames/30.jpg*", lambda route: held.append(route))
+    shown.open()
+    shown.page.keyboard.press("b")
+    do(shown, "app.store.set({ frame: 30, following: true });")
+    shown.until("s.awaited.has(30)")
+    shown.page.mouse.move(*shown.at(*CORNERS[0]))
+    shown.page.mouse.down()
+    shown.until("!s.awaited.has(0)")
+    for route in held:
+        route.continue_()
+    shown.until("!s.awaited.has(30)")
+    shown.page.mouse.move(*shown.at(*CORNERS[1]), steps=3)
+    shown.page.mouse.up()
+    shown.until("s.session.objects.length === 1 && !s.draft")
+    assert shown.state("[s.frame, s.pictured, s.following]") == [0, 0, False]
+    assert shown.state("s.session.objects[0].keyframes[0].frame") == 0
+
+
+def test_the_number_of_the_frame_that_is_shown_ends_following(shown: Shown) -> None:
+    shown.open()
+    do(shown, "app.store.set({ frame: 30, following: true });")
+    shown.wait("document.getElementById('frame').value === '30'")
+    shown.go(30)
+    assert not shown.state("s.following")
+
+
+def test_what_a_tracker_saw_stays_until_its_picture_has_come(shown: Shown) -> None:
+    kept = do(
+        shown,
+        "return import('/static/messages.js').then(({ MESSAGES }) => { const { store } = app;"
+        "store.set({ pictured: 1, awaited: new Set([0]) });"
+        "for (let frame = 0; frame < 60; frame += 1) MESSAGES.overlay(store, { object: 1, frame });"
+        "const kept = [...store.state.overlays.get(1).keys()];"
+        "MESSAGES.rows(store, { object: 1, rows: [], reset: true });"
+        "return [kept, store.state.overlays.size]; });",
+    )
+    assert kept == [[0, 1, *range(10, 60)], 0]
+
+
+def test_a_button_of_a_run_that_has_just_ended_does_nothing(shown: Shown) -> None:
+    shown.open()
+    job = "{ job: 1, kind: 'track', status: 'running', done: 1, total: 2, rate: null, left: null }"
+    do(shown, f"app.store.set({{ jobs: new Map([[1, {job}]]) }});")
+    shown.page.get_by_role("button", name="Stop").wait_for()
+    do(shown, "app.store.set({ jobs: new Map() });"
+              "document.querySelector('.job button[aria-label=Stop]').click();")  # fmt: skip
+
+
+def test_two_clicks_on_a_film_open_one_session(shown: Shown) -> None:
+    every = "fetch('/api/sessions').then((answer) => answer.json())"
+    gone = "({ id }) => fetch(`/api/sessions/${id}`, { method: 'DELETE' })"
+    shown.page.evaluate(f"{every}.then((all) => Promise.all(all.map({gone})))")
+    shown.page.get_by_label("Films", exact=True).get_by_role("button").first.dblclick()
+    shown.until("s.pictured === 0")
+    assert len(shown.page.evaluate(every)) == 1
+
+
+def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
+    """Its damage is met by the run; then the session comes back with the frames that there are."""
+    frames = len(Film(spoil(films / "film.mp4", 30, 2).rename(films / "damaged.mp4")).times)
+    assert frames < FRAMES
+    shown.page.reload()
+    shown.open("damaged.mp4")
+    shown.draw()
+    shown.page.keyboard.press("t")
+    shown.until(f"s.film.frames === {frames} && s.connected")
+    shown.page.get_by_text("Read with problems").wait_for()
+    shown.tracked()
+    shown.page.keyboard.press("End")
+    shown.until(f"s.pictured === {frames - 1}")
+
+
+def test_damage_that_a_look_meets_is_a_note(shown: Shown, films: Path) -> None:
+    spoil(films / "film.mp4", 30, 2).rename(films / "spoilt.mp4")
+    shown.page.reload()
+    shown.open("spoilt.mp4")
+    shown.page.locator("#frame").fill("31")
+    shown.page.locator("#frame").press("Enter")
+    shown.page.locator("#notes").get_by_text("spoilt.mp4 is damaged; it is read").first.wait_for()
+    shown.page.get_by_text("Read with problems").wait_for()
+    assert not shown.page.locator("#alerts .message").count()
+
+
+def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:
+    session = shown.open()
+    shown.page.evaluate(f"fetch('/api/sessions/{session}', {{ method: 'DELETE' }})")
+    shown.page.get_by_role("heading", name="See, correct and trust tracks").wait_for()
+    shown.page.get_by_role("alert").locator("span").first.wait_for()

@@ -1,0 +1,82 @@
+"""A server that ends, and another one that goes on."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from motes_studio import messages
+from studios import Page, Program, begin, film, looking, running
+
+pytestmark = pytest.mark.slow
+
+INTERRUPTED = """
+import asyncio
+import signal
+import sys
+
+from motes.cli import main
+
+begin = asyncio.BaseEventLoop.__init__
+
+
+def interrupted(loop):
+    signal.raise_signal(signal.SIGINT)
+    begin(loop)
+
+
+asyncio.BaseEventLoop.__init__ = interrupted
+sys.exit(main(["studio", "--headless", "--port", "0", "--data", sys.argv[1]]))
+"""
+
+
+def test_ctrl_c_at_once_ends_it_in_one_line(tmp_path: Path) -> None:
+    """It comes while the loop is made, in which an interrupt would leave half a loop."""
+    line = [sys.executable, "-c", INTERRUPTED, str(tmp_path)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr.count("\n") == 1, done.stderr
+
+
+def test_two_do_not_use_the_same_data(tmp_path: Path) -> None:
+    """The second one is refused, and names the first one, until that is killed."""
+    line = [sys.executable, "-m", "motes", "studio", "--headless", "--data", str(tmp_path)]
+    with Program(tmp_path, tmp_path) as program:
+        done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+        assert (done.returncode, done.stderr) == (
+            5,
+            f"motes: error: Another motes studio uses {tmp_path}; use that one, at "
+            f"{program.address}, or give another --data.\n",
+        )
+        program.kill()
+    with Program(tmp_path, tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("end", [Program.kill, Program.close])
+def test_a_run_of_many_objects_begins_again(end: Callable[[Program], None], tmp_path: Path) -> None:
+    """Frames that were found before are not there twice."""
+    frames = 80
+
+    def found(page: Page) -> list[int]:
+        return [each.frame for rows in page.of(messages.FoundScene) for each in rows.frames]
+
+    folder = tmp_path / "films"
+    folder.mkdir()
+    film(folder / "film.mkv", frames)
+    with Program(folder, tmp_path / "data") as program, program.client() as client:
+        session = begin(client)
+        with looking(client, session) as page:
+            page.do("watch", seed=2)
+            page.until(lambda: found(page))
+            end(program)
+    for runs in (1, 0):
+        with running(folder, tmp_path / "data") as client, looking(client, session) as page:
+            assert len(page.jobs) == runs
+            page.until(lambda: all(each.status == "done" for each in page.jobs.values()))
+            page.until(lambda: len(found(page)) >= frames)
+            assert found(page) == [*range(frames)]

@@ -1,0 +1,601 @@
+"""The studio from end to end, without a browser."""
+
+from __future__ import annotations
+
+import io
+import json
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import httpx
+import msgspec
+import numpy as np
+import pyarrow.parquet
+import pytest
+from PIL import Image
+
+from motes import Ellipse, SourceError, Status
+from motes.cli import main
+from motes.formats import FORMATS
+from motes.rows import FrameRow, Header, JournalWriter, ObjectRow
+from motes_studio import exports, messages
+from motes_studio.command import networks_of
+from motes_studio.safety import Limits
+from motes_studio.scenes import ScenePart
+from onnx_trackers import save_pair
+from recordings import crowd
+from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("films")
+    film(path / "film.mkv")
+    return path
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    with running(folder, tmp_path_factory.mktemp("data")) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def session(client: httpx.Client) -> str:
+    return begin(client)
+
+
+@pytest.fixture
+def page(client: httpx.Client, session: str) -> Iterator[Page]:
+    with looking(client, session) as page:
+        for each in page.session.objects:
+            page.do("remove_object", object=each.object)
+        yield page
+
+
+def moved(dx: float) -> tuple[float, ...]:
+    return (BOX[0] + dx, *BOX[1:])
+
+
+LABELS = b"0 0.5 0.5 0.1 0.1\n0 0.2 0.2 0.1 0.1\n"
+"""Two boxes of a frame, as YOLO has them."""
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    """Return files as ZIP."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return out.getvalue()
+
+
+def table(count: int, **columns: list[Any]) -> bytes:
+    """Return rows as Parquet, which needs hardly a byte for each."""
+    out, zeros = io.BytesIO(), np.zeros(count, np.int64)
+    pyarrow.parquet.write_table(pyarrow.table({"frame": zeros, "x": zeros, **columns}), out)
+    return out.getvalue()
+
+
+def crowded(count: int) -> bytes:
+    """Return rows of as many objects in one frame."""
+    lines = (f"0,0,{identity},5,5,9,9" for identity in range(count))
+    return "\n".join(["frame,time,id,left,top,width,height", *lines, ""]).encode()
+
+
+class Both:
+    """A session, and the command line beside it: in the folder of the films.
+
+    Attributes
+    ----------
+    at
+        Where files go.
+    """
+
+    def __init__(self, client: httpx.Client, session: str, page: Page, at: Path) -> None:
+        self.page, self.at = page, at
+        self._client, self._address = client, f"/api/sessions/{session}"
+
+    def get(self, what: str, **options: str | int) -> httpx.Response:
+        """Ask for something of the session."""
+        answer = self._client.get(f"{self._address}/{what}", params=dict(options))
+        assert answer.status_code == 200, answer.text
+        return answer
+
+    def exported(self, number: int, form: str = "csv") -> bytes:
+        """Return the rows of an object."""
+        return self.get("export", format=form, object=number).content
+
+    def taken(self, number: int) -> Path:
+        """Write the rows of an object and their history."""
+        rows = self.at / "rows.csv"
+        rows.write_bytes(self.exported(number))
+        history = self.exported(number, "corrections")
+        rows.with_name("rows.csv.run.json").write_bytes(history)
+        return rows
+
+    def repeated(self, number: int, output: str, *label: str) -> bytes:
+        """Run the command line that the studio shows, with a label, and return its rows."""
+        found = self.get("command", object=number).json()
+        for name, text in found["files"].items():
+            (self.at / name).write_text(text)
+        words = found["command"].split()
+        assert words[:3] == ["motes", "track", "film.mkv"]
+        words = [str(self.at / word) if word in found["files"] else word for word in words]
+        assert main([*words[1:-1], str(self.at / output), *label]) == 0
+        return (self.at / output).read_bytes()
+
+
+@pytest.fixture
+def both(
+    client: httpx.Client,
+    session: str,
+    page: Page,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Both:
+    monkeypatch.chdir(folder)
+    return Both(client, session, page, tmp_path)
+
+
+FORMS = {"csv": "rows.csv", "jsonl": "rows.jsonl", "coco": "rows.json", "mot": "rows.txt",
+         "cvat": "rows.xml", "vot": "rows.vot.txt"}  # fmt: skip
+
+
+def test_rows_are_those_of_the_command_line(both: Both) -> None:
+    page = both.page
+    number = page.drawn(frame=10, preset="nummiaro", seed=3)
+    page.tracked(number)
+    page.settle()
+    for form, name in FORMS.items():
+        label = ["--label", "disk"] * (form in ("coco", "cvat"))  # the name of the object
+        assert both.exported(number, form) == both.repeated(number, name, *label), form
+    page.do("set_keyframe", object=number, frame=25, region=moved(2))
+    page.do("set_absent", object=number, first=30, last=33)
+    page.settle()
+    assert both.exported(number) == both.repeated(number, "corrected.csv")
+    history = json.loads(both.exported(number, "corrections"))
+    command = json.loads((both.at / "corrected.csv.run.json").read_bytes())
+    assert command.pop("lines") == FRAMES + 1  # which the studio exports without the rows
+    assert history.pop("lines") is None
+    assert history == command
+
+
+def test_refined_rows_are_those_of_the_command_line(both: Both) -> None:
+    page = both.page
+    number = page.drawn()
+    page.tracked(number)
+    rows = both.taken(number)
+    assert main(["refine", "film.mkv", str(rows), "--at", f"20={','.join(map(str, BOX))}"]) == 0
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.settle()
+    assert rows.read_bytes() == both.exported(number)
+
+
+def test_a_correction_changes_only_its_stretch(page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.tracked(number)
+    before = dict(page.rows[number])
+    page.do("set_keyframe", object=number, frame=30, region=moved(3))
+    page.settle()
+    after = page.rows[number]
+    assert all(after[t] == before[t] for t in range(21))
+    assert after[30] != before[30]
+    assert page.item(number).corrections == 2
+    assert page.session.effort == pytest.approx(100 * 2 / FRAMES)
+
+
+def test_undo_and_redo(page: Page) -> None:
+    number = page.drawn()
+    page.tracked(number)
+    first = dict(page.rows[number])
+    page.do("set_keyframe", object=number, frame=20, region=moved(4))
+    page.settle()
+    second = dict(page.rows[number])
+    assert first != second
+    page.do("undo")
+    page.settle()
+    assert [each.frame for each in page.item(number).keyframes] == [0]
+    assert page.rows[number] == first
+    page.do("redo")
+    page.settle()
+    assert page.rows[number] == second
+    page.do("undo")
+    page.do("change_object", object=number, name="new")
+    assert "again" in str(page.ask("redo").error)
+
+
+def test_split_and_join(page: Page) -> None:
+    number = page.drawn()
+    page.tracked(number)
+    other = page.do("split", object=number, frame=15).object
+    assert other is not None
+    page.settle()
+    one, two = page.item(number), page.item(other)
+    assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
+    assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
+    assert [each.frame for each in two.keyframes] == [15]
+    assert len(two.keyframes[0].region) == len(BOX)
+    page.do("join", object=number, other=other)
+    page.settle()
+    assert [each.object for each in page.session.objects] == [number]
+    assert page.item(number).last == FRAMES - 1
+    assert [each.frame for each in page.item(number).keyframes] == [0, 15]
+
+
+def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    rows = page.rows[number].values()
+    assert all(row.milliseconds > 0 for row in rows)
+    assert all(0 <= row.supporting <= 1000 for row in rows)
+
+
+def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="maggio")
+    page.tracked(number)
+    answer = both.get("overlays/5", object=number)
+    found = msgspec.json.decode(answer.content, type=messages.Overlay)
+    assert (found.object, found.frame) == (number, 5)
+    assert len(found.particles) == len(found.weights) == 150
+    assert max(found.weights) == 1
+
+
+def test_doubts_are_those_of_motes_check(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    table = both.at / "doubts.csv"
+    assert main(["check", "film.mkv", str(both.taken(number)), "-o", str(table)]) == 0
+    theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
+    assert [each["frame"] for each in both.get("doubts", object=number).json()] == theirs
+
+
+def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
+    page, at = both.page, both.at
+    places = {"lines": [{"points": [48, 0, 48, 80], "name": "door"}], "zones": [], "ground": None}
+    page.do("set_places", places=places)
+    page.do("watch", seed=2)
+    page.settle()
+    page.until(lambda: sum(len(each.frames) for each in page.of(messages.FoundScene)) == FRAMES)
+    found = both.get("command").json()
+    for name, text in found["files"].items():
+        (at / name).write_text(text)
+    words = [
+        str(at / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
+        for word in found["command"].split()
+    ]
+    assert main(words[1:]) in (0, 4)
+    assert both.get("export", scene=1, format="csv").content == (at / "rows.csv").read_bytes()
+    events = both.get("export", scene=1, format="events").content
+    lines = (at / "events.jsonl").read_bytes().splitlines()
+    assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
+
+
+def cells(data: bytes) -> list[list[str]]:
+    """Return the fields of rows."""
+    return [line.split(",") for line in data.decode().splitlines()]
+
+
+def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    data = both.exported(number)
+    answer = client.post(f"/api/sessions/{session}/import?name=mine.csv", content=data)
+    assert answer.status_code == 201, answer.text
+    (new,), left_out = answer.json()["objects"], answer.json()["left_out"]
+    assert left_out == []
+    page.until(lambda: any(each.object == new for each in page.session.objects))
+    page.settle()
+    # The sides of a box are those of the ellipse in the rows.
+    assert [row[:4] + row[8:] for row in cells(both.exported(new))] == [
+        row[:4] + row[8:] for row in cells(data)
+    ]
+    page.do("set_keyframe", object=new, frame=20, region=BOX)
+    page.settle()
+    cut = JournalWriter(both.at / "killed.rows.jsonl", Header("film.mkv", 0, 0, "car"))
+    for row in [*crowd()][:3]:
+        cut.add(row)
+    cut.close()
+    kept = (both.at / "killed.rows.jsonl").read_bytes() + b'{"frame"'
+    answer = client.post(f"/api/sessions/{session}/import?name=killed.rows.jsonl", content=kept)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["left_out"] == ["the last line, which is cut off"]
+    bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
+    assert bad.status_code == 400
+    assert "no text" in bad.json()["error"]
+
+
+def test_every_format_that_is_written_is_read_back(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    page = both.page
+    number = page.drawn(preset="mean_shift")
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.do("set_absent", object=number, first=30, last=33)
+    page.tracked(number)
+    names = set[str]()
+    for form in client.get("/api/formats").json()["write"]:
+        answer = both.get("export", format=form, object=number)
+        name = answer.headers["content-disposition"].partition("''")[2]
+        assert name not in names
+        names.add(name)
+        address = f"/api/sessions/{session}/import"
+        back = client.post(address, params={"name": name}, content=answer.content)
+        if FORMATS.usable()[form].read is None:
+            why = "it has no labels" if form == "masks" else "is only written"
+            assert why in back.json()["error"]
+            continue
+        assert back.status_code == 201, (form, back.text)
+        (new,) = back.json()["objects"]
+        page.until(lambda new=new: page.has(new))  # type: ignore[misc]
+        item = page.item(new)
+        assert item.tracked is (form != "keyframes")
+        if form == "keyframes":
+            assert len(item.keyframes) > 1
+            assert (item.first, item.last, item.absent) == (0, FRAMES - 1, ((30, 33),))
+        if form not in (
+            "csv",
+            "jsonl",
+            "parquet",
+        ):  # whose corrections are those of `motes refine`, from ellipses
+            assert {len(each.region) for each in item.keyframes} == {len(BOX)}, form
+        page.do("remove_object", object=new)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.zip", zipped({"1.txt": LABELS, "2.txt": LABELS}), "several boxes"),
+        ("a.zip", zipped({"1.txt": bytes(1 << 21)}), "more than"),
+        ("a.zip", zipped({})[:-4] + b"....", "a.zip: it is no text"),
+        ("a.zip", zipped({"1.txt": b"1"})[:-30], "make the ZIP anew"),
+        ("a.dat", b"what is it", "format of a.dat is not clear"),
+        ("a.csv", b"5,500,2,3,4\n", "Keyframe 5 of film.mkv"),
+        ("a.txt", b"1,1,1,1,9,9,1,-1,-1,-1\n1,2\n", "a.txt, line 2: 2 fields, and"),
+        ("a.json", b'{"images":3}', "a.json: Expected `array`, got `int`"),
+        ("a-csv", b"frame,time,left,top,width,height\n", "a-csv ends neither in .csv nor in"),
+        ("b.csv.run.json", b'{"form": 2}', "b.csv.run.json is the history beside rows;"),
+        ("a.parquet", table(10**6), "a.parquet holds 15 MB of rows, more than 1 MB"),
+        ("a.parquet", b"PAR1" + bytes(9) + b"PAR1", "it is not a table of Parquet"),
+        ("a.parquet", table(2, more=[[0] * 9] * 2), "its column more holds lists"),
+        ("a.zip", zipped({"a/" * 99 + "1.txt": LABELS}), "folders in folders, too many"),
+        ("a.csv", crowded(51), "has 51 objects, and a session has 50 at most"),
+    ],
+    ids=[
+        "anonymous",
+        "large",
+        "empty",
+        "damaged",
+        "unknown",
+        "beyond",
+        "line",
+        "json",
+        "name",
+        "history",
+        "unpacked",
+        "no table",
+        "lists",
+        "deep",
+        "crowd",
+    ],
+)
+def test_what_cannot_be_imported_is_one_line(
+    name: str, content: bytes, words: str, folder: Path, tmp_path: Path
+) -> None:
+    limits = Limits(imported=1 << 20)
+    with running(folder, tmp_path, limits=limits) as client:
+        address = f"/api/sessions/{begin(client)}/import"
+        answer = client.post(address, params={"name": name}, content=content)
+    assert answer.status_code == 400
+    error = answer.json()["error"]
+    assert words in error
+    assert error.count(name) <= 1
+    assert error.count(";") <= 1
+    assert tempfile.gettempdir() not in error
+
+
+def test_films_of_one_and_of_several_objects_are_made(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    assert both.get("film", object=number).content[4:8] == b"ftyp"
+    page.drawn(name="other")
+    page.tracked()
+    assert both.get("film").content[4:8] == b"ftyp"
+    rows = both.get("export", format="csv").content.decode().splitlines()
+    assert len(rows) == 1 + 2 * FRAMES
+    assert both.get("export", format="yolo").content.startswith(b"PK")
+
+
+def test_pictures(client: httpx.Client, session: str) -> None:
+    for index in (0, FRAMES - 1, 3, 4):
+        answer = client.get(f"/api/sessions/{session}/frames/{index}.jpg?width=48")
+        assert answer.headers["content-type"] == "image/jpeg"
+    again = client.get(
+        f"/api/sessions/{session}/frames/4.jpg?width=48",
+        headers={"If-None-Match": answer.headers["etag"]},
+    )
+    assert again.status_code == 304
+    beyond = client.get(f"/api/sessions/{session}/frames/{FRAMES}.jpg")
+    assert beyond.status_code == 400
+    assert str(FRAMES - 1) in beyond.json()["error"]
+    assert client.get(f"/api/sessions/{session}/strip?count=5").status_code == 200
+
+
+def test_a_job_is_stopped(page: Page) -> None:
+    number = page.drawn(preset="nummiaro", config=SLOW)
+    job = page.do("track").job
+    page.until(lambda: page.rows.get(number))
+    page.do("stop", job=job)
+    page.until(lambda: page.of(messages.Progress)[-1].status == "stopped")
+    assert not page.item(number).tracked
+    page.do("change_object", object=number, preset="mean_shift", config=None)
+    page.tracked(number)
+
+
+def test_what_is_not_tracked_to_its_end_is_said_or_left_out(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    page, address = both.page, f"/api/sessions/{session}/export"
+    number = page.drawn(preset="nummiaro", config=SLOW)
+    assert "track one first" in client.get(address).json()["error"]
+    page.do("set_absent", object=number, first=1, last=2)
+    job = page.do("track").job
+    page.until(lambda: 3 in page.rows.get(number, {}))
+    for options in ({}, {"object": number}):
+        assert "is being tracked; wait" in client.get(address, params=options).json()["error"]
+    page.do("stop", job=job)
+    page.until(lambda: page.of(messages.Progress)[-1].status == "stopped")
+    rows = [line.split(",") for line in both.exported(number).decode().splitlines()]
+    states = [row[rows[0].index("status")] for row in rows[1:]]
+    assert states[:3] == ["tracking", "absent", "absent"]
+    whole = page.drawn(name="whole")
+    page.tracked(whole)
+    assert both.get("export").content == both.exported(whole)
+
+
+def test_errors_are_replies(page: Page) -> None:
+    number = page.drawn()
+    for kind, fields, word in (
+        ("add_object", {"name": "x", "color": "#000000", "frame": 999, "region": BOX}, "frame"),
+        ("set_keyframe", {"object": 77, "frame": 0, "region": BOX}, "object"),
+        ("set_keyframe", {"object": number, "frame": 0, "region": (1e6, 0, 5, 5)}, "region"),
+        ("change_object", {"object": number, "preset": "nope"}, "preset"),
+        ("change_object", {"object": number, "config": "x = ["}, "configuration"),
+        ("stop", {"job": 999}, "job"),
+        ("set_absent", {"object": number, "first": 0, "last": FRAMES - 1}, "keyframe"),
+        ("watch", {"config": "detector = 'os:system'"}, "detector"),
+    ):
+        error = page.ask(kind, **fields).error
+        assert error is not None, kind
+        assert word in error.lower(), error
+    assert page.item(number).preset == "mean_shift"
+
+
+def test_a_configuration_names_the_networks_of_the_owner_alone(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Files that are there, empty or missing are not told apart, and none of them is read."""
+    files, others = save_pair(tmp_path), ("/etc/passwd", "/dev/null", "/nowhere", "head.onnx")
+    with running(folder, tmp_path / "data", limits=Limits(networks=files)) as client:
+        session = begin(client)
+        with looking(client, session) as page:
+            alone = page.drawn(preset="default")
+            given = {"preset": "default", "name": "x", "color": "#000000", "frame": 0}
+            asked = [
+                page.ask(kind, config=f"network.files = {json.dumps([*files[:1], other])}", **more)
+                for other in others
+                for kind, more in (("add_object", {**given, "region": BOX}),
+                                   ("change_object", {"object": alone}))
+            ]  # fmt: skip
+            (said,) = {each.error for each in asked}
+            assert "motes studio --network" in str(said)
+            number = page.drawn(preset="default", config=f"network.files = {json.dumps(files)}")
+            page.tracked(number, alone)
+            assert page.rows[alone] != page.rows[number]
+
+
+def test_a_seed_that_is_taken_back_has_its_rows_again(client: httpx.Client) -> None:
+    with looking(client, begin(client)) as page:
+        number = page.drawn(preset="nummiaro")
+        page.tracked(number)
+        assert page.item(number).tracked
+        page.ask("change_object", object=number, seed=7)
+        assert not page.item(number).tracked
+        page.ask("undo")
+        assert page.item(number).tracked
+        page.ask("redo")
+        assert not page.item(number).tracked
+
+
+def test_networks_of_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="no files"):
+        networks_of(str(tmp_path))
+    files = save_pair(tmp_path)
+    assert networks_of(str(tmp_path)) == tuple(sorted(files))
+    assert networks_of(",".join(files)) == files
+
+
+def test_presets_and_formats(client: httpx.Client) -> None:
+    presets = client.get("/api/presets").json()
+    assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
+    assert "default" not in {each["name"] for each in presets["watch"]}
+    formats = client.get("/api/formats").json()
+    assert {*formats["write"]} - {*formats["read"]} == {"masks", "deeplabcut"}
+    assert {*formats["read"]} - {*formats["write"]} == {"journal", "lasot", "got10k"}
+
+
+def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
+    """Labels and documents have the names of the images, from which others know them."""
+    names = [f"img_{10 * frame:04d}" for frame in range(1, 4)]
+    (tmp_path / "films/img").mkdir(parents=True)
+    for name in names:
+        Image.effect_noise((96, 80), 60).convert("RGB").save(tmp_path / f"films/img/{name}.png")
+    with running(tmp_path / "films", tmp_path / "data") as client:
+        session = begin(client, "img")
+        with looking(client, session) as page:
+            page.tracked(page.drawn())
+        files = {form: client.get(f"/api/sessions/{session}/export", params={"format": form})
+                 for form in ("yolo", "coco")}  # fmt: skip
+        with zipfile.ZipFile(io.BytesIO(files["yolo"].content)) as archive:
+            assert {f"labels/{name}.txt" for name in names} <= {*archive.namelist()}
+        images = files["coco"].json()["images"]
+        assert [each["file_name"] for each in images] == [f"{name}.png" for name in names]
+        address, data = f"/api/sessions/{session}/import", files["yolo"].content
+        answer = client.post(address, params={"name": "a.zip"}, content=data)
+        assert answer.status_code == 201, answer.text
+        with looking(client, session) as page:
+            drawn, back = (page.item(each) for each in (1, *answer.json()["objects"]))
+            assert (back.first, back.last) == (drawn.first, drawn.last) == (0, 2)
+
+
+def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> None:
+    """In the file of one object as in that of all; a name by default is none."""
+    numbers = [
+        both.page.drawn(name=name) for name in ("Object 1", "cup", "cup (2)", "object 4 (2)")
+    ]
+    both.page.tracked(*numbers)
+
+    def classes(**which: int) -> list[str]:
+        document = both.get("export", format="coco", **which).json()
+        names = {each["id"]: each["name"] for each in document["categories"]}
+        objects = {each["attributes"]["track_id"]: each["category_id"]
+                   for each in document["annotations"]}  # fmt: skip
+        return [names[objects[number]] for number in sorted(objects)]
+
+    assert classes() == ["object", "cup", "cup", "object"]
+    assert [classes(object=number)[0] for number in numbers] == classes()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "hidden", "begin"),
+    [(False, [False, True, False], b"1 guess marked "), (True, [False, False, False], b"")],
+)
+def test_a_guess_is_exported_as_seen_for_who_wants_it(
+    tmp_path: Path, wanted: bool, hidden: list[bool], begin: bytes
+) -> None:
+    there = Ellipse(50, 40, 9, 9, 0)
+    states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
+    rows = [
+        FrameRow(i, i / 25, (ObjectRow(1, there, 0.9, state),)) for i, state in enumerate(states)
+    ]
+    part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
+    film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
+    place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
+    path = str(tmp_path / "n.json")
+    said = exports.write_scene(place, path, "coco", film, [part], guesses=wanted)
+    annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
+    found = [each["attributes"]["occluded"] for each in annotations]
+    assert (found, said[:15]) == (hidden, begin)

@@ -1,0 +1,1 @@
+"""Outputs of whole commands, and the films that they are made of."""

@@ -1,0 +1,71 @@
+"""Transforms are those of `scipy.fft` to the last bit, of any number of lines and lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import fft
+
+from motes import kernels
+from motes.cues.fourier import fast_length, irfft2, rfft, rfft2
+
+RNG = np.random.default_rng(7)
+FAST = [n for n in range(1, 130) if fft.next_fast_len(n, real=True) == n]
+
+
+def test_fast_lengths_have_small_factors() -> None:
+    assert [fast_length(n) for n in range(1, 300)] == [
+        fft.next_fast_len(n, real=True) for n in range(1, 300)
+    ]
+
+
+@pytest.mark.parametrize("n", FAST)
+def test_planes_have_the_same_transforms(n: int) -> None:
+    for shape in ((2, n, 12), (3, 15, n), (n, n)):
+        planes = RNG.normal(size=shape).astype(np.float32)
+        spectra = rfft2(planes)
+        np.testing.assert_array_equal(spectra, fft.rfft2(planes))
+        back = irfft2(spectra, shape[-1])
+        np.testing.assert_array_equal(back, fft.irfft2(spectra, shape[-2:]))
+
+
+@pytest.mark.parametrize("n", range(1, 34))
+def test_lines_of_any_length_have_transforms(n: int) -> None:
+    """All with small factors and all primes are the same; the others are so but for rounding."""
+    lines = RNG.normal(size=(11, n)).astype(np.float32)
+    spectra = rfft(lines)
+    back = irfft2(spectra[:, None], n)[:, 0]
+    expected, expected_back = fft.rfft(lines), fft.irfft(spectra, n)
+    if n in FAST or all(n % factor for factor in range(2, n)):
+        np.testing.assert_array_equal(spectra, expected)
+        np.testing.assert_array_equal(back, expected_back)
+    np.testing.assert_allclose(spectra, expected, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(back, expected_back, rtol=0, atol=1e-5)
+
+
+def test_frequencies_that_are_left_out_are_none() -> None:
+    few = rfft2(RNG.normal(size=(2, 24, 6)).astype(np.float32))
+    for columns in (8, 9, 40):
+        expected = fft.irfft2(few, (24, columns))
+        np.testing.assert_array_equal(irfft2(few, columns), expected)
+
+
+def test_rows_must_have_small_factors() -> None:
+    with pytest.raises(ValueError, match="no prime factors but 2, 3 and 5"):
+        rfft2(np.ones((7, 8), np.float32))
+    with pytest.raises(ValueError, match="spectra"):
+        irfft2(np.ones((8, 9), np.complex64), 8)
+
+
+@pytest.mark.parametrize(("wide", "high"), [(4, 7), (1, 20), (30, 2), (99, 99)])
+def test_a_filter_is_confined_to_a_box(wide: int, high: int) -> None:
+    n, penalty = 20, np.float32(0.1)
+    learned, multiplier = (rfft2(RNG.normal(size=(3, n, n)).astype(np.float32)) for _ in range(2))
+    mask = np.zeros((n, n), np.float32)
+    top, left = (max(n - size, 0) // 2 for size in (high, wide))
+    mask[top : top + high, left : left + wide] = 1
+    expected = fft.rfft2(fft.irfft2(penalty * learned + multiplier, (n, n)) * mask) / penalty
+    moved, copied = multiplier.copy(), np.empty_like(learned)
+    kernels.fourier_ridge.confine(learned, 0.1, wide, high, moved, copied)
+    np.testing.assert_array_equal(copied, expected)
+    np.testing.assert_array_equal(moved, multiplier + penalty * (learned - expected))
