@@ -94,11 +94,11 @@ DOOR |= {
 }
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("program", [*PROGRAMS, "tests/plugins"])
 def test_programs_come_through_the_door(program: str) -> None:
     """They import public names alone, as a user's package does; their tests too."""
     files = [*(REPOSITORY / program).rglob("*.py")]
-    assert len(files) > 20
+    assert len(files) >= 4
     for path in files:
         for name in imported(path):
             home, _, last = name.rpartition(".")

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.option_groups import FrameOptions, OutputOptions
-from motes.cli.watch_outputs import (
+from motes.cli.outputs import (
     STREAMED,
     DocumentOutput,
     MotOutput,

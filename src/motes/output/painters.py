@@ -52,7 +52,7 @@ class ScenePainter:
             trail.append(foot_of(each.box))
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
-                self._totals[f"{event.place} {event.direction or event.event}"] += 1
+                self._totals[event.total] += 1
         minutes, seconds = divmod(int(frame.time), 60)
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]

@@ -62,8 +62,8 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
         scene.detector.prepare(film.forward(0, last))
 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
+        totals.update(event.total for event in events)
         fields = [event.fields() for event in events]
-        totals.update(map(count_name, fields))
         return ScenePart(rows, fields, scene.created - scene.terminated, dict(totals))
 
     for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
@@ -93,9 +93,3 @@ def _object(each: ObjectRow) -> SceneObject:
         each.identity, x, y, width, height, each.confidence, str(each.status), each.occluded_by,
         each.label,
     )  # fmt: skip
-
-
-def count_name(event: dict[str, Any]) -> str:
-    """Return the name under which an event is counted, such as `line 1 left`."""
-    what = event.get("direction") or event["event"]
-    return f"{event['place']} {what}" if event.get("place") else str(what)

@@ -61,7 +61,7 @@ class SentEvents(Sink):
         if moment.events:
             bodies = [message(event, self._source) for event in moment.events]
             self._queue.put(self._names, bodies)
-        self._totals.update(map(total_of, moment.events))
+        self._totals.update(event.total for event in moment.events)
         if moment.events or len(moment.tracks) != self._objects:
             self._objects = len(moment.tracks)
             numbers = state(self._objects, self._totals, self._regions)
@@ -123,11 +123,6 @@ def _receiver(address: str) -> Receiver:
     return Webhook(address)
 
 
-def total_of(event: Event) -> str:
-    """Return the name of the total that an event adds to, if it is one of a line or zone."""
-    return f"{event.place} {event.direction or event.event}"
-
-
 def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
     """Return the numbers of a run so far, as the JSON of TOPIC/state.
 
@@ -136,7 +131,7 @@ def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
     objects
         The number of objects in the picture.
     totals
-        The events of the whole run so far, by `total_of`.
+        The events of the whole run so far, by `Event.total`.
     regions
         The lines and zones that are counted.
     """

@@ -34,6 +34,12 @@ class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
     label: str | None = None
     """The object's class so far, if the detector knows classes."""
 
+    @property
+    def total(self) -> str:
+        """The name of what it is counted as, such as `line 1 left`; without a place, its kind."""
+        what = self.direction or self.event
+        return what if self.place is None else f"{self.place} {what}"
+
     def fields(self) -> dict[str, Any]:
         """Return its fields by their names in JSON, with numbers rounded, without empty ones."""
         pairs = zip(self.__struct_encode_fields__, msgspec.structs.astuple(self), strict=True)
