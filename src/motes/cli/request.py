@@ -117,4 +117,7 @@ class Request(Generic[Configuration]):
         if self.resume:  # what a killed run has left of it
             for left in leftovers(path):
                 left.unlink(missing_ok=True)
-        return [Remembered(str(self.output), history, overwrite=self.overwrite), *rows]
+        remembered = Remembered(
+            str(self.output), history, overwrite=self.outputs.overwrite, resume=self.resume
+        )
+        return [remembered, *rows]
