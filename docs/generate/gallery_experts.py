@@ -40,7 +40,7 @@ def responses(
     plane, _ = config.correlation.responses(state.correlation, spectra)
     reach = np.array([samples.columns, samples.rows]) * CELL_SIZE / 2
     near = np.where((abs(offsets) < reach).all(axis=1), sample_response(plane, offsets), np.nan)
-    view = config.confined.look(state.experts["confined"], frame, place, np.zeros(2))
+    view = config.confined.look(state.experts["confined"], frame, place)
     padded = np.pad(view.plane, 1, constant_values=np.nan)
     cells = np.rint((points - place[:2]) / view.pixels).astype(int) + len(view.plane) // 2 + 1
     column, row = np.clip(cells, 0, len(padded) - 1).T

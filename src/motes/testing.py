@@ -97,24 +97,24 @@ def check_expert(expert: Expert) -> None:
         If it breaks a rule; the message names the rule.
     """
     _check_config(expert, Expert)
-    frame, still = _frame(), np.zeros(2)
+    frame = _frame()
     before = frame.pixels.copy()
     model = expert.learn(frame, TARGET)
     frozen = isinstance(model, msgspec.Struct) and type(model).__struct_config__.frozen
     assert frozen, f"learn returns a {type(model).__name__}; a model is a frozen msgspec.Struct"
     packed = _packed(model)
-    sight = expert.look(model, frame, TARGET, still)
+    sight = expert.look(model, frame, TARGET)
     assert expert.serves(sight, TARGET), "a sight does not serve the place that was looked at"
     here = expert.log_odds(sight, TARGET)
     for x, y, *_ in _places()[1:].tolist():
         place = TARGET._replace(x=x, y=y)
-        seen = sight if expert.serves(sight, place) else expert.look(model, frame, place, still)
+        seen = sight if expert.serves(sight, place) else expert.look(model, frame, place)
         there = expert.log_odds(seen, place)
         assert np.isfinite(there), f"log_odds returns {there}"
         assert there <= here, (
             f"another place has log odds of {there:.3g}, the target itself {here:.3g}"
         )
-    again = expert.look(expert.learn(_frame(), TARGET), _frame(), TARGET, still)
+    again = expert.look(expert.learn(_frame(), TARGET), _frame(), TARGET)
     assert expert.log_odds(again, TARGET) == here, "the same frame gives other log odds next time"
     for share in (0.0, 0.5, 1.0):
         after = expert.updated(model, frame, sight, TARGET, share)
@@ -122,7 +122,7 @@ def check_expert(expert: Expert) -> None:
     assert np.array_equal(frame.pixels, before), "a method changes the pixels of the frame"
     assert _packed(model) == packed, "a method changes the model that it is given"
     read = msgspec.convert(msgspec.msgpack.decode(packed), type(model), dec_hook=unpack)
-    same = expert.log_odds(expert.look(read, frame, TARGET, still), TARGET)
+    same = expert.log_odds(expert.look(read, frame, TARGET), TARGET)
     assert same == here, "a model that was saved gives other log odds"
     tracker = Tracker(Discriminative(extra_experts={"checked": expert}))
     tracker.init(_frame(), TARGET)

@@ -204,7 +204,7 @@ def _expert(wild: _Wild) -> None:
     if isinstance(expert, Redetection):
         expert.log_odds(model, wild.frame(), wild.ellipse())
         return
-    sight = expert.look(model, wild.frame(), wild.ellipse(0.05), np.zeros(2))
+    sight = expert.look(model, wild.frame(), wild.ellipse(0.05))
     expert.log_odds(sight, wild.good())
     expert.updated(model, wild.frame(), sight, wild.good(), 0.5)
 

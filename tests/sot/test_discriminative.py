@@ -253,7 +253,7 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     frames, config = spinning(degrees, 2), Discriminative()
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
-    sights = config.experts.look(state.experts, frames[1], state.ellipse, np.zeros(2))
+    sights = config.experts.look(state.experts, frames[1], state.ellipse)
     look = config.localizer.localize(rng, state, frames[1], state.ellipse, sights)
     turned = config.placer.turned(rng, state, frames[1], look)
     assert turned.pose.theta == side * TURN
@@ -329,7 +329,7 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
 
     def count(frame: Frame) -> int:
-        sights = config.experts.look(state.experts, frame, state.ellipse, np.zeros(2))
+        sights = config.experts.look(state.experts, frame, state.ellipse)
         look = config.localizer.localize(rng, state, frame, state.ellipse, sights)
         return len(look.centers)
 

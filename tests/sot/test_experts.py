@@ -13,7 +13,6 @@ from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.sot.discriminative.confined_expert import Confined
 from motes.sot.discriminative.expert import Expert, Experts
@@ -24,7 +23,6 @@ from motes.sot.tracker import Tracker
 from motes.testing import check_expert
 
 PLACE = Ellipse(120.0, 90.0, 15.0, 12.0)
-STILL = np.zeros(2)
 
 
 def picture(x: float = PLACE.x, y: float = PLACE.y, *, gray: bool = False) -> Frame:
@@ -50,7 +48,7 @@ class Sure(Expert, Config, frozen=True):
         """Return any model."""
         return Color().learn(frame, box)
 
-    def look(self, model: Any, frame: Frame, place: Ellipse, shift: Floats) -> Ellipse:
+    def look(self, model: Any, frame: Frame, place: Ellipse) -> Ellipse:
         """Return the place."""
         return place
 
@@ -84,7 +82,7 @@ def test_it_can_be_switched_off() -> None:
 def test_log_odds_are_added_and_places_averaged() -> None:
     together = Experts({"a": Sure(1.5, near=(100.0, 50.0)), "b": Sure(-0.5), "c": Sure()})
     frame = picture()
-    sights = together.look(together.learn(frame, PLACE), frame, PLACE, STILL)
+    sights = together.look(together.learn(frame, PLACE), frame, PLACE)
     assert together.log_odds(sights, PLACE) == 1.0
     assert together.refined(sights, PLACE)[:2] == (110.0, 70.0)
     assert together.proposals(sights) == []
@@ -117,7 +115,7 @@ def test_no_voice_can_veto_the_others() -> None:
 
 
 def sight_of(expert: Expert, frame: Frame) -> Any:
-    return expert.look(expert.learn(picture(), PLACE), frame, PLACE, STILL)
+    return expert.look(expert.learn(picture(), PLACE), frame, PLACE)
 
 
 def test_the_confined_filter_speaks_for_the_target_and_finds_it() -> None:
@@ -143,7 +141,7 @@ def test_it_refines_a_place_up_to_where_another_target_begins(apart: float, near
 def test_nothing_is_learned_of_a_frame_with_a_share_of_0(share: float) -> None:
     confined, frame = Confined(), picture(122.0)
     model = confined.learn(picture(), PLACE)
-    sight = confined.look(model, frame, PLACE, STILL)
+    sight = confined.look(model, frame, PLACE)
     after = confined.updated(model, frame, sight, PLACE._replace(x=122.0), share)
     assert (after is model) is (share == 0)
 

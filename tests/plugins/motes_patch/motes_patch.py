@@ -35,7 +35,7 @@ class Patch(Expert, Config, frozen=True):
         """Return the values in the region."""
         return Values(_values(frame, box))
 
-    def look(self, model: Values, frame: Frame, place: Ellipse, shift: Floats) -> Sight:
+    def look(self, model: Values, frame: Frame, place: Ellipse) -> Sight:
         """Return the frame: any of its places can be compared."""
         return Sight(model, frame)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from motes.core.config import NonNegative
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats
 from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
 from motes.sot.discriminative.evidence import LARGEST_VOICE, NEUTRAL
 from motes.sot.discriminative.expert import Expert
@@ -22,9 +21,7 @@ class Confined(ConfinedFilter, Expert, frozen=True):
     """Log odds for a place with the response of the first frames; see `Evidence`. With 0 the expert
     is not asked."""
 
-    def look(
-        self, model: ConfinedModel, frame: Frame, place: Ellipse, shift: Floats
-    ) -> ConfinedView:
+    def look(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
         """Return the responses around a place."""
         return self.view(model, frame, place)
 

@@ -17,7 +17,6 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
-from motes.core.types import Floats
 
 
 class Expert:
@@ -35,17 +34,8 @@ class Expert:
         """Return the model of the target in the ellipse `box`."""
 
     @abstractmethod
-    def look(self, model: Any, frame: Frame, place: Ellipse, shift: Floats) -> Any:
-        """Return the expert's sight of a frame.
-
-        Parameters
-        ----------
-        place
-            The ellipse around which it looks.
-        shift
-            (2,) by how much the target is expected to have moved since the last frame, in pixels,
-            for an expert that follows it by itself.
-        """
+    def look(self, model: Any, frame: Frame, place: Ellipse) -> Any:
+        """Return the expert's sight of a frame around a place."""
 
     @abstractmethod
     def log_odds(self, sight: Any, place: Ellipse) -> float:
@@ -99,13 +89,10 @@ class Experts:
         """Return the models of the target in `box`."""
         return {name: expert.learn(frame, box) for name, expert in self.named.items()}
 
-    def look(
-        self, models: Mapping[str, Any], frame: Frame, place: Ellipse, shift: Floats
-    ) -> dict[str, Any]:
+    def look(self, models: Mapping[str, Any], frame: Frame, place: Ellipse) -> dict[str, Any]:
         """Return the sights of a frame, looked at around `place`."""
         return {
-            name: expert.look(models[name], frame, place, shift)
-            for name, expert in self.named.items()
+            name: expert.look(models[name], frame, place) for name, expert in self.named.items()
         }
 
     def look_again(
@@ -119,7 +106,7 @@ class Experts:
         return {
             name: sights[name]
             if expert.serves(sights[name], place)
-            else expert.look(models[name], frame, place, np.zeros(2))
+            else expert.look(models[name], frame, place)
             for name, expert in self.named.items()
         }
 

@@ -16,8 +16,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Track
+from motes.core.geometry import Box, Ellipse
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.standing import FRAMES, Standing
 from motes.sot.network.network import Network, NetworkModel
@@ -77,8 +76,11 @@ class NetworkTrack(msgspec.Struct, frozen=True, eq=False):
         """Return the track, begun again at a place."""
         return type(self)(self.model, place)
 
-    def mean(self, track: Track) -> Ellipse:
-        """Return the ellipse in the mean of both boxes, by confidence: a network sees no turn."""
-        own = track.confidence / (track.confidence + self.score)
-        mean = own * np.array(track.box) + (1 - own) * np.array(self.place.box)
+    def mean(self, box: Box, confidence: float) -> Ellipse:
+        """Return the ellipse in the mean of the particles' box and its own: it sees no turn.
+
+        They are weighted by the confidence and the score.
+        """
+        own = confidence / (confidence + self.score)
+        mean = own * np.array(box) + (1 - own) * np.array(self.place.box)
         return Ellipse.from_box(mean.tolist())

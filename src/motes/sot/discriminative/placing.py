@@ -67,7 +67,7 @@ class Placer:
         predicted = moved(last, shift, frame)
         transition = None if state.standing.missed else sight.transition(state.motion, predicted)
         experts = self.localizer.experts
-        sights = experts.look(state.experts, frame, predicted, shift)
+        sights = experts.look(state.experts, frame, predicted)
         look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
         if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
             there = self.localizer.localize(rng, state, frame, last, sights)
@@ -126,7 +126,7 @@ class Placer:
     ) -> float:
         """Return the evidence that the target is at the center of a place."""
         there = state.ellipse._replace(x=place.x, y=place.y)
-        sights = self.localizer.experts.look(state.experts, frame, there, np.zeros(2))
+        sights = self.localizer.experts.look(state.experts, frame, there)
         return self.localizer.localize(rng, state, frame, there, sights).evidence
 
     def turned(

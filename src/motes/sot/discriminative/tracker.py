@@ -315,11 +315,12 @@ class Discriminative(
         if self.network is None or state.network is None:
             return state, info
         track, network = info.track, state.network.followed(self.network, frame)
+        own = probability(evidence)  # without the belief, which moves nothing
         if iou(network.place.box, track.box) > AGREES:
-            network, region = network.agreed(), network.mean(track)
+            network, region = network.agreed(), network.mean(track.box, own)
             confidence = math.sqrt(track.confidence * network.score)
             unseen = state.standing.status is not Status.TRACKING
-            again = unseen and network.score > track.confidence
+            again = unseen and network.score > own
         else:
             there = self.placer.evidence_at(rng, state, frame, network.place)
             network = network.compared(there - evidence)
