@@ -206,5 +206,5 @@ class Simulation:
         covariance = (4.0, *(0.0,) * 5, 1.0, *(0.0,) * 5, 0.5, *(0.0,) * 5, 0.5, *(0.0,) * 6)
         return ObjectReport(
             visit.own, status, box, 0.9, None, seen, named, self._looks[visit.person],
-            (visit.velocity, 0.0), covariance,
+            (visit.velocity, 0.0), covariance, look=self._looks[visit.person],
         )  # fmt: skip

@@ -5,8 +5,18 @@ Four more modules are public: `motes.cues` (how far pixels are from a target mod
 truth) and `motes.testing` (checks for packages that extend motes).
 """
 
-from lazy_loader import attach_stub
-
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+
+def __getattr__(name: str) -> object:
+    """Load a public name when it is first used; `import motes` itself imports nothing."""
+    from lazy_loader import attach_stub
+
+    load, _, names = attach_stub(__name__, __file__)
+    value: object = names if name == "__all__" else load(name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__getattr__("__all__"), "__version__"]  # type: ignore[misc]

@@ -604,7 +604,7 @@ def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> N
 
 def test_another_run_is_not_resumed(go: Go) -> None:
     assert go("track FILM --init BOX --end 12 -o r.csv")[0] == 0
-    whole = Path("r.csv").read_bytes()
+    whole, remembered = Path("r.csv").read_bytes(), Path("r.csv.run.json").read_bytes()
     for other in ("--seed 5", "--set particles=90", "--start 1", "--stride 2", "--end 5"):
         code, _, error = go(
             f"track FILM --init BOX --end 12 -o r.csv --resume {other}".replace(
@@ -613,6 +613,7 @@ def test_another_run_is_not_resumed(go: Go) -> None:
         )
         assert (code, "r.csv cannot be resumed: " in error) == (5, True)
         assert Path("r.csv").read_bytes() == whole
+        assert Path("r.csv.run.json").read_bytes() == remembered
 
 
 KILLED = """

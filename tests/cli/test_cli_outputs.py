@@ -13,7 +13,7 @@ import pytest
 from clips import picture
 from disks import fill
 from motes import open_source
-from motes.cli import main, watch_outputs
+from motes.cli import main, outputs
 from motes.core.errors import FormatError
 from motes.core.files import PartialFile, leftovers
 from motes.video.writer import VideoWriter
@@ -52,14 +52,14 @@ def pictures(path: Path | str) -> int:
 def test_an_overlay_beside_rows_that_fail(
     go: Go, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write = watch_outputs.RowsOutput.write
+    write = outputs.RowsOutput.write
 
     def fourth_fails(self: Any, step: Any) -> None:
         if step.frame.index == 3:
             raise FormatError("r.csv cannot be written: for a test.")
         write(self, step)
 
-    monkeypatch.setattr(watch_outputs.RowsOutput, "write", fourth_fails)
+    monkeypatch.setattr(outputs.RowsOutput, "write", fourth_fails)
     code, error = go(f"{command} -o r.csv --overlay o.mp4")
     (left,) = leftovers("o.mp4")
     assert code == 5

@@ -14,8 +14,8 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
+from motes.cli.outputs import Events
 from motes.cli.watch_loop import counted_moments, table
-from motes.cli.watch_outputs import Events
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.track import Status, Track

@@ -136,6 +136,14 @@ def _report(camera: str, index: int, x: float, y: float) -> CameraReport:
     histogram = np.full(8, 1 / 8, np.float32).tobytes()
     status = Status.TRACKING if index % 5 else Status.OCCLUDED
     seen = ObjectReport(
-        1, status, Box(x, y, 10, 20), 0.9, None, bool(index % 5), ("door",), histogram
+        1,
+        status,
+        Box(x, y, 10, 20),
+        0.9,
+        None,
+        bool(index % 5),
+        ("door",),
+        histogram,
+        look=histogram,
     )
     return CameraReport(camera, index, index / 10, (seen,))

@@ -69,3 +69,21 @@ def test_a_filter_is_confined_to_a_box(wide: int, high: int) -> None:
     kernels.fourier_ridge.confine(learned, 0.1, wide, high, moved, copied)
     np.testing.assert_array_equal(copied, expected)
     np.testing.assert_array_equal(moved, multiplier + penalty * (learned - expected))
+
+
+@pytest.mark.parametrize("rounds", [1, 2, 4])
+def test_rounds_alternate_from_nothing(rounds: int) -> None:
+    spectra, before, copied, multiplier = (
+        rfft2(RNG.normal(size=(3, 16, 16)).astype(np.float32)) for _ in range(4)
+    )
+    label, expected, found = spectra[0].copy(), np.empty_like(spectra), np.empty_like(spectra)
+    copied[:], multiplier[:] = 0, 0
+    for left in reversed(range(rounds)):
+        penalty = 1.0 if left == rounds - 1 else 0.1
+        kernels.fourier_ridge.solve(
+            spectra, label, before, copied, multiplier, penalty, 15.0, expected
+        )
+        if left:
+            kernels.fourier_ridge.confine(expected, penalty, 5, 7, multiplier, copied)
+    kernels.fourier_ridge.alternate(spectra, label, before, 15.0, (1.0, 0.1), rounds, 5, 7, found)
+    np.testing.assert_array_equal(found, expected)

@@ -14,6 +14,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot import track_initiation
+from motes.mot.boxes import as_rows
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
@@ -109,5 +110,7 @@ def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
     monkeypatch.setattr(track_initiation, "LOWEST", 0.1)
     births, count = TrackInitiation(), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count, 0.36).tolist())]
-    after, _ = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
+    after, _ = births.with_scores(scored, scored).update(
+        0.0, scored, as_rows(()), 0.2, Initiation()
+    )
     assert len(after.candidates) == 0.9 * count

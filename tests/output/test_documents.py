@@ -18,7 +18,7 @@ from PIL import Image
 
 from motes import open_source, read_track
 from motes.cli import main
-from motes.cli.watch_outputs import DocumentOutput
+from motes.cli.outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
@@ -177,17 +177,17 @@ def test_rows_have_no_keyframes(go: Go, options: str) -> None:
 PROGRAM = """
 import os, signal, sys
 from motes.cli import main
-from motes.cli.watch_outputs import DocumentOutput
-from motes.cli import watch_outputs
+from motes.cli.outputs import DocumentOutput
+from motes.cli import outputs
 
-add = watch_outputs.DocumentOutput.add
+add = outputs.DocumentOutput.add
 
 def last(self, picture):
     add(self, picture)
     if picture.frame == 7:
         os.kill(os.getpid(), getattr(signal, sys.argv[1]))
 
-watch_outputs.DocumentOutput.add = last
+outputs.DocumentOutput.add = last
 sys.exit(main(sys.argv[2:]))
 """
 """motes that gets a signal in frame 7."""

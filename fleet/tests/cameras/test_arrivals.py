@@ -246,11 +246,11 @@ def test_a_part_is_somebody_expected_or_nobody_yet() -> None:
 
 
 def test_a_part_has_to_look_more_like_it_than_the_whole() -> None:
-    """Its distance is 0.37: within 0.6, but not within half of it."""
-    mixed = np.full(8, 0.02, np.float32)
-    mixed[[RED, BLUE]] = 0.5, 0.38
+    """Its distance is 0.49: within 0.85, but not within half of it."""
+    mixed = np.full(8, 0.005, np.float32)
+    mixed[[RED, BLUE]] = 0.485, 0.485
     cameras = Giving()
     who = cameras.leaves()
-    half = replace(sighting(5), histogram=mixed.tobytes(), partial=True)
+    half = replace(sighting(5), look=mixed.tobytes(), partial=True)
     assert cameras.tell("office", 3.0, half) == []
     assert cameras.tell("office", 3.04, replace(half, partial=False)) == [who]

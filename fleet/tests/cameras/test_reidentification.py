@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes import Box, ConfigError, Status
 from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
@@ -39,8 +40,8 @@ RED, BLUE = 0, 7
 
 def looks(color: int) -> bytes:
     """Return the histogram of somebody mostly of one color."""
-    histogram = np.full(8, 0.02, np.float32)
-    histogram[color] = 0.86
+    histogram = np.full(8, 0.005, np.float32)
+    histogram[color] = 0.965
     return histogram.tobytes()
 
 
@@ -55,7 +56,8 @@ def sighting(
     detected: bool = True,
 ) -> ObjectReport:
     box = Box(x, 100, 20, height)
-    return ObjectReport(identity, Status(status), box, 0.9, None, detected, at, looks(color))
+    colors = looks(color)
+    return ObjectReport(identity, Status(status), box, 0.9, None, detected, at, colors, look=colors)
 
 
 class Watching:
@@ -82,6 +84,13 @@ def test_who_leaves_by_a_door_comes_in_by_the_other() -> None:
     assert cameras.tell("office", 3.0, sighting(5)) == [who]
     assert cameras.handover.handed == 1
     assert cameras.tell("office", 3.04, sighting(5), sighting(6)) == [who, who + 1]
+
+
+def test_who_was_covered_before_leaving_is_known_by_the_look_from_before() -> None:
+    cameras = Watching()
+    (who,) = cameras.tell("hall", 1.0, covered := replace(sighting(), histogram=looks(BLUE)))
+    cameras.tell("hall", 1.3, replace(covered, status=Status.LOST))
+    assert cameras.tell("office", 3.0, sighting(5)) == [who]
 
 
 def test_where_no_distance_is_allowed_nobody_is_known() -> None:

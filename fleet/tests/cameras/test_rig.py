@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes import BackgroundDetector, Frame, Place, Scene
+from motes import BackgroundDetector, Box, Detection, Frame, Place, Scene
 from motes.cli import main
 from motes.video import decoder, live, open_watched
 from motes_fleet.cameras import rig_camera
@@ -35,6 +35,7 @@ from motes_fleet.cameras.rig import RigRunner, announce, next_report
 from motes_fleet.cameras.rig_camera import RigCamera
 from motes_fleet.cameras.rig_config import Camera, Rig
 from red_box import moving, red, walk
+from scene_objects import BLUE, RED, config, picture
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -235,7 +236,6 @@ def test_what_makes_no_sense_is_refused(
 LIVE = """
 import sys
 from motes.cli import main
-from motes.core.detection import Detection
 if __name__ == "__main__":
     sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
 """
@@ -486,3 +486,15 @@ def test_arrivals_wait_for_a_camera_that_works_still() -> None:
     (*_,) = hall.receive(CameraReport("hall", 0, 2.5, ()))
     announce(CameraReport("office", 3, 3.0, ()), [hall], association)  # type: ignore[arg-type]
     assert hall.sent == [(0.0,), (1.0, 2.0, 3.0)]
+
+
+def test_a_report_has_the_look_from_before_an_object_was_covered() -> None:
+    place, front = Box(60, 30, 20, 40), Box(68, 30, 20, 40)
+    found = [Detection(place)]
+    lookout = CameraReporter(Camera("one", ""), Scene(lambda _: found, config()))
+    reports = [lookout.report(picture(index, (place, RED))) for index in range(6)]
+    found.append(Detection(front))
+    reports.append(lookout.report(picture(6, (place, RED), (front, BLUE))))
+    clear, covered = (each.sightings[0] for each in reports[-2:])
+    assert covered.look == clear.look
+    assert covered.histogram != clear.histogram

@@ -116,7 +116,7 @@ def watching(ray: Actors) -> RigRunner:
 def seen(frame: int, time: float) -> CameraReport:
     """Return a report of one object."""
     box, look = Box(10, 10, 20, 40), np.full(8, 0.125, np.float32).tobytes()
-    found = ObjectReport(1, Status.TRACKING, box, 0.9, None, True, histogram=look)
+    found = ObjectReport(1, Status.TRACKING, box, 0.9, None, True, histogram=look, look=look)
     return CameraReport("hall", frame, time, (found,), (320, 240))
 
 

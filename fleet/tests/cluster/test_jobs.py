@@ -172,3 +172,10 @@ def test_long_tables_are_not_held(tmp_path: Path) -> None:
     tracemalloc.stop()
     assert peak < 2e6
     assert isinstance(next(JobTable(str(path)).jobs()), Job)
+
+
+def test_a_published_network_is_its_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So they reach other machines as any file does; one that is not here is said."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with pytest.raises(SourceError, match="motes network get nanotrack"):
+        job_of(ROW | {"network": "nanotrack"}, "film")

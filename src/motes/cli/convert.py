@@ -98,7 +98,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.watch_outputs import (
+    from motes.cli.outputs import (
         check_place,
         format_of,
         guesses_told,

@@ -120,7 +120,7 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     ConfigError
         If an output is the source or another output, or options contradict each other.
     """
-    from motes.cli.watch_outputs import is_document
+    from motes.cli.outputs import is_document
     from motes.rows.journal import journal_of
 
     output = outputs.output
@@ -192,7 +192,7 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
     ConfigError
         If the name is empty or unprintable, or the output has no classes.
     """
-    from motes.cli.watch_outputs import format_of
+    from motes.cli.outputs import format_of
 
     if label is None:
         return
@@ -210,7 +210,7 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
 
 def check_keyframe_error(error: float | None, output: str | None, form: str | None = None) -> None:
     """Raise a ConfigError unless --keyframe-error is pixels, for an output with keyframes."""
-    from motes.cli.watch_outputs import format_of
+    from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS
 
     if error is None:
@@ -225,7 +225,7 @@ def check_keyframe_error(error: float | None, output: str | None, form: str | No
 
 def check_guesses(output: str | None, form: str | None = None, *, wanted: bool) -> None:
     """Raise a ConfigError if --with-guesses is given for a format that holds guesses anyway."""
-    from motes.cli.watch_outputs import format_of
+    from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS
 
     if wanted and (output is None or FORMATS.resolve(format_of(output, form)).guess is None):

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import point_out_leftovers
-from motes.cli.watch_outputs import DocumentOutput
+from motes.cli.outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.extras import optional
 from motes.core.files import write_whole, writing

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from motes.cli.annotated_video import AnnotatedVideo, Show
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.option_groups import FrameOptions, OutputOptions
-from motes.cli.watch_outputs import (
+from motes.cli.outputs import (
     STREAMED,
     DocumentOutput,
     MotOutput,
@@ -117,4 +117,7 @@ class Request(Generic[Configuration]):
         if self.resume:  # what a killed run has left of it
             for left in leftovers(path):
                 left.unlink(missing_ok=True)
-        return [Remembered(str(self.output), history, overwrite=self.overwrite), *rows]
+        remembered = Remembered(
+            str(self.output), history, overwrite=self.outputs.overwrite, resume=self.resume
+        )
+        return [remembered, *rows]

@@ -14,10 +14,10 @@ from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import point_out_corners, prepared_folder
 from motes.cli.option_groups import say_rate
+from motes.cli.outputs import check_several, format_of
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size
-from motes.cli.watch_outputs import check_several, format_of
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.track import Status

@@ -110,9 +110,9 @@ def watch(
     from msgspec.structs import replace
 
     from motes.cli.annotated_video import painted_scene
+    from motes.cli.outputs import Events
     from motes.cli.request import Request
     from motes.cli.watch_loop import watch_scene
-    from motes.cli.watch_outputs import Events
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
@@ -151,7 +151,7 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
 
     The rows have a name of their own if nothing else has.
     """
-    from motes.cli.watch_outputs import check_several
+    from motes.cli.outputs import check_several
 
     written, sent = outputs.destinations()
     if outputs.output == "-" and "-" in written:

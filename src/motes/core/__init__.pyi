@@ -58,6 +58,7 @@ from .type_words import words as words
 from .types import Bytes as Bytes
 from .types import Flags as Flags
 from .types import Floats as Floats
+from .types import Singles as Singles
 from .worker import Alive as Alive
 from .worker import Answer as Answer
 from .worker import Done as Done

@@ -260,17 +260,11 @@ class ConfinedFilter(Config, frozen=True):
         `inertia`.
         """
         rounds = 2 * ITERATIONS if before is None else ITERATIONS
-        penalty = FIRST_PENALTY
-        copied, multiplier = np.zeros_like(spectra), np.zeros_like(spectra)
         before = np.zeros_like(spectra) if before is None else before
         learned = np.empty_like(spectra)
-        for left in reversed(range(rounds)):
-            kernels.fourier_ridge.solve(
-                spectra, label, before, copied, multiplier, penalty, inertia, learned
-            )
-            if left:
-                kernels.fourier_ridge.confine(learned, penalty, *samples.box, multiplier, copied)
-            penalty = PENALTY
+        kernels.fourier_ridge.alternate(
+            spectra, label, before, inertia, (FIRST_PENALTY, PENALTY), rounds, *samples.box, learned
+        )
         return learned
 
 

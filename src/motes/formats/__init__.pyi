@@ -20,9 +20,11 @@ from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
 from .regions import region_of_pixels as region_of_pixels
 from .registry import FORMATS as FORMATS
+from .registry import Format as Format
 from .text import read_text as read_text
 from .thinning import KEYFRAME_ERROR as KEYFRAME_ERROR
 from .truth import absences as absences
 from .truth import kind_of as kind_of
 from .visibility import VISIBLE as VISIBLE
 from .visibility import guessed as guessed
+from .visibility import only_object as only_object

@@ -76,10 +76,12 @@ inline void teach(Plane<const Complex> spectra, Row<const Complex> label, double
 // conj(label)|² / n²
 // + penalty |filter - copied + multiplier / penalty|² + inertia |filter - before|², by the formula
 // of Sherman and Morrison.
-inline void solve(Volume<const Complex> spectra, Plane<const Complex> label,
-                  Volume<const Complex> before, Volume<const Complex> copied,
-                  Volume<const Complex> multiplier, double penalty, double inertia,
-                  Volume<Complex> out) {
+//
+// `first` is the first round, in which both `copied` and the multiplier are 0, and not read.
+template <bool first = false>
+void solve(Volume<const Complex> spectra, Plane<const Complex> label, Volume<const Complex> before,
+           Volume<const Complex> copied, Volume<const Complex> multiplier, double penalty,
+           double inertia, Volume<Complex> out) {
     const Index size = label.rows * label.columns;
     const float both = float(penalty + inertia), near = float(penalty), kept = float(inertia);
     const float scaled = both * float(label.rows * label.rows);
@@ -93,8 +95,11 @@ inline void solve(Volume<const Complex> spectra, Plane<const Complex> label,
         const Complex *h = copied[k].data, *l = multiplier[k].data;
         Complex* to = out[k].data;
         for (Index i = 0; i < size; ++i) {
-            const float a = near * h[i].real() - l[i].real() + kept * f[i].real();
-            const float b = near * h[i].imag() - l[i].imag() + kept * f[i].imag();
+            float a = kept * f[i].real(), b = kept * f[i].imag();
+            if constexpr (!first) {
+                a = near * h[i].real() - l[i].real() + a;
+                b = near * h[i].imag() - l[i].imag() + b;
+            }
             const float c = x[i].real(), d = x[i].imag();
             p[i] += c * c + d * d;
             u[i] += c * a + d * b;
@@ -123,9 +128,10 @@ inline void solve(Volume<const Complex> spectra, Plane<const Complex> label,
 // its difference from the learned one into the multiplier.
 //
 // The confined filter is learned + multiplier / penalty, and 0 outside of the box. Only the lines
-// of the box need a transform.
-inline void confine(Volume<const Complex> learned, double penalty, Index wide, Index high,
-                    Volume<Complex> multiplier, Volume<Complex> copied) {
+// of the box need a transform. `first` as in `solve`.
+template <bool first = false>
+void confine(Volume<const Complex> learned, double penalty, Index wide, Index high,
+             Volume<Complex> multiplier, Volume<Complex> copied) {
     const Index n = learned.rows, half = learned.columns;
     for (const Volume<Complex>& other : {multiplier, copied})
         fit(other.planes == learned.planes && other.rows == n && other.columns == half,
@@ -140,7 +146,8 @@ inline void confine(Volume<const Complex> learned, double penalty, Index wide, I
     for (Index k = 0; k < learned.planes; ++k) {
         const Row<const Complex> from = learned[k].flat();
         const Row<Complex> part = multiplier[k].flat(), to = copied[k].flat();
-        for (Index i = 0; i < from.size; ++i) to[i] = near * from[i] + part[i];
+        for (Index i = 0; i < from.size; ++i)
+            to[i] = first ? near * from[i] : near * from[i] + part[i];
         transform.columns_back({to.data, n, half});
         transform.lines_back(top, half, box);
         for (Index i = 0; i < high; ++i) {
@@ -153,8 +160,32 @@ inline void confine(Volume<const Complex> learned, double penalty, Index wide, I
         transform.columns_forward(copied[k]);
         for (Index i = 0; i < from.size; ++i) {
             to[i] *= inverse;
-            part[i] += near * (from[i] - to[i]);
+            const Complex off = near * (from[i] - to[i]);
+            part[i] = first ? off : part[i] + off;
         }
+    }
+}
+
+// Writes the filter (K, F) that answers spectra with a label, is near to the one before, and 0
+// outside of a box: by turns, `solve` and `confine`, with `penalties` in the first round and later.
+inline void alternate(Volume<const Complex> spectra, Plane<const Complex> label,
+                      Volume<const Complex> before, double inertia, Pair penalties, Index rounds,
+                      Index wide, Index high, Volume<Complex> out) {
+    const Index planes = spectra.planes, rows = spectra.rows, columns = spectra.columns;
+    fit(before.planes == planes && out.planes == planes && before.rows == rows &&
+            out.rows == rows && label.rows == rows && before.columns == columns &&
+            out.columns == columns && label.columns == columns && rounds > 0,
+        "spectra and filters of one shape, their label, and a round");
+    Scratch<Complex> one(planes * rows * columns), other(planes * rows * columns);
+    const Volume<Complex> copied{one, planes, rows, columns}, kept{other, planes, rows, columns};
+    const Volume<const Complex> copy{one, planes, rows, columns},
+        held{other, planes, rows, columns};
+    const Volume<const Complex> learned{out.data, planes, rows, columns};
+    solve<true>(spectra, label, before, copy, held, penalties.x, inertia, out);
+    if (rounds > 1) confine<true>(learned, penalties.x, wide, high, kept, copied);
+    for (Index round = 2; round <= rounds; ++round) {
+        solve(spectra, label, before, copy, held, penalties.y, inertia, out);
+        if (round < rounds) confine(learned, penalties.y, wide, high, kept, copied);
     }
 }
 

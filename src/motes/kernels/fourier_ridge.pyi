@@ -1,4 +1,4 @@
-from motes.kernels.structures import Singles, Spectra
+from motes.kernels.structures import Pair, Singles, Spectra
 
 def correlate(numerator: Spectra, power: Singles, spectra: Spectra, out: Spectra) -> None: ...
 def pad(learned: Spectra, first: Spectra, share: float, gain: float, out: Spectra) -> None: ...
@@ -23,4 +23,15 @@ def confine(
     high: int,
     multiplier: Spectra,
     copied: Spectra,
+) -> None: ...
+def alternate(
+    spectra: Spectra,
+    label: Spectra,
+    before: Spectra,
+    inertia: float,
+    penalties: Pair,
+    rounds: int,
+    wide: int,
+    high: int,
+    out: Spectra,
 ) -> None: ...

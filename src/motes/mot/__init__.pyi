@@ -17,6 +17,8 @@ from .detection.moving_camera import PannedDetector as PannedDetector
 from .expected import CUE as CUE
 from .expected import Expected as Expected
 from .expected import normal_samples as normal_samples
+from .look import Look as Look
+from .look import looks_at as looks_at
 from .pipeline_config import LOOKALIKE_OVERLAP as LOOKALIKE_OVERLAP
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code

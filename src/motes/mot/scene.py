@@ -28,6 +28,7 @@ from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import before_camera
 from motes.mot.expected import Expected
+from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
@@ -106,13 +107,13 @@ def step(
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
     objects, free = reidentify(objects, free, frame, dt, config)
-    initiation = state.initiation.with_scores(found)
+    initiation = state.initiation.with_scores(found, free)
     arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
     objects, created = objects + arrived, state.created + len(arrived)
     if looked:
-        begun, initiation = initiate(seed, created, initiation, free, frame, config)
+        begun, initiation = initiate(seed, created, initiation, objects, free, frame, config)
         objects, created = objects + begun, created + len(begun)
-    tracks, staying = report(objects, frame, config)
+    tracks, staying = report(objects, frame, initiation.least, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = tell_apart(staying, free, frame, config.occlusion.overlap)
     after = SceneState(staying, initiation, created, terminated)
@@ -216,6 +217,12 @@ class Scene:
         if self._labels and rule.least is not None and self._surest < rule.least:
             return f"all scores are below {rule.least:g}; the highest is {self._surest:g}"
         return None
+
+    @property
+    def looks(self) -> dict[int, Look]:
+        """How each object looked when it was last clear of others, if it ever was, by identity."""
+        found = {each.identity: each.seen or each.known for each in self._state.objects}
+        return {identity: look for identity, look in found.items() if look is not None}
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.

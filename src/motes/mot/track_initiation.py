@@ -1,13 +1,15 @@
 """What may become an object: a detection that others confirm.
 
-A detection with a low score begins nothing, but it confirms what a surer one has begun: Zhang et
-al., ByteTrack, ECCV 2022, use such detections for known objects.
+Detectors have scores of any scale. How high false ones are is learned from those that nothing
+confirms: an object has a surer one, and its other detections may be as low as any (Zhang et al.,
+ByteTrack, ECCV 2022, have such levels as constants).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -15,21 +17,34 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
+from motes.core.types import Floats
 from motes.mot.assignment import assign_pairs
 from motes.mot.boxes import as_rows
-from motes.mot.overlaps import overlapping_pairs
+from motes.mot.overlaps import nested_pairs, overlapping_pairs
 from motes.mot.scene_config import Initiation
-
-Tentative: TypeAlias = tuple[tuple[float, Box], ...]
-"""The hits of a tentative track, oldest first: times and boxes of detections."""
 
 MAX_GAP = 0.3
 """Seconds after which what may become an object is given up if it is not detected any more. After
 its first detection, a single frame without one is enough: longer gaps start more false objects."""
 LOWEST = 0.1
 """Share of all detections, those with the lowest scores, that begin nothing."""
+SURE = 0.99
+"""Share of the unconfirmed detections that an object's best one is as sure as, at least."""
+FEW = 20
+"""Fewer unconfirmed detections say nothing."""
+TOUCHING = 0.3
+"""A detection that covers more than this share of an object, or it of that, may be a part of it."""
 SCORES = 1000
 """Number of latest scores that are kept; a frame with more detections is kept whole."""
+
+
+class Tentative(NamedTuple):
+    """A tentative track."""
+
+    hits: tuple[tuple[float, Box], ...]
+    """Times and boxes of its latest detections, oldest first."""
+    best: float
+    """The highest score of all its detections."""
 
 
 class TrackInitiation(msgspec.Struct, frozen=True):
@@ -40,18 +55,40 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     that may still be confirmed."""
     scores: tuple[float, ...] = ()
     """The latest scores of detections, oldest first."""
+    confirmed: tuple[float, ...] = ()
+    """Of those that belong to objects."""
+    unconfirmed: tuple[float, ...] = ()
+    """Of those that were given up, and are part of no object."""
+    least: float = -math.inf
+    """The least score of an object's best detection."""
 
-    def with_scores(self, detections: Sequence[Detection]) -> TrackInitiation:
-        """Return these with the scores of all detections of a frame added."""
-        scores = (*self.scores, *(each.score for each in detections))
-        return replace(self, scores=scores[-max(SCORES, len(detections)) :])
+    def with_scores(
+        self, detections: Sequence[Detection], free: Sequence[Detection]
+    ) -> TrackInitiation:
+        """Return these with the scores of a frame's detections added; free ones have no object.
+
+        Unconfirmed detections are not all false: where things move too fast to be confirmed, they
+        are as sure as others. So an object need not be surer than half of the confirmed ones.
+        """
+        left = {id(each) for each in free}
+        known = [each.score for each in detections if id(each) not in left]
+        scores = _latest(self.scores, [each.score for each in detections])
+        confirmed, least = _latest(self.confirmed, known), -math.inf
+        if len(self.unconfirmed) >= FEW and confirmed:
+            least = float(min(np.quantile(self.unconfirmed, SURE), np.median(confirmed)))
+        return replace(self, scores=scores, confirmed=confirmed, least=least)
 
     def update(
-        self, time: float, free: Sequence[Detection], overlap: float, config: Initiation
+        self,
+        time: float,
+        free: Sequence[Detection],
+        places: Floats,
+        overlap: float,
+        config: Initiation,
     ) -> tuple[TrackInitiation, list[tuple[Detection, Tentative]]]:
         """Return the tentative tracks after a frame, and the detections that become objects.
 
-        Each comes with the hits up to it.
+        Each comes with its tentative track up to it.
 
         Parameters
         ----------
@@ -59,30 +96,50 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             Of the frame, in seconds.
         free
             The detections that belong to no object.
+        places
+            (n, 4), the boxes of all objects.
         overlap
             Least intersection over union of a detection with the one before.
         config
-            Detections with `min_hits` hits become objects, and are no candidates any more. A
-            detection with one of the lowest scores that confirms nothing is no candidate.
+            Detections with `min_hits` hits become objects, and are no candidates any more, if one
+            of these is sure enough. A detection with one of the lowest scores that confirms nothing
+            is no candidate.
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)
-        latest = as_rows(candidate[-1][1] for candidate in before)
+        latest = as_rows(each.hits[-1][1] for each in before)
         i, j, overlaps = overlapping_pairs(latest, boxes, overlap)
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
-        least = np.quantile(self.scores, LOWEST) if free else 0.0
-        hits = [
-            (each, (*history.get(j, ()), (time, each.box)))
-            for j, each in enumerate(free)
-            if each.score >= least or j in history
-        ]
-        begun = [(each, so_far) for each, so_far in hits if len(so_far) >= config.min_hits]
-        confirmed = {i for i, _ in same}
-        waiting = [
-            each
-            for i, each in enumerate(before)
-            if i not in confirmed and len(each) > 1 and time - each[-1][0] <= MAX_GAP
-        ]
-        tentative = [so_far for _, so_far in hits if len(so_far) < config.min_hits]
-        return replace(self, candidates=(*waiting, *tentative)), begun
+        lowest = np.quantile(self.scores, LOWEST) if free else 0.0
+        waiting, over = self._missed({i for i, _ in same}, time)
+        begun = list[tuple[Detection, Tentative]]()
+        for n, each in enumerate(free):
+            hits, best = history.get(n, Tentative((), each.score))
+            hits = (*hits, (time, each.box))[-config.min_hits :]
+            so_far = Tentative(hits, max(best, each.score))
+            if each.score < lowest and n not in history:
+                over.append(so_far)
+            elif len(hits) == config.min_hits and so_far.best >= self.least:
+                begun.append((each, so_far))
+            else:
+                waiting.append(so_far)
+        gone = as_rows(each.hits[-1][1] for each in over)
+        parts = set(nested_pairs(gone, places, TOUCHING)[0].tolist())
+        alone = [each.best for n, each in enumerate(over) if n not in parts]
+        unconfirmed = _latest(self.unconfirmed, alone)
+        return replace(self, candidates=tuple(waiting), unconfirmed=unconfirmed), begun
+
+    def _missed(self, found: set[int], time: float) -> tuple[list[Tentative], list[Tentative]]:
+        """Return the tentative tracks that a frame did not confirm: who waits, and who is over."""
+        waiting, over = list[Tentative](), list[Tentative]()
+        for i, each in enumerate(self.candidates):
+            if i not in found:
+                waits = len(each.hits) > 1 and time - each.hits[-1][0] <= MAX_GAP
+                (waiting if waits else over).append(each)
+        return waiting, over
+
+
+def _latest(scores: tuple[float, ...], new: Sequence[float]) -> tuple[float, ...]:
+    """Return scores with those of a frame added, without the oldest ones."""
+    return (*scores, *new)[-max(SCORES, len(new)) :]

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
+from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
@@ -64,6 +65,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     """How it looks since it is clear of them again."""
     met: frozenset[int] = frozenset()
     """The identities of those that it has met, and may have been mistaken for since."""
+    best: float = math.inf
+    """The highest score of its detections; infinite if another camera has announced it."""
     votes: dict[str, int] = {}
     """How many of its detections had each class, in the order of their first appearance."""
     origin: tuple[float, float] = (0.0, 0.0)
@@ -209,11 +212,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             cut_for=self.cut_for if part else 0.0,
         )
 
-    def vote(self, label: str | None) -> Self:
-        """Count a detection's class, if it has one."""
-        if label is None:
-            return self
-        return replace(self, votes={**self.votes, label: self.votes.get(label, 0) + 1})
+    def vote(self, found: Detection) -> Self:
+        """Note a detection's score, and count its class, if it has one."""
+        best, label = max(self.best, found.score), found.label
+        votes = self.votes if label is None else {**self.votes, label: self.votes.get(label, 0) + 1}
+        return replace(self, best=best, votes=votes)
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
         """Correct its velocity by the detection; it keeps a share of the old one, the smoothing.
@@ -288,6 +291,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             self,
             identity=other.identity,
             rng=other.rng,
+            best=other.best,
             votes=other.votes,
             known=other.known,
             met=other.met,

@@ -43,8 +43,8 @@ def read_track(path: str | Path, *, pandas: Literal[True]) -> Any:  # noqa: D418
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     """Return the rows of a file of tracks (.csv, .jsonl or .parquet), in the order of the file.
 
-    The columns have the names in the file, which are those of `Track.to_dict` and
-    `Track.to_dict`. `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
+    The columns have the names in the file, which are those of `Track.to_dict`.
+    `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
     `camera` text, all others floating-point numbers. An empty field is NaN, as the position where
     there was no track yet, or `occluded_by` where no object is in front.
 

@@ -20,7 +20,7 @@ def last_frame(box: Box = PLACE, covered: bool = False) -> int:
     for age in range(1, 300):
         frame = picture(100 + age)
         others = [replace(other, last_time=frame.time)] if covered else []
-        tracks, staying = report([each, *others], frame, config())
+        tracks, staying = report([each, *others], frame, 0.0, config())
         if tracks[0].gone:
             assert each not in staying
             return age - 1
@@ -41,7 +41,7 @@ def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
 def test_an_occluded_object_that_ends_covers_nothing() -> None:
     """Neither is visible, so both end in the same frame."""
     both = [occluded(identity, BEFORE, PLACE, by=3 - identity) for identity in (1, 2)]
-    tracks, staying = report(both, picture(176), config())
+    tracks, staying = report(both, picture(176), 0.0, config())
     assert [(each.gone, each.occluded_by) for each in tracks] == [(True, None)] * 2
     assert staying == []
 
@@ -57,7 +57,7 @@ def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: i
     """The box of the visible object covers 20, 7 or 5 of 20 columns; 6 are asked for."""
     front = visible(3, picture(100, (Box(left, 30, 20, 40), RED)), Box(left, 30, 20, 40))
     hidden = occluded(1, BEFORE, PLACE, by=3)
-    (_, track), staying = report([front, hidden], BEFORE, config())
+    (_, track), staying = report([front, hidden], BEFORE, 0.0, config())
     assert (track.status, track.occluded_by, track.sought) == (status, by, by is None)
     assert not track.gone
     assert staying == [front, hidden]
@@ -65,10 +65,17 @@ def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: i
 
 def test_tracks_say_what_is_known_of_an_object() -> None:
     objects = [visible(3, BEFORE, PLACE), occluded(1, BEFORE, PLACE, by=3)]
-    tracks, staying = report(objects, BEFORE, config())
+    tracks, staying = report(objects, BEFORE, 0.0, config())
     assert staying == objects
     assert [(t.identity, t.occluded_by, t.detected) for t in tracks] == [
         (3, None, True),
         (1, 3, False),
     ]
     assert [t.box for t in tracks] == [each.track.box for each in objects]
+
+
+@pytest.mark.parametrize(("best", "stays"), [(0.4, False), (0.5, True)])
+def test_an_object_that_was_never_sure_enough_is_gone(best: float, stays: bool) -> None:
+    one = replace(visible(3, BEFORE, PLACE), best=best)
+    (track,), staying = report([one], BEFORE, 0.5, config())
+    assert (track.gone, staying) == (not stays, [one] * stays)

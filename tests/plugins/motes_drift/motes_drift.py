@@ -9,9 +9,7 @@ import numpy as np
 from msgspec import Meta
 
 from motes import Box, Config, Detection, DetectorConfig, Ellipse, Frame
-from motes.core.config import NonNegative
-from motes.core.frame import FRAME_INTERVAL
-from motes.core.types import Floats
+from motes.core import FRAME_INTERVAL, Floats, NonNegative
 from motes.filtering import Motion
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Meta
 
 from motes import Frame
-from motes.core.types import Floats
+from motes.core import Floats
 from motes.cues import HistogramCue, sunflower, visible
 
 

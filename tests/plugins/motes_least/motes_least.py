@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from motes import Config, Ellipse
-from motes.core.config import NonNegative
-from motes.core.track import Status
-from motes.core.types import Floats
+from motes import Config, Ellipse, Status
+from motes.core import Floats, NonNegative
 from motes.filtering import Fusion, Weights
-from motes.formats.recording import FilmFacts, Recording, recording_of
-from motes.formats.registry import Format
-from motes.formats.visibility import only_object
-from motes.rows.journal import ObjectRow
+from motes.formats import FilmFacts, Format, Recording, only_object, recording_of
+from motes.rows import ObjectRow
 
 
 class Least(Fusion, Config, frozen=True, tag="least"):

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from motes import Ellipse, Frame
-from motes.core.config import Config, NonNegative
-from motes.core.types import Floats
+from motes import Config, Ellipse, Frame
+from motes.core import Floats, NonNegative
 from motes.filtering import Expert
 
 

@@ -51,6 +51,9 @@ class ObjectReport(msgspec.Struct, frozen=True):
     place expects an object."""
     sought: bool = False
     """As in `motes.Track`."""
+    look: bytes = b""
+    """Its mean colors in frames in which it was whole and clear of others (`Look.color`), packed;
+    with the histogram."""
 
     @property
     def gone(self) -> bool:

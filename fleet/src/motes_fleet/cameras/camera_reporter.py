@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import Box, Frame, Place, Scene, Status, Track
 from motes.core import Floats
-from motes.mot import CUE, CUT, Expected, intersection_over_first, room
+from motes.mot import CUE, CUT, Expected, Look, intersection_over_first, looks_at, room
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.rig_config import Camera
@@ -30,8 +30,9 @@ class _View:
     """Time of its first frame."""
     places: tuple[str, ...]
     """Names of the places where it was last visible; until it is reported, where it came in."""
-    look: bytes
-    """Its histogram, as bytes."""
+    histogram: bytes = b""
+    look: bytes = b""
+    """Its histogram and its look, as bytes."""
     seen: bool = True
     """Whether it was visible in the last frame."""
     reported: bool = False
@@ -108,7 +109,10 @@ class CameraReporter:
         tracks = self._scene.update(frame)
         came = {own: self._arrivals.pop(key) for own, key in self._scene.admitted.items()}
         self._begun |= {own: each.identity for own, each in came.items() if each.place is None}
-        sightings = [self._sighting(frame, track, self._doors) for track in tracks]
+        looks = self._scene.looks
+        sightings = [
+            self._sighting(frame, each, self._doors, looks.get(each.identity)) for each in tracks
+        ]
         reported = tuple(sighting for sighting in sightings if sighting is not None)
         size = frame.width, frame.height
         return CameraReport(self._camera.name, frame.index, frame.time, reported, size)
@@ -125,10 +129,13 @@ class CameraReporter:
             found.append(expected_of(each, rng, frame.time, doors.boxes(each.place), count))
         return found
 
-    def _sighting(self, frame: Frame, each: Track, doors: Doors) -> ObjectReport | None:
+    def _sighting(
+        self, frame: Frame, each: Track, doors: Doors, clear: Look | None
+    ) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
-        Its histogram is from the last detection with a whole box.
+        Its histogram is from the last detection with a whole box; its look is that when it was last
+        clear of others, if it ever was.
         """
         seen, whole = each.status is Status.TRACKING, False
         view = self._views.get(each.identity)
@@ -136,11 +143,12 @@ class CameraReporter:
             whole = room(each.box, frame) >= CUT
             places = doors.at(each.box)
             if view is None:
-                view = self._views[each.identity] = _View(frame.time, places, b"")
+                view = self._views[each.identity] = _View(frame.time, places)
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                view.look = packed(CUE.learn(frame, each.ellipse).histogram)
+                view.histogram = packed(CUE.learn(frame, each.ellipse).histogram)
+            view.look = packed((clear or looks_at(frame, [each.ellipse])[0]).color)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING
@@ -156,6 +164,7 @@ class CameraReporter:
         if not (view.reported or seen):
             return None
         view.reported = not partial
+        told = seen or vanishes
         return ObjectReport(
             each.identity,
             each.status,
@@ -164,11 +173,12 @@ class CameraReporter:
             each.occluded_by,
             each.detected,
             view.places,
-            view.look if seen or vanishes else None,
+            view.histogram if told else None,
             each.velocity,
             tuple(each.covariance.ravel().tolist()),
             expected,
             each.label,
             partial,
             each.sought,
+            view.look if told else b"",
         )

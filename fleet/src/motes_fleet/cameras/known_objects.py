@@ -24,7 +24,8 @@ class KnownObject:
     seen: float
     """Time of its last certain report."""
     histogram: bytes
-    """Its last color histogram, packed."""
+    look: bytes
+    """Its last color histogram and its last look, packed."""
     last: ObjectReport
     tracked: ObjectReport
     """Its last report, and its last certain report."""
@@ -43,7 +44,7 @@ class KnownObject:
     def of(cls, camera: str, identity: int, now: float, report: ObjectReport) -> KnownObject:
         """Return a new object from its first report."""
         assert report.histogram is not None
-        return cls(camera, identity, now, report.histogram, report, report)
+        return cls(camera, identity, now, report.histogram, report.look, report, report)
 
     def note(self, report: ObjectReport, now: float) -> None:
         """Keep a new report; an object that is there again may be announced again."""
@@ -51,7 +52,7 @@ class KnownObject:
             self.announced.clear()
         self.last = report
         if report.histogram is not None:
-            self.histogram = report.histogram
+            self.histogram, self.look = report.histogram, report.look
         self.gone = report.gone
         if report.seen:
             self.seen, self.tracked, self.interrupted = now, report, False

@@ -38,6 +38,8 @@ ALIKE = 0.5
 sure."""
 DEVIATIONS = 3.0
 """Standard deviations of color and time, together, up to which a pair may be the same object."""
+SAME = 0.6
+"""Largest distance between the histograms of two objects that look the same."""
 CLEAR = 1.5
 """Two objects look the same if all others are this many times farther from either of them."""
 
@@ -317,7 +319,7 @@ def unmistakable(
     looks = np.array([unpacked(each.histogram) for each in others])
     distances = np.array([bhattacharyya(looks, unpacked(each.histogram)) for each in ones])
     pairs = []
-    for i, j in zip(*np.nonzero(distances <= DISTANCE), strict=True):
+    for i, j in zip(*np.nonzero(distances <= SAME), strict=True):
         rivals = np.concatenate([np.delete(distances[i], j), np.delete(distances[:, j], i)])
         if (rivals > CLEAR * distances[i, j]).all():
             pairs.append((ones[i], others[j]))
@@ -338,9 +340,8 @@ def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: floa
 
 
 def _unlike(known: KnownObject, born: ObjectReport) -> float:
-    """Return the distance between the histograms of a known object and a new one."""
-    assert born.histogram is not None
-    return float(bhattacharyya(unpacked(born.histogram)[None], unpacked(known.histogram))[0])
+    """Return the distance between the looks of a known object and a new one."""
+    return float(bhattacharyya(unpacked(born.look)[None], unpacked(known.look))[0])
 
 
 def _fits(passage: CameraLink, known: KnownObject, camera: str, born: ObjectReport) -> bool:

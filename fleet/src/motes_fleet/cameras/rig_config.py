@@ -12,8 +12,8 @@ from motes import Config, ConfigError, Place
 from motes.core import NonNegative, Positive, Share, from_dict, from_toml
 from motes.mot import Homography, matrix_of
 
-DISTANCE = 0.6
-"""Largest distance between color histograms of the same object in two views."""
+DISTANCE = 0.85
+"""Largest distance between the colors of the same object in two views."""
 SECONDS = 0.0, 60.0
 """Least and most time of a passage, where none is given."""
 

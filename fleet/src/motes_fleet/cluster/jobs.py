@@ -14,6 +14,7 @@ from msgspec.structs import astuple, replace
 
 from motes import ConfigError, MotesError, preset
 from motes.core import as_ellipse, check_label, words
+from motes.sot import paths_of
 from motes.video import check_rate, is_recorded
 
 Region = tuple[float, ...]
@@ -105,12 +106,14 @@ def read_job(row: Mapping[str, Any], name: str) -> tuple[Job, list[str]]:
     ------
     ConfigError
         If values have other types than their columns.
+    SourceError
+        If a published network is not on this computer.
     """
     given = {key: value for key, value in row.items() if value not in (None, "")}
     if "init" in given:
         given["init"] = _regions(given["init"])
     if isinstance(given.get("network"), str):
-        given["network"] = [path.strip() for path in given["network"].split(",")]
+        given["network"] = paths_of([path.strip() for path in given["network"].split(",")])
     given, wrong = {"source": "", "name": name} | given, list[str]()
     for key, kind in COLUMNS.items():
         try:

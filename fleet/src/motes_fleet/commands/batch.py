@@ -83,7 +83,7 @@ class JobOptions:
     seed: int | None = None
     """Seed of the random numbers."""
     network: FileName | None = None
-    """Trained network that joins the tracker: A.onnx,B.onnx."""
+    """Trained network that joins the tracker: nanotrack, or A.onnx,B.onnx."""
 
     def columns(self) -> dict[str, object]:
         """Return the values that are given, by their columns."""

@@ -44,7 +44,7 @@ class Trajectory:
     touched."""
     clear: dict[str, Point] = field(default_factory=dict)
     """For each line, the last place of its foot that was clearly on one side. So an object that
-    trembles on a line does not cross it."""
+    stands on a line does not cross it, if it trembles by less than the margin (`events.CLEAR`)."""
     over: dict[str, Event] = field(default_factory=dict)
     """For each line or zone, the event of passing its edge, until the object is clearly beyond."""
     pending: dict[str, Event] = field(default_factory=dict)

@@ -55,7 +55,7 @@ def admit(
             continue
         if detection is not None:
             used.add(n)
-            found = found.vote(detection.label)
+            found = found.vote(detection)
         begun.append(found)
         keys[identity] = each.key
     return begun, keys, [each for n, each in enumerate(free) if n not in used]

@@ -56,7 +56,7 @@ def associate(
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)
         found = after[visible[i]].update_velocity(config.smoothing.velocity, dt)
-        after[visible[i]] = found.vote(detections[j].label)
+        after[visible[i]] = found.vote(detections[j])
         taken.add(j)
     return after, [each for j, each in enumerate(detections) if j not in taken]
 

@@ -33,7 +33,8 @@ def follow_camera(
         return box._replace(x=x - box.width / 2, y=y - box.height / 2)
 
     candidates = tuple(
-        tuple((time, moved(box)) for time, box in hits) for hits in initiation.candidates
+        each._replace(hits=tuple((time, moved(box)) for time, box in each.hits))
+        for each in initiation.candidates
     )
     carried = [
         each.carried(

@@ -51,7 +51,7 @@ def reidentify(
     for i, j in assign_pairs(rows, columns, costs, (len(lost), len(free))):
         distance = distance_of[i, j]
         confidence = confirmed(config.tracker.calibration.probability(distance))
-        found = lost[i].detect(free[j].box, frame.time).vote(free[j].label)
+        found = lost[i].detect(free[j].box, frame.time).vote(free[j])
         track = replace(found.track, distance=distance, confidence=confidence)
         after[occluded[i]] = replace(found, track=track)
         taken.add(j)

@@ -20,11 +20,12 @@ COVERED_AGE_FACTOR = 2
 
 
 def report(
-    objects: Sequence[TrackedObject], frame: Frame, config: SceneConfig
+    objects: Sequence[TrackedObject], frame: Frame, least: float, config: SceneConfig
 ) -> tuple[list[Track], list[TrackedObject]]:
     """Return the tracks of all objects, and the objects that stay; the others are gone.
 
-    An object that is not seen is occluded if a visible one covers enough of it. In plain sight, or
+    An object is gone if it was not detected for too long, or never with at least the score `least`.
+    One that is not seen is occluded if a visible one covers enough of it. In plain sight, or
     behind scenery, of which nothing is known, it is lost, and sought as long as it stays.
     """
     hidden = [each for each in objects if each.occluded]
@@ -42,7 +43,7 @@ def report(
             max_age = MAX_AGE_AT_BORDER
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR
-        if frame.time - each.last_time > max_age:
+        if frame.time - each.last_time > max_age or each.best < least:
             tracks.append(each.terminate().public_track)
         else:
             tracks.append(_told(each, occluders))

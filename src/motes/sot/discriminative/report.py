@@ -48,7 +48,7 @@ class Reporter:
         look: WindowEstimate,
         ellipses: Floats,
     ) -> StepInfo:
-        """Return the report of an estimate.
+        """Return the report of an estimate; its confidence is that the target is there, and is it.
 
         While a lost target is searched for, the particles are those of the search.
 
@@ -62,7 +62,9 @@ class Reporter:
         weights: Weights | None = look.weights
         if not state.standing.trusted and len(state.search_particles):
             ellipses, weights = state.search_particles, None
-        return self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
+        info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
+        confidence = info.track.confidence * state.identity.belief
+        return replace(info, track=replace(info.track, confidence=confidence))
 
     def _report(
         self,
@@ -99,7 +101,7 @@ class Reporter:
             ellipse=found,
             covariance=covariance,
             confidence=probability(evidence),
-            status=state.standing.status,
+            status=state.reported.status,
             distance=1 - min(max(similarity, 0.0), 1.0),
             effective_sample_size=weights.effective_sample_size,
         )

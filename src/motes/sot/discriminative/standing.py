@@ -41,7 +41,7 @@ class Standing(NamedTuple):
         Parameters
         ----------
         evidence
-            Log odds that the target is at the estimate.
+            Log odds that the target is at the estimate, or another number of their sign.
         jumped
             Whether the search has found this place in this frame.
         """

@@ -8,6 +8,7 @@ from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array
 from motes.core.types import Floats
 from motes.cues.scale_filter import ScaleModel
+from motes.sot.discriminative.identity import Identity
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.network_track import NetworkTrack
@@ -45,12 +46,16 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     turn: TurnEstimate
     """The size and the turn that are reported."""
     standing: Standing
-    """The status of the target."""
+    """Whether something like the target is there: it decides what is learned and searched for."""
+    reported: Standing
+    """The status that is reported: whether it is there and is the target, too."""
     rival: Rival
     """Another place that may be the target's."""
     motion: MotionHistory
     """The last motion of the target and of the camera."""
     light: Light
     """The light of the scene."""
+    identity: Identity
+    """Whether what is followed is the target or a neighbor."""
     network: NetworkTrack | None = None
     """The target as a trained network follows it, if there is one."""

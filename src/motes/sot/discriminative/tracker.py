@@ -6,8 +6,9 @@ Experts of other kinds (`expert.py`) say where they see it, among them a filter 
 the target in a wide window. Where they part, both places are followed until the evidence of the
 next frames decides, and nothing is learned meanwhile (`rival.py`). The evidence of a place is the
 sum of the log odds that the near window (`evidence.py`) and the experts give it. It decides whether
-the target is there, and so whether the tracker learns or searches. A trained network, if there is
-one, follows the target beside the particles (`network_track.py`).
+the target is there, and so whether the tracker learns or searches. Whether it is the target or a
+neighbor who looks alike is a belief (`identity.py`) that is reported and changes nothing else. A
+trained network, if there is one, follows the target beside the particles (`network_track.py`).
 """
 
 from __future__ import annotations
@@ -31,8 +32,9 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.evidence import Evidence, probability
 from motes.sot.discriminative.expert import Expert, Experts
+from motes.sot.discriminative.identity import Identity
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
@@ -173,9 +175,11 @@ class Discriminative(
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
+            reported=Standing(),
             rival=Rival(box),
             motion=prediction.started(small_picture(frame)),
             light=Light(),
+            identity=Identity.begin(frame, box),
             network=NetworkTrack.begin(self.network, frame, box) if self.network else None,
         )
         return state, self.reporter.placed(state, frame)
@@ -222,7 +226,17 @@ class Discriminative(
         steady = not (jumped or state.standing.missed or standing.missed)
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
-        after = replace(after, motion=motion, light=light, experts=experts)
+        identity = state.identity.after(frame, pose, motion.camera, seen=look.evidence > 0)
+        confidence = probability(look.evidence) * identity.belief
+        reported = state.reported.after(confidence - 0.5, jumped=jumped)
+        after = replace(
+            after,
+            motion=motion,
+            light=light,
+            experts=experts,
+            identity=identity,
+            reported=reported,
+        )
         info = self.reporter.report(after, frame, look, particles_of(look, state, pose))
         return self._joined(rng, after, frame, info, look.evidence)
 
@@ -242,6 +256,7 @@ class Discriminative(
             correlation=self.correlation.learn_also(state.correlation, frame, place),
             posterior=self.posterior.learn_also(state.posterior, frame, place),
             experts=self.experts.learn_also(state.experts, frame, place),
+            identity=state.identity.learned_also(frame, place),
         )
 
     def correct(
@@ -257,8 +272,10 @@ class Discriminative(
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
             standing=Standing(),
+            reported=Standing(),
             rival=Rival(box),
             experts=self.experts.placed(state.experts, box),
+            identity=state.identity.placed(frame, box),
             network=state.network and state.network.placed(box),
         )
         return state, self.reporter.placed(state, frame)
@@ -301,7 +318,8 @@ class Discriminative(
         if iou(network.place.box, track.box) > AGREES:
             network, region = network.agreed(), network.mean(track)
             confidence = math.sqrt(track.confidence * network.score)
-            again = track.status is not Status.TRACKING and network.score > track.confidence
+            unseen = state.standing.status is not Status.TRACKING
+            again = unseen and network.score > track.confidence
         else:
             there = self.placer.evidence_at(rng, state, frame, network.place)
             network = network.compared(there - evidence)

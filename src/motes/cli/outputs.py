@@ -1,7 +1,8 @@
-"""The outputs of several objects: rows, documents, events, an annotated video."""
+"""The outputs of a run: rows, what is remembered of them, documents, events."""
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 from bisect import bisect_left
@@ -12,7 +13,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
-from motes.core.errors import ConfigError, FormatError
+from motes.core.errors import ConfigError, FormatError, InputError
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -101,6 +102,9 @@ class Remembered(Sink):
         What is remembered.
     overwrite
         Whether an existing file may be replaced.
+    resume
+        Whether the rows that are there are compared. As they may be of another run, what is
+        remembered of them stays until there is a new one.
 
     Raises
     ------
@@ -108,16 +112,23 @@ class Remembered(Sink):
         If the file exists and must not be overwritten, or cannot be made.
     """
 
-    def __init__(self, rows: str, history: History, *, overwrite: bool) -> None:
+    def __init__(self, rows: str, history: History, *, overwrite: bool, resume: bool) -> None:
         self._rows, self._history = Path(rows), history
         self._path = history_path(self._rows)
         check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
-        check_writable(self._path, overwrite)
+        check_writable(self._path, overwrite or resume)
+        self._compared: float = -1
+        """The last frame whose rows are there."""
+        if resume and self._path.exists():
+            with suppress(InputError):  # what cannot be read is replaced
+                last = History.load(self._path).last
+                self._compared = math.inf if last is None else last
 
     def write(self, moment: Moment) -> None:
-        """Write the file before the first frame; remember which frame is the last."""
-        if self._history.last is None:
+        """Write the file before the first new row; remember which frame is the last."""
+        if moment.frame.index > self._compared:
             self._history.save(self._path)
+            self._compared = math.inf
         self._history = replace(self._history, last=moment.frame.index)
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:

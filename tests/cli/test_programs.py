@@ -1,0 +1,67 @@
+"""Commands that other packages bring, and what is said where they are not installed."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from motes.cli import app, main
+from motes.core import registry
+
+
+@pytest.fixture(autouse=True)
+def _commands_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let each test begin with the commands of motes alone, and end as it began."""
+    own = {name: each for name, each in app.app._commands.items() if name not in app.PROGRAMS}
+    monkeypatch.setattr(app.app, "_commands", own)
+
+
+def install(monkeypatch: pytest.MonkeyPatch, **places: str) -> None:
+    """Let these commands be all that packages add."""
+    points = tuple(EntryPoint(name, place, "motes.commands") for name, place in places.items())
+    monkeypatch.setattr(
+        registry, "_entry_points", lambda group: points if group == "motes.commands" else ()
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            "studio",
+            "motes studio needs motes-studio; install it with: pip install 'motes[studio]'.",
+        ),
+        ("batch films", "motes batch needs motes-fleet; install it with: pip install"),
+        ("watch rig.toml", "A file of several cameras needs motes-fleet;"),
+        ("watch a.mp4 --events mqtt://a/b", "--events ADDRESS needs motes-fleet;"),
+        ("wave", 'Unknown command "wave".'),
+    ],
+)
+def test_what_is_missing_is_said(
+    line: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(monkeypatch)
+    assert main(line.split()) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_command_of_another_package(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(monkeypatch, wave="motes_fleet.commands.serve:app")
+    assert main(["wave", "--help"]) == 0
+    assert "label-studio" in capsys.readouterr().out
+    assert main(["--help"]) == 0
+    assert "wave" in capsys.readouterr().out
+
+
+def test_one_that_is_broken_fails_alone(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(monkeypatch, wave="motes_nothing:app")
+    assert main(["--help"]) == 0
+    assert "wave" not in capsys.readouterr().out
+    assert main(["wave"]) == 2
+    assert "cannot be loaded: ModuleNotFoundError" in capsys.readouterr().err
+    assert main(["track", "--help"]) == 0
