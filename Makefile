@@ -39,9 +39,9 @@ demo: $(DEMO_READY)
 	@$(MAKE) --no-print-directory $(KERNELS)
 	$(BIN)/motes demo --out demo --overwrite
 
-# While working: all but the slow tests.
+# While working: all but what is slow, and what needs a browser or Ray.
 check: lint
-	$(BIN)/python -m pytest -n auto -m 'not slow'
+	$(BIN)/python -m pytest -n auto
 
 # Types are checked beside the tests.
 test: ready
@@ -51,12 +51,12 @@ test: ready
 # makes what they share once.
 suite: ready
 	@-$(BIN)/python -m pytest --collect-only -qq > /dev/null
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(BIN)/python -m pytest -m '' -n auto --dist worksteal
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
 coverage: ready
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -n auto
+	$(BIN)/coverage run -m pytest -m '' -n auto
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
@@ -84,7 +84,7 @@ golden: ready
 
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
-	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
+	$(BIN)/python -m pytest -m '' benchmarks --benchmark-enable --benchmark-only
 	$(BIN)/motes-lab bench --against lab/docs/performance.md --out bench --overwrite \
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
@@ -111,7 +111,7 @@ sanitize: ready
 		$(BIN)/python setup.py --quiet build --build-base sanitize/build --build-lib sanitize/lib
 	LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libstdc++.so)" \
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=sanitize/lib:tests sh -e -c '\
-		$(BIN)/python -m pytest tests/kernels tests/cues; \
+		$(BIN)/python -m pytest -m "" tests/kernels tests/cues; \
 		$(BIN)/python -m fuzzing --kind calls --rounds $(CALLS) --seed $(SEED)'
 
 # What the kernels are built with comes first, so that it is not installed once more to build them.

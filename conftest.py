@@ -44,6 +44,15 @@ def pytest_xdist_auto_num_workers() -> int:
     return cores() + 1
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what needs a browser or a cluster: it asks for the fixture that starts one."""
+    for item in items:
+        for fixture, mark in (("browser", "browser"), ("any_cluster", "ray")):
+            if fixture in getattr(item, "fixturenames", ()):
+                item.add_marker(mark)
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -17,15 +16,6 @@ from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 SCRIPTS = Path(__file__).parents[1] / "benchmarks"
-VALGRIND = f"""#!{sys.executable}
-import itertools, subprocess, sys
-command = [*itertools.dropwhile(lambda each: each.startswith("--"), sys.argv[1:])]
-frames = int(command[-1])
-code = subprocess.run(command).returncode
-print(f"==1== Collected : {{1000000 * frames}}", file=sys.stderr)
-sys.exit(code)
-"""
-"""A stand-in that counts a million instructions for a frame."""
 
 
 def cells(table: str) -> list[list[str]]:
@@ -50,42 +40,10 @@ def test_a_frame_from_file_to_file(tmp_path: Path) -> None:
     assert (size, preset, len(numbers)) == ("320x240", "nummiaro", 8)
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="the stand-in is a script")
-def test_instructions_are_counted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    counter = tmp_path / "valgrind"
-    counter.write_text(VALGRIND)
-    counter.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    monkeypatch.syspath_prepend(SCRIPTS)
-    script: Any = importlib.import_module("instructions")
-    monkeypatch.setattr(script, "PRESETS", ("ng_delp",))
-    script.main(12)
-    update, frame = cells(capsys.readouterr().out)
-    assert update[:2] == ["an update of ng_delp", "1.00"]
-    assert update[2] == "1050 to 2100"  # of 1,500 million cycles, 0.7 to 1.4 instructions in each
-    assert frame[:2] == ["a frame of motes track with nummiaro", "1.00"]
-
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(SystemExit, match="valgrind is not installed"):
-        script.main(12)
-
-
 def test_the_parts_of_the_default_tracker_are_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(SCRIPTS)
     script: Any = importlib.import_module("default_breakdown")
     assert all(callable(getattr(owner, name)) for owner, name in script.PARTS.values())
-
-
-@pytest.mark.slow
-def test_the_studio_answers_a_page() -> None:
-    pytest.importorskip("starlette")
-    line = [sys.executable, str(SCRIPTS / "studio.py"), "--quick", "--only", "seek,track"]
-    done = subprocess.run(line, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert [what for what, _ in cells(done.stdout)][-1].startswith("correction")
 
 
 def test_an_angle_is_followed_on_a_turned_picture(

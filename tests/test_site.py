@@ -107,7 +107,7 @@ def test_a_broken_link_between_the_two_sites_is_found() -> None:
     assert sites.anchors("# A `b` [c](d.md)\n```sh\n# no\n```\n") == {"a-b-c"}
 
 
-@pytest.mark.slow
+@pytest.mark.browser
 def test_navigation_is_beside_the_page_at_1200_pixels(site: Path) -> None:
     pytest.importorskip("playwright", reason="needs: pip install playwright")
     from browsers import CHROMIUM, browsing

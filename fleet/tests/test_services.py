@@ -92,6 +92,7 @@ def request(truth: Box, frame: int, film: str = "/data/upload/cells") -> dict[st
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[str]) -> None:
     truths = [truth for _, truth in frames(8)]
     answering = label_studio.Backend("127.0.0.1", 0, videos, "default")
@@ -223,6 +224,7 @@ def _slow(_: WorkerLine, body: bytes, files: Path, preset: str) -> bytes:
     return b'[200,{"results":[]}]'
 
 
+@pytest.mark.slow
 def test_health_is_told_while_the_tracker_works(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

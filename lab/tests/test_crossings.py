@@ -31,6 +31,7 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_film_is_counted(films: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its second line has a crossing that is none, and its third one that is to the other side."""
     (films / "truth.toml").write_text(

@@ -47,6 +47,7 @@ def test_every_method_is_exact_at_keyframes(sequence: Path) -> None:
     assert path.variances[6, 0] > path.variances[1, 0] > 0
 
 
+@pytest.mark.slow
 def test_stretches_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A new keyframe needs only the passes between its neighbors."""
     runs: list[int] = []

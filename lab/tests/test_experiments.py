@@ -105,6 +105,7 @@ def test_edges_over_fewer_pixels_are_compared_as_brute_force_does(sampling: str)
     assert value(row["rho"]) == pytest.approx(rho, abs=1e-6)  # the arctangent is a polynomial
 
 
+@pytest.mark.slow
 def test_all_pixels_are_like_themselves_and_take_all_the_time() -> None:
     frame, (target,) = synthetic.still((640, 480), target=(60, 100), frames=1)[0]
     view = View(frame, target.ellipse, still=True)
@@ -120,6 +121,7 @@ def test_all_pixels_are_like_themselves_and_take_all_the_time() -> None:
         assert value(full["µs"]) > value(rows["half"]["µs"]) > 0.1
 
 
+@pytest.mark.slow
 def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> None:
     seen = [small_view(seed=seed) for seed in range(3)]
     alone = [
@@ -192,6 +194,7 @@ def test_the_likelihoods_are_those_of_the_equations() -> None:
 # Nummiaro et al., figure 9
 
 
+@pytest.mark.slow
 def test_the_known_histogram_is_that_of_the_region() -> None:
     view = small_view()
     assert view.region is not None
@@ -245,6 +248,7 @@ def test_csv_holds_both_ends_of_an_interval() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_saving(tmp_path: Path) -> None:
     result = Result({"one": TABLE, "two": TABLE}, last(ng_delp_figure3.figure3()).draw)
     save(result, tmp_path, "it")
@@ -350,6 +354,7 @@ def test_bad_input_is_answered_in_one_line(
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ng-delp-table1", "ng-delp-figure3", "nummiaro-figure9"])
 def test_an_experiment_writes_what_it_says(
     name: str, film: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]

@@ -127,6 +127,7 @@ def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
     assert 9 not in slow.frames
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
 def test_peers_wait_for_a_second(crowd: MotSequence, rate: float, tracks: int) -> None:
     pytest.importorskip("trackers")
@@ -504,6 +505,7 @@ def test_results_csv(tmp_path: Path) -> None:
 # Report
 
 
+@pytest.mark.slow
 def test_tables() -> None:
     evaluation = MotEvaluation(OUTCOMES)
     table = overall(evaluation)

@@ -231,6 +231,7 @@ def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
     assert all(changed)
 
 
+@pytest.mark.slow
 def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     times = list[tuple[float, float]]()
     compared = Figures._compared
@@ -302,6 +303,7 @@ def test_never_found(go: Go) -> None:
     assert len(table("r.csv")) == 3
 
 
+@pytest.mark.slow
 def test_without_a_face_every_row_is_empty(go: Go) -> None:
     pytest.importorskip("dlib", reason="faces need dlib")
     assert go("track FILM --detect face -o r.csv --overlay o.mkv --figures f --end 3")[0] == 4
@@ -368,6 +370,7 @@ def test_options_may_come_before_the_source(go: Go) -> None:
     assert go("track --set particles=20 --set scale.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["track", "watch"])
 def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) -> None:
     def shown(flag: str) -> list[str]:
@@ -563,6 +566,7 @@ def test_a_damaged_source_is_reported(go: Go, film: tuple[str, str]) -> None:
     assert "cut off at" in error or "skipped" in error or "damaged" in error
 
 
+@pytest.mark.slow
 def test_help_on_a_full_disk() -> None:
     with open("/dev/full", "w") as full, started(["--help"], stdout=full) as process:
         _, error = process.communicate()

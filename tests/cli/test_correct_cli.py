@@ -137,6 +137,7 @@ def test_other_outputs(go: Go) -> None:
     assert not Path("d.xml.run.json").exists()
 
 
+@pytest.mark.slow
 def test_metres_and_an_overlay(go: Go) -> None:
     line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
     code, said = go(f"{line} -o m.csv --overlay m.mp4")
@@ -246,6 +247,7 @@ def test_an_interrupt_before_the_first_row_leaves_what_was_there(
     assert Path("rows.csv").read_text() == "old"
 
 
+@pytest.mark.slow
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -276,6 +278,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mark", ["--at 0=BOX", "--init BOX"])
 def test_a_correction_killed_between_its_files_is_finished(
     go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
@@ -630,6 +633,7 @@ def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
     assert known.units.ground.scale == 4
 
 
+@pytest.mark.slow
 def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
     """Also after a correction, and when they are smoothed."""
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0

@@ -50,6 +50,7 @@ def changed(path: str | Path) -> list[bool]:
     return [bool((abs(drawn - plain) > 60).sum() > 30) for drawn, plain in pairs]
 
 
+@pytest.mark.slow
 def test_every_kind_of_rows_is_drawn(go: Go) -> None:
     assert go(f"{TRACK} -o rows.csv")[0] == 0
     assert go("smooth rows.csv -o smooth.csv")[0] == 0
@@ -65,6 +66,7 @@ def test_every_kind_of_rows_is_drawn(go: Go) -> None:
         assert all(changed("drawn.mkv")) or "keyframes" in name, name
 
 
+@pytest.mark.slow
 def test_rows_of_one_object_are_those_of_a_target(go: Go) -> None:
     """Also boxes, as between keyframes; but what a watched scene shows are objects."""
     target = ["path.pdf", "size.pdf", "speed.pdf"]
@@ -94,6 +96,7 @@ def test_an_outline_stands_where_the_row_says(go: Go) -> None:
     assert around[:, 1].max() > 94
 
 
+@pytest.mark.slow
 def test_figures_have_the_units_that_the_rows_remember(go: Go) -> None:
     assert go(f"{TRACK} -o rows.csv --scale 10")[0] == 0
     code, said = go("draw film.mkv rows.csv --figures figures")
@@ -140,6 +143,7 @@ def objects(count: int = FRAMES) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.slow
 def test_objects_are_drawn_with_their_names_lines_and_speeds(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -106,6 +106,7 @@ main(sys.argv[2:])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("masks", "written"), [("masks", 3), ("masks.json", 1)])
 def test_a_part_never_has_the_name_of_the_whole(go: Go, masks: str, written: int) -> None:
     words = [sys.executable, "-c", KILLED, str(written), *DRAW.split(), masks]

@@ -171,6 +171,7 @@ def test_a_film_that_breaks_off_keeps_all_frames_before(go: Go, tmp_path: Path) 
     assert (tmp_path / "rows.csv").read_text().splitlines()[-1].startswith("23,")
 
 
+@pytest.mark.slow
 def test_who_stays_in_a_zone(go: Go) -> None:
     """The walker is in the middle half for 80 pixels, 20 frames; one zone has its own dwell."""
     Path("p.toml").write_text(
@@ -187,6 +188,7 @@ def test_who_stays_in_a_zone(go: Go) -> None:
     assert "stays hall 1" in error
 
 
+@pytest.mark.slow
 def test_detections_of_a_file_and_default_output(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))
@@ -196,6 +198,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
     assert len(out.splitlines()) > 12
 
 
+@pytest.mark.slow
 def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))
@@ -211,6 +214,7 @@ def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
     assert Path("still.csv").read_bytes() == Path("a.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))
@@ -224,6 +228,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
     assert made == whole == [*range(80)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "said"),
     [
@@ -295,6 +300,7 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "line"),
     [
@@ -326,6 +332,7 @@ def test_a_dumped_run_is_the_same_again(go: Go) -> None:
     assert len(rows.splitlines()) > 30
 
 
+@pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("mine")
     code, _, error = go("FILM -o r.csv")

@@ -51,6 +51,7 @@ def test_changes_of_status_and_warnings_are_logged(
     assert f"{path}: {problems}." in [record.getMessage() for record in caplog.records]
 
 
+@pytest.mark.slow
 def test_nothing_is_printed_unasked() -> None:
     code = (
         "import motes, numpy as np; pixels = np.zeros((72, 96, 3), np.uint8)\n"

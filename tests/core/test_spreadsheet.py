@@ -22,6 +22,7 @@ from recordings import FACTS
 FORMULAS = ['=HYPERLINK("http://x",A1)', "+1+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\t=1", "'=1"]
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="'=+-@1ae.\t", max_size=6))
 def test_a_text_comes_back_and_is_no_formula(text: str) -> None:
     cell = guarded(text)

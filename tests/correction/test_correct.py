@@ -104,6 +104,7 @@ def test_hidden_frames_are_bridged(clip: Clip, tracks: list[Track]) -> None:
     assert max(deviation) == max(deviation[10:-10])
 
 
+@pytest.mark.slow
 def test_neither_pass_no_place(clip: Clip) -> None:
     """Passes that see noise only are left out: the frames between the keyframes are a bridge."""
 
@@ -131,6 +132,7 @@ def test_neither_pass_no_place(clip: Clip) -> None:
     assert (joined.ellipses[14:20, 4] == 0).all()  # all keyframes are boxes
 
 
+@pytest.mark.slow
 def test_only_neighboring_stretches_are_made_anew(
     film: Path, clip: Clip, tracks: list[Track], marks: dict[int, motes.Box | None]
 ) -> None:

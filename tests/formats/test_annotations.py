@@ -174,6 +174,7 @@ def datumaro() -> Any:
     return pytest.importorskip("datumaro.components.dataset", reason=reason).Dataset
 
 
+@pytest.mark.slow
 def test_datumaro_reads_coco_and_cvat(dataset: Path) -> None:
     for path, form in ((dataset, "coco_instances"), (dataset / "cvat.xml", "cvat")):
         found = datumaro().import_from(str(path), form)

@@ -256,6 +256,7 @@ def by_supervision(found: Any) -> list[tuple[int, list[float]]]:
     ]
 
 
+@pytest.mark.slow
 def test_three_tools_read_coco(images: Path, tmp_path: Path) -> None:
     tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
     sv = pytest.importorskip("supervision", reason="supervision is not installed")

@@ -36,6 +36,7 @@ def test_cocos_own_tool_reads_masks(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_supervision_reads_yolo_and_coco(tmp_path: Path) -> None:
     sv = pytest.importorskip("supervision", reason="supervision is not installed")
     registry.write(tmp_path / "a.yolo", "yolo", crowd())

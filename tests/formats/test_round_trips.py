@@ -121,6 +121,7 @@ def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
 CLASSED = sorted(name for name in NAMES if CLASSES in registry.FORMATS.resolve(name).holds)
 
 
+@pytest.mark.slow
 @given(st.text(st.characters(exclude_categories=()), min_size=1, max_size=8))
 @example("a\u2028b").via("a line break for some, and none for others")
 @example("a\x85b").via("a line break of YAML")

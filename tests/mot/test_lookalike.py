@@ -148,6 +148,7 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
         assert found == pytest.approx(expected, abs=6)
 
 
+@pytest.mark.slow
 def test_writing_that_looks_like_a_player_is_none() -> None:
     """It stays in the picture while the camera pans; before it did, it may have been one."""
     detector = LookalikeDetector((150, 20, *SIZE))

@@ -225,6 +225,7 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
 
 
+@pytest.mark.slow
 def test_watch_follows_before_a_camera_that_pans(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

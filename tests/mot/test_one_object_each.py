@@ -61,6 +61,7 @@ def car(picture: NDArray[np.uint8], way: float) -> None:
     picture[inside] = behind[inside]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("draw", "many"), [(car, 1), (abreast(22), 2), (abreast(26), 2), (abreast(45), 2)]
 )

@@ -156,6 +156,7 @@ def test_covariances_are_those_of_samples() -> None:
     np.testing.assert_allclose(found[1], np.cov(places.T), rtol=0.12, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_speeds_are_near_and_their_deviations_honest() -> None:
     """Over many noisy walks at 2 m/s, about 95 % of the intervals hold the truth."""
     rng = np.random.default_rng(1)

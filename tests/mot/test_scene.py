@@ -84,6 +84,7 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     assert (stage.scene.created, stage.scene.terminated) == (1, 1)
 
 
+@pytest.mark.slow
 def test_identities_are_never_used_twice() -> None:
     stage = Stage()
     seen = []
@@ -120,6 +121,7 @@ def test_what_is_detected_is_rather_there_than_not() -> None:
         assert 0.5 <= seen.confidence < 0.6
 
 
+@pytest.mark.slow
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     """The first passes behind the second, which stands; a blob covers both while they touch."""
     stage, still, said = Stage(), Box(90, 20, 40, 50), {}
@@ -147,6 +149,7 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert stage.scene.created == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
 def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
     """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
@@ -162,6 +165,7 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
         assert (memories[0] != memories[-1]) == (learns and remembers)
 
 
+@pytest.mark.slow
 def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     stage, said = Stage(), []
     for i in range(50):
@@ -173,6 +177,7 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
     assert said[40][0].status is Status.TRACKING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [False, True])
 def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
     """The same thing goes on in another picture."""
@@ -192,6 +197,7 @@ def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
     assert (scene.created, scene.terminated) == (1 + cut, cut)
 
 
+@pytest.mark.slow
 def test_tracks_of_one_object_do_not_depend_on_others() -> None:
     alone, together = Stage(seed=3), Stage(seed=3)
     for i in range(30):

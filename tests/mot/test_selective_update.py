@@ -38,6 +38,7 @@ def test_the_picture_to_learn_by_hand() -> None:
         assert (learned[0, 0, 0], learned[0, 0, 8], learned[0, 8, 4]) == (left, right, 50), time
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("walks", "found"), [(True, 1), (False, 0)])
 def test_who_has_walked_in_stays_and_what_only_appears_is_learned(walks: bool, found: int) -> None:
     """Both stand still for 16 seconds: longer than the trial, and than a background remembers."""

@@ -116,6 +116,7 @@ def test_what_becomes_too_dark_to_be_seen_is_no_object() -> None:
     assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
 
 
+@pytest.mark.slow
 def test_a_first_background_is_of_one_exposure() -> None:
     """Though the film that it is made from grows darker and brighter."""
     empty, detector = ground(0), BackgroundDetector()
@@ -202,6 +203,7 @@ def test_an_exposure_is_no_motion(gain: float) -> None:
     assert ReferenceImage(brighter).has_moved(there.astype(np.uint8))
 
 
+@pytest.mark.slow
 def test_an_anchor_forgets_what_is_old() -> None:
     """A camera that creeps by a pixel in 200 frames does not slip: it is learned."""
     picture = ground(2, 800)

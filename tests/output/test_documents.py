@@ -104,6 +104,7 @@ def test_names_of_images_are_those_below_their_common_folder(
         assert film.file_of(0) == "1.png"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
                                      "watch FILM"])  # fmt: skip
 def test_a_label_names_the_class(go: Go, command: str) -> None:

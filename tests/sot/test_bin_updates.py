@@ -68,6 +68,7 @@ def equations_3_to_15(
         yield np.array(p)  # 15
 
 
+@pytest.mark.slow
 @given(st.integers(0, 9999), st.sampled_from([3, 8, 72]), st.sampled_from([1, 4, 10]))
 def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
     first, *seen = series(seed, bins, 31)

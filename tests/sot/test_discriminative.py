@@ -117,6 +117,7 @@ def test_follows_targets_of_every_size(
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
+@pytest.mark.slow
 def test_follows_in_a_large_frame() -> None:
     frames, boxes = film(circle((2000.0, 900.0), 120, 4), (300, 420), wall(2160, 3840))
     _, tracks = follow(frames, boxes[0])
@@ -133,6 +134,7 @@ def grown() -> tuple[list[Frame], list[Box]]:
     return frames, boxes
 
 
+@pytest.mark.slow
 def test_a_growing_target_has_no_steps_of_size() -> None:
     frames, boxes = grown()
     _, tracks = follow(frames, boxes[0])
@@ -150,6 +152,7 @@ def hidden() -> tuple[list[Frame], list[Box]]:
     return film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
 
 
+@pytest.mark.slow
 def test_a_hidden_target_is_lost_and_found_again() -> None:
     frames, boxes = hidden()
     _, tracks = follow(frames, boxes[0])
@@ -160,6 +163,7 @@ def test_a_hidden_target_is_lost_and_found_again() -> None:
     assert iou(tracks[-1].box, boxes[-1]) > 0.6
 
 
+@pytest.mark.slow
 def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> None:
     """A red car goes behind a lorry; a black one of the same shape comes before it is out."""
     tracker, found = Tracker(seed=0), []
@@ -170,6 +174,7 @@ def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> Non
     assert np.mean(found) > 0.85
 
 
+@pytest.mark.slow
 def test_nothing_is_learned_of_what_hides_the_target() -> None:
     frames, boxes = hidden()
     tracker = Tracker()
@@ -183,6 +188,7 @@ def test_nothing_is_learned_of_what_hides_the_target() -> None:
     assert not any(learned[26:36])
 
 
+@pytest.mark.slow
 def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None:
     frames, boxes = hidden()
     tracker = Tracker()
@@ -286,6 +292,7 @@ def twins(apart: float, count: int) -> tuple[list[Frame], list[Box]]:
     return frames, boxes
 
 
+@pytest.mark.slow
 def test_a_twin_near_by_is_not_taken_for_the_target() -> None:
     frames, boxes = twins(55.0, 40)
     _, tracks = follow(frames, boxes[0])

@@ -90,6 +90,7 @@ def test_what_is_learned_fades() -> None:
     assert Light(0.5).learned(0.04).level == 0.5 * 0.96
 
 
+@pytest.mark.slow
 def test_the_tracker_stays_certain_when_the_light_falls(
     scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -161,6 +161,7 @@ def overlap(frames: list[Frame], places: list[Ellipse]) -> float:
     return float(np.median(shares))
 
 
+@pytest.mark.slow
 def test_a_small_target_is_followed_through_a_shaking_camera(
     scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
 ) -> None:

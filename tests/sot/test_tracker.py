@@ -187,6 +187,7 @@ ODD = {
 }
 
 
+@pytest.mark.slow
 @of_kinds
 def test_odd_inputs_work(name: str) -> None:
     tracker = Tracker(CONFIGS[name])
@@ -293,6 +294,7 @@ def states() -> Iterator[Any]:
     yield random.getstate()
 
 
+@pytest.mark.slow
 @of_kinds
 def test_a_run_depends_on_its_seed_alone(name: str) -> None:
     """Not on another tracker, on what this one did before, or on global randomness."""

@@ -21,6 +21,7 @@ def wrapped(angles: Floats) -> Floats:
     return out
 
 
+@pytest.mark.slow
 def test_a_turn_is_followed_without_steps() -> None:
     clip, tracker = turning((160, 120)), Tracker()
     found, truth = list[float](), list[float]()
@@ -35,6 +36,7 @@ def test_a_turn_is_followed_without_steps() -> None:
     assert np.degrees(np.abs(steps)).max() < 9  # one of 3.6 degrees each; a window's is of 14
 
 
+@pytest.mark.slow
 def test_a_box_has_no_turn_but_that_of_the_window() -> None:
     clip, tracker = turning((160, 120)), Tracker()
     for index in range(30):
@@ -75,6 +77,7 @@ def test_a_turned_picture_is_turned_by_as_much() -> None:
         assert estimate.angle.value == pytest.approx(angle, abs=0.01)
 
 
+@pytest.mark.slow
 def test_jitter_at_rest() -> None:
     """A target at rest under noise jitters by less than 0.3 pixels."""
     frame, (true, *_) = still((160, 120), target=(30, 40), frames=1)[0]

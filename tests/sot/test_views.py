@@ -80,6 +80,7 @@ def assert_same(found: list[Track], wanted: list[Track]) -> None:
         assert (one.status, one.confidence) == (other.status, other.confidence)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_views_give_the_same_tracks(name: str) -> None:
     for view in VIEWS:

@@ -429,6 +429,7 @@ def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.Monk
     assert len(said) == 2  # it stalls, it is back
 
 
+@pytest.mark.slow
 def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     """Who comes in by a door is told of when whole, and with the looks of then."""
     place = Place(name="door", box=(0, 0, 10, 96))

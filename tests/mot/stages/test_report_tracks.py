@@ -28,10 +28,12 @@ def last_frame(box: Box = PLACE, covered: bool = False) -> int:
     raise AssertionError("never")
 
 
+@pytest.mark.slow
 def test_an_object_is_kept_for_three_seconds() -> None:
     assert last_frame() == pytest.approx(3 / 0.04, abs=1)
 
 
+@pytest.mark.slow
 def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
     assert last_frame(covered=True) == pytest.approx(6 / 0.04, abs=1)
 
