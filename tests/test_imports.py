@@ -71,7 +71,8 @@ def test_no_package_has_a_circle() -> None:
     imports = {module: modules(path) - {module} for module, path in MODULES.items()}
     for name in PACKAGES:
         graph = {each: of for each, of in imports.items() if each.split(".")[1] == name}
-        TopologicalSorter(graph).prepare()  # which raises where there is a circle
+        order = [*TopologicalSorter(graph).static_order()]  # which raises where there is a circle
+        assert set(graph) <= set(order)
 
 
 def test_every_package_has_its_layer() -> None:
@@ -104,8 +105,8 @@ def test_programs_come_through_the_door() -> None:
 
 def test_the_door_opens() -> None:
     for home, names in DOOR.items():
-        for name in names:
-            getattr(importlib.import_module(home), name)
+        module = importlib.import_module(home)
+        assert [name for name in names if not hasattr(module, name)] == []
 
 
 def test_the_documentation_lists_the_door() -> None:

@@ -165,7 +165,7 @@ def _without_none(value: Any) -> Any:
 
 
 def from_flag(text: str) -> Any:
-    """Return the value of a flag, such as 0.2 of `--motion.noise 0.2`.
+    """Return the value of a text, such as 0.2 of `--set motion.noise=0.2`.
 
     The text is read as a TOML value; `8,8,8` is a list, and any other text is a string.
     """

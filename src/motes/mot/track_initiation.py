@@ -1,8 +1,8 @@
 """What may become an object: a detection that others confirm.
 
-Detectors have scores of any scale. How high false ones are is learned from those that nothing
-confirms: an object has a surer one, and its other detections may be as low as any (Zhang et al.,
-ByteTrack, ECCV 2022, have such levels as constants).
+Detectors have scores of any scale. The scores of false detections are learned from those that
+no other frame confirms. An object needs one detection with a higher score; its other detections may
+have any score (Zhang et al., ByteTrack, ECCV 2022, have two such levels as constants).
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ its first detection, a single frame without one is enough: longer gaps start mor
 LOWEST = 0.1
 """Share of all detections, those with the lowest scores, that begin nothing."""
 SURE = 0.99
-"""Share of the unconfirmed detections that an object's best one is as sure as, at least."""
+"""An object's best score is at least this quantile of the scores of unconfirmed detections."""
 FEW = 20
-"""Fewer unconfirmed detections say nothing."""
+"""Least number of unconfirmed detections from which that is learned."""
 TOUCHING = 0.3
 """A detection that covers more than this share of an object, or it of that, may be a part of it."""
 SCORES = 1000
@@ -67,8 +67,8 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     ) -> TrackInitiation:
         """Return these with the scores of a frame's detections added; free ones have no object.
 
-        Unconfirmed detections are not all false: where things move too fast to be confirmed, they
-        are as sure as others. So an object need not be surer than half of the confirmed ones.
+        Unconfirmed detections are not all false: fast objects are not confirmed either, and have
+        scores like others. So the median score of the confirmed ones is always enough.
         """
         left = {id(each) for each in free}
         known = [each.score for each in detections if id(each) not in left]

@@ -33,13 +33,13 @@ six frames change the belief."""
 EXCHANGE = 0.002
 """Probability that what is followed is exchanged in a frame, or exchanged back."""
 EVERY = 4
-"""A neighbor is looked for every so many frames: meanwhile a walker moves by some pixels. What is
-followed counts as the target's look after as many such times: by then an exchange is noticed."""
+"""Frames between two searches for a neighbor: a walker has moved by some pixels then. The target's
+known look is as many searches old, so that an exchange is noticed before it is learned."""
 MEMORY = 16
 """Number of neighbors' looks that are kept: those of some 64 frames."""
 ALONE = 4.0
-"""Something moves where the picture changes by so many times the median around the target: a camera
-that moves changes all of it."""
+"""A neighbor moves where the change of the picture is this many times its median around the target.
+Before a moving camera all of it changes, and the median with it."""
 BESIDE = 0.2
 """Overlap with the target's box below which it is something else that moves there."""
 INNER = 0.6
