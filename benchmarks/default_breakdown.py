@@ -19,8 +19,7 @@ from unittest.mock import patch
 from motes import Tracker
 from motes.cues.color_posterior import Posterior
 from motes.cues.confined_filter import ConfinedFilter
-from motes.cues.correlation_filter import Correlation
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.search_window import SampleGrid
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light

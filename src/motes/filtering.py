@@ -36,8 +36,7 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-from motes.sot.filtering.resampling import Multinomial, Resampling, Systematic, Weights
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling, Multinomial, Resampling, Systematic, Weights
 
 __all__ = [
     "Adaptation",

@@ -19,10 +19,10 @@ from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,
     CorrelationModel,
+    ScaleFilter,
     peak_near,
     sample_response,
 )
-from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
     CELL_SIZE,
     FINEST,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.correlation_filter import ScaleFilter
 from motes.sot.discriminative.trend import Trend
 
 

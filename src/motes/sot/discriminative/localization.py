@@ -27,8 +27,7 @@ from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.expert import Experts
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import SYSTEMATIC
-from motes.sot.filtering.resampling import Weights
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling, Weights
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):

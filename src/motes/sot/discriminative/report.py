@@ -22,8 +22,7 @@ from motes.sot.discriminative.placing import NO_PARTICLES
 from motes.sot.discriminative.rival import APART
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.discriminative.trend import Trend
-from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.resampling import Weights
+from motes.sot.filtering.resampling import Weights, mean_ellipse
 from motes.sot.step_info import StepInfo
 
 DRIFT_SIGMA = APART / 2

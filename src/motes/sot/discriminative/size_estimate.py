@@ -10,7 +10,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color_posterior import borders
-from motes.cues.scale_filter import ScaleFilter, ScaleModel
+from motes.cues.correlation_filter import ScaleFilter, ScaleModel
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.redetection import SYSTEMATIC, limits
 from motes.sot.filtering.resampling import Weights

@@ -7,7 +7,7 @@ from typing import Annotated
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array
 from motes.core.types import Floats
-from motes.cues.scale_filter import ScaleModel
+from motes.cues.correlation_filter import ScaleModel
 from motes.sot.discriminative.identity import Identity
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels

@@ -26,8 +26,7 @@ from motes.core.geometry import Ellipse, iou
 from motes.core.saved_state import check, in_types_of, middle_of, rows
 from motes.core.track import Status
 from motes.cues.color_posterior import Posterior, borders, contrast
-from motes.cues.correlation_filter import Correlation
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
@@ -54,7 +53,7 @@ from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling
 from motes.sot.network.network import Network
 from motes.sot.step_info import StepInfo
 

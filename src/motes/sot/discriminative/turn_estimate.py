@@ -15,7 +15,7 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.cues.fourier_ridge import vertex
+from motes.cues.fourier import vertex
 from motes.sot.discriminative.trend import Trend
 
 POINTS = 64
