@@ -194,11 +194,7 @@ class Hog(PixelHistogramCue, frozen=True):
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
         lattice, _, profile = self.reading
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
-        if (
-            0
-            < HOG_AT_POINTS * len(ellipses) * lattice.shape[1]
-            < (right - left) * (bottom - top)
-        ):
+        if 0 < HOG_AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
             kernels.hog.histograms_at(
                 frame.pixels, ellipses, lattice, profile, self.cells,
                 self.rotation_normalized, SMOOTH, DERIVATIVE, histograms,
