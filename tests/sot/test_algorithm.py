@@ -14,7 +14,6 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.output.figures import APPEARING, files_of, surface_of
 from motes.sot.algorithm import Algorithm
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 from oracles import frame, region, scene
@@ -94,14 +93,6 @@ def test_mean_shift_reports_its_only_hypothesis() -> None:
     np.testing.assert_array_equal(info.ellipses, [info.track.ellipse])
     np.testing.assert_array_equal(info.weights, [1.0])
     assert info.n_supporting == 1
-
-
-def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:
-    config = Discriminative(particles=50, sigma=0.1)
-    assert config.localizer.particles == 50
-    assert config.localizer.sigma == 0.1
-    for name in ("correlation", "posterior", "experts", "evidence"):
-        assert getattr(config.localizer, name) is getattr(config, name)
 
 
 def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:

@@ -24,7 +24,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
-from motes.sot.discriminative.evidence import probability
+from motes.sot.discriminative.expert import probability
 
 GAIN = 8.0
 """Log odds that a frame adds for a difference of 1 between the distances of what is followed to the
