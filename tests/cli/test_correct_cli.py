@@ -485,9 +485,9 @@ def test_there_is_no_sheet_of_no_frames(go: Go, monkeypatch: pytest.MonkeyPatch)
         ("track FILM --absent 3", 2, "The target is missing"),
         ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
         (
-            "track FILM --at 3=BOX --stride 2 --show --resume --figures f --save-histogram h",
+            "track FILM --at 3=BOX --stride 2 --show --resume --figures f",
             2,
-            "--stride, --show, --resume, --figures and --save-histogram are not for keyframes;",
+            "--stride, --show, --resume and --figures are not for keyframes;",
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
         (
