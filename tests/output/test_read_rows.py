@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import cast
 
@@ -14,7 +13,7 @@ from motes.cli import main
 from motes.cli.frame_loop import Moment
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
-from motes.core.errors import ConfigError, FormatError, InputError, MissingDependencyError
+from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, Status, Track
@@ -124,13 +123,6 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
     rows = read_track(path)
     for name in COLUMNS:
         np.testing.assert_array_equal(frame[name].to_numpy(), rows[name])
-
-
-def test_a_data_frame_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingDependencyError, match="pip install pandas"):
-        read_track(written(tmp_path, "csv"), pandas=True)
-    assert len(read_track(written(tmp_path, "jsonl"))) == 3
 
 
 def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:
