@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinds import CONFIGS
-from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.cli.settings import value_of
+from motes.core.config import Config, from_dict, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
@@ -274,16 +275,16 @@ def test_merging() -> None:
     ],
 )
 def test_flags(text: str, value: Any) -> None:
-    assert from_flag(text) == value
+    assert value_of(text) == value
 
 
 @pytest.mark.parametrize("text", ["cat,dog", "cat, dog", "['cat', 'dog']"])
 def test_a_list_of_names_may_have_commas_alone(text: str) -> None:
-    found = from_dict({"classes": from_flag(text)}, DetectionSelection)
+    found = from_dict({"classes": value_of(text)}, DetectionSelection)
     assert found.classes == ("cat", "dog")
-    assert from_dict({"classes": from_flag("cat")}, DetectionSelection).classes == ("cat",)
+    assert from_dict({"classes": value_of("cat")}, DetectionSelection).classes == ("cat",)
     with pytest.raises(ConfigError, match="classes: got ''; it takes list: text"):
-        from_dict({"classes": from_flag("")}, DetectionSelection)
+        from_dict({"classes": value_of("")}, DetectionSelection)
 
 
 @pytest.mark.parametrize("value", [{"points": [0, 0, 9, 9]}, 3])
@@ -320,10 +321,10 @@ def test_deep_toml_is_refused() -> None:
     deep = "[" * 5000 + "]" * 5000
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")
-    assert from_flag(deep) == deep
+    assert value_of(deep) == deep
 
 
 def test_a_value_that_is_no_utf8_is_named() -> None:
     """Options may be any bytes."""
     with pytest.raises(ConfigError, match=r"Invalid value 'caf\\udce9'"):
-        configure(preset("nummiaro"), {"motion": {"type": from_flag("caf\udce9")}})
+        configure(preset("nummiaro"), {"motion": {"type": value_of("caf\udce9")}})
