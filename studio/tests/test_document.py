@@ -112,11 +112,6 @@ def test_what_makes_no_sense_is_one_line(command: Command, word: str) -> None:
         changed(document, command, FILM, lambda *_: None)
 
 
-def test_objects_are_limited() -> None:
-    with pytest.raises(ConfigError, match="50 objects"):
-        after(*[added()] * 51)
-
-
 def test_ground_points_are_a_plane() -> None:
     corners = (0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)
     square = tuple((x, y, x / 10, y / 10) for x, y in corners)
@@ -125,12 +120,6 @@ def test_ground_points_are_a_plane() -> None:
     assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
     with pytest.raises(ConfigError):
         regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
-
-
-def test_a_zone_that_crosses_itself_makes_no_sense() -> None:
-    places = commands.Places(zones=(commands.DrawnZone((0.0, 0.0, 9.0, 9.0, 9.0, 0.0, 0.0, 9.0)),))
-    with pytest.raises(ConfigError, match="zone 1 crosses itself"):
-        regions_of(places)
 
 
 def test_places_come_back_from_their_toml() -> None:
