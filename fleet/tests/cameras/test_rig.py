@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes import BackgroundDetector, Box, Detection, Frame, Place, Scene
+from motes import BackgroundDetector, Frame, Place, Scene
 from motes.cli import main
 from motes.video import decoder, live, open_watched
 from motes_fleet.cameras import rig_camera
@@ -35,7 +35,6 @@ from motes_fleet.cameras.rig import RigRunner, announce, next_report
 from motes_fleet.cameras.rig_camera import RigCamera
 from motes_fleet.cameras.rig_config import Camera, Rig
 from red_box import moving, red, walk
-from scene_objects import BLUE, RED, config, picture
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -128,14 +127,6 @@ def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
         middle = seen[len(seen) // 2]
         x = 4 * (int(middle["frame"]) - enters) - 16
         assert float(middle["left"]) == pytest.approx(x, abs=6)
-
-
-def test_a_histogram_is_for_several_cameras(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["watch", "hall.mkv", "--histogram", "red.json"]) == 2
-    assert "--histogram is for a file of several cameras" in capfd.readouterr().err
-    code, _, error = go(HALL, "-o r.csv --histogram red.json")
-    assert code == 3
-    assert "red.json" in error
 
 
 @pytest.mark.parametrize("slow", ["one", "two"])
@@ -486,15 +477,3 @@ def test_arrivals_wait_for_a_camera_that_works_still() -> None:
     (*_,) = hall.receive(CameraReport("hall", 0, 2.5, ()))
     announce(CameraReport("office", 3, 3.0, ()), [hall], association)  # type: ignore[arg-type]
     assert hall.sent == [(0.0,), (1.0, 2.0, 3.0)]
-
-
-def test_a_report_has_the_look_from_before_an_object_was_covered() -> None:
-    place, front = Box(60, 30, 20, 40), Box(68, 30, 20, 40)
-    found = [Detection(place)]
-    lookout = CameraReporter(Camera("one", ""), Scene(lambda _: found, config()))
-    reports = [lookout.report(picture(index, (place, RED))) for index in range(6)]
-    found.append(Detection(front))
-    reports.append(lookout.report(picture(6, (place, RED), (front, BLUE))))
-    clear, covered = (each.sightings[0] for each in reports[-2:])
-    assert covered.look == clear.look
-    assert covered.histogram != clear.histogram

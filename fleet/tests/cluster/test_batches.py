@@ -15,7 +15,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-import msgspec
 import pytest
 
 import batch_jobs
@@ -24,13 +23,11 @@ from motes import FormatError
 from motes.cli import main
 from motes.core import Again, Ended, LocalPool, News, Started, Task, outcome
 from motes_fleet.cluster.driver import BatchEvent, batch
-from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import Record, records
-from motes_fleet.cluster.state import counts, load_jobs, write_table
+from motes_fleet.cluster.state import load_jobs
 from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
-from motes_fleet.commands.batch_progress import BatchProgress
 from onnx_trackers import save_pair
 
 
@@ -96,17 +93,6 @@ def rows(out: Path, name: str) -> str:
     return (out / "rows" / f"job={name}" / "rows.csv").read_text()
 
 
-def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
-    jobs, out = [job(name, film) for name in "abc"], tmp_path / "out"
-    first = InProcess()
-    kept, made = run(out, jobs[:2], first)
-    assert (kept, sorted(made), sorted(first.done)) == ([], ["a", "b"], ["a", "b"])
-    again = InProcess()
-    kept, made = run(out, jobs, again)
-    assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
-    assert rows(out, "c") == "film-0.mp4 0\n"
-
-
 def test_changed_inputs_are_told_by_their_checksums(tmp_path: Path, film: Path) -> None:
     jobs, out = [job("a", film)], tmp_path / "out"
     _, made = run(out, jobs, InProcess())
@@ -148,19 +134,6 @@ def test_failed_jobs_wait_until_they_are_asked_for(tmp_path: Path, film: Path) -
     assert (kept, [*made]) == (["good"], ["fails"])
     film.write_bytes(film.read_bytes() + b"mended")
     assert [*run(out, jobs, InProcess())[1]] == ["good", "fails"]
-
-
-def test_a_missing_film_fails_alone(tmp_path: Path, film: Path) -> None:
-    jobs, out = [job("a", tmp_path / "none.mp4"), job("b", film)], tmp_path / "out"
-    _, made = run(out, jobs, InProcess())
-    assert "none.mp4 is missing" in str(made["a"].error)
-    assert made["b"].status == "done"
-
-
-def test_a_folder_that_only_the_workers_see(tmp_path: Path, film: Path) -> None:
-    plan = Plan(out=str(tmp_path / "theirs"), make=batch_jobs.make)
-    with pytest.raises(FormatError, match="give a folder that all nodes see"):
-        list(batch(InProcess(), Folder(tmp_path / "ours"), [job("a", film)], plan, lambda _: None))
 
 
 def test_a_file_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -296,17 +269,6 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
-def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
-    Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
-    line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
-    assert main(["batch", "film-[01].mp4", "--workers", "1", *line, "out"]) == 0
-    for name in ("film-0", "film-1"):
-        assert main(["track", f"{name}.mp4", *line, "one.csv", "--overwrite"]) == 0
-        assert rows(home / "out", name) == Path("one.csv").read_text()
-    assert main(["batch", "film-*.mp4", "--workers", "1", *line, "out"]) == 6
-    assert "none of" in (home / "out" / "jobs" / "film-2.json").read_text()
-
-
 @pytest.mark.slow
 def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")
@@ -324,50 +286,6 @@ def test_a_dataset_of_parquet(home: Path) -> None:
     ]
     assert table[0]["label"] == "one"
     assert re.fullmatch("[0-9a-f]{64}", table[0]["checksum"])
-
-
-def test_the_table_of_results_without_pyarrow(
-    tmp_path: Path, film: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from motes_fleet.cluster.state import Options, save
-
-    jobs, store = [job("a", film), job("b", film)], Folder(tmp_path / "out")
-    save(store, jobs, Options(2, "csv", overlay=False))
-    run(tmp_path / "out", jobs[:1], InProcess())
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    assert write_table(store) == "jobs.csv"
-    lines = (tmp_path / "out" / "jobs.csv").read_text().splitlines()
-    assert lines[0].startswith("job,do,source,label,status")
-    assert [line.split(",")[4] for line in lines[1:]] == ["done", "waiting"]
-    assert counts(store)[0] == {"done": 1, "waiting": 1}
-
-
-def test_progress_is_counted(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("motes_fleet.commands.batch_progress.INTERVAL", 0.0)
-    done = Record(name="a", status="done", digest="", frames=7)
-    task = Task("c", batch_jobs.square, 0)
-    with BatchProgress(9) as progress:
-        progress.keep(done)
-        for event in (
-            Started(task, "here", 1),
-            done,
-            Started(task, "here", 1),
-            Again(task, "Lost."),
-            Started(task, "here", 1),
-            msgspec.structs.replace(done, status="failed"),
-            Started(task, "here", 1),
-        ):
-            progress.note(event)
-        assert progress.numbers() == {"waiting": 5, "running": 1, "done": 2, "failed": 1}
-    error = capsys.readouterr().err
-    assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
-    assert "[c] attempt 1: Lost." in error
-    counts = "9 jobs, 1 done, 1 done before, 1 failed, 7 frames"
-    assert progress.summary("out") == f"3 of {counts}; give out again to go on"
-    progress.written = "jobs.parquet"
-    assert progress.summary("out") == f"{counts}; wrote out/jobs.parquet"
 
 
 def test_problems_come_before_anything_starts(
@@ -519,11 +437,3 @@ def test_a_driver_that_ended_goes_on(
         assert not list(Path("long").glob("_attempts/*"))
         one = rows(Path("long"), "j0")
         assert [rows(Path("long"), f"j{n}") for n in range(6)] == [one] * 6
-
-
-def test_missing_is_known_of_files_folders_and_patterns(tmp_path: Path, film: Path) -> None:
-    assert not missing(str(film))
-    assert not missing(str(tmp_path))
-    assert not missing(f"{tmp_path}/*.mp4")
-    assert missing(f"{tmp_path}/*.avi")
-    assert missing(f"{tmp_path}/none.mp4")

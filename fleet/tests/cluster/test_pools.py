@@ -16,8 +16,6 @@ from motes.core import (
     News,
     Started,
     Task,
-    TryAgain,
-    outcome,
     resources,
     run,
 )
@@ -81,15 +79,6 @@ def test_tasks_are_taken_as_there_is_room() -> None:
     assert taken == 1000
 
 
-def test_a_task_may_ask_for_another_attempt() -> None:
-    def lost(_: object) -> None:
-        raise TryAgain("the network")
-
-    assert outcome(lost, None) == (None, "the network", True)
-    assert outcome(batch_jobs.raise_error, "no") == (None, "ValueError: no", False)
-    assert outcome(batch_jobs.square, 3) == (9, None, False)
-
-
 @pytest.mark.slow
 def test_workers_die_hang_and_go_on(tmp_path: Path) -> None:
     given = [
@@ -140,12 +129,3 @@ def test_cores_of_a_container(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
     assert resources.cores(tmp_path) == cores
-
-
-def test_memory_of_a_container(tmp_path: Path) -> None:
-    meminfo = tmp_path / "meminfo"
-    meminfo.write_text("MemTotal: 2000 kB\nMemAvailable: 1000 kB\n")
-    assert resources.memory(tmp_path, meminfo) == 1000 << 10
-    (tmp_path / "memory.max").write_text("4096\n")
-    assert resources.memory(tmp_path, meminfo) == 4096
-    assert resources.memory(tmp_path / "none", tmp_path / "none") is None
