@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -102,11 +101,6 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
     assert "defect" not in error
 
 
-def test_a_film_is_no_folder_of_the_studio(go: Go) -> None:
-    code, error = go("studio film.mkv")
-    assert (code, "film.mkv is not a folder; give that of the films." in error) == (3, True), error
-
-
 def test_a_missing_package_is_named() -> None:
     """As of a Python in which motes is found, but was not installed."""
     code = (
@@ -115,17 +109,6 @@ def test_a_missing_package_is_named() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
     assert done.stderr.startswith("motes: error: The installation is not whole: ")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("columns", ["0", "junk", "9" * 30])
-def test_help_at_any_width(columns: str) -> None:
-    environment = {**os.environ, "COLUMNS": columns, "TERM": "dumb"}
-    command = f"{MOTES} track --help"
-    found = subprocess.run(command, shell=True, env=environment, capture_output=True, text=True)
-    assert (found.returncode, found.stderr) == (0, "")
-    assert "--config," in found.stdout
-    assert len(found.stdout) < 100_000
 
 
 @pytest.mark.slow

@@ -88,17 +88,6 @@ def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
     assert "beck.mkv has bytes that are no text; rename the file." in said
 
 
-def test_an_unknown_option_is_named_before_rows_of_many_objects(go: Go) -> None:
-    two = "--init BOX --init 20,20,30,40"
-    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
-    for command in (
-        "refine FILM many.csv --at 3=BOX --particls 3",
-        "check FILM many.csv --particls 3",
-    ):
-        code, said = go(command)
-        assert (code, "Unknown option: --particls" in said) == (2, True), said
-
-
 def test_of_several_objects_one_is_taken(go: Go) -> None:
     two = "--init BOX --init 20,20,30,40"
     assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
@@ -113,28 +102,12 @@ def test_of_several_objects_one_is_taken(go: Go) -> None:
     assert go("refine FILM one.csv --at 2=BOX")[0] == 0
 
 
-def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
-    assert go(f"track FILM --at 0=BOX --at 23=BOX -o rows.csv {OPTIONS}")[0] == 0
-    shutil.copy(film, "other.mkv")
-    code, said = go("refine other.mkv rows.csv --at 9=BOX")
-    assert code == 0, said
-    assert "other.mkv has the size and the frames of film.mkv, and is taken for it." in said
-    assert "is taken for it" not in go("refine FILM rows.csv --at 12=BOX")[1]
-
-
 def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
     for frame in (12, FRAMES - 1):
         assert go(f"track FILM --at {frame}=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
         found = rows("rows.csv")
         assert len(found) == FRAMES
         assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
-
-
-def test_other_outputs(go: Go) -> None:
-    code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
-    assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
-    assert Path("d.xml").read_text().count("<box ") >= 2
-    assert not Path("d.xml.run.json").exists()
 
 
 @pytest.mark.slow
@@ -416,20 +389,6 @@ def test_an_interrupted_correction_is_finished_later(
         assert remembered == Path("expected.csv.run.json").read_bytes()
 
 
-def test_smoothed_rows(go: Go) -> None:
-    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
-    lines = Path("rows.csv").read_text().splitlines()
-    lines[10:13] = [line.replace("tracking", "searching") for line in lines[10:13]]
-    Path("rows.csv").write_text("\n".join(lines) + "\n")
-    code, said = go("smooth rows.csv -o smooth.csv")
-    assert (code, "tracking in 21, interpolated in 3, 0 outliers" in said) == (0, True)
-    assert tuple(rows("smooth.csv")[0]) == (*COLUMNS, *HINDSIGHT)
-    assert [row["frame"] for row in rows("smooth.csv") if row["status"] == "interpolated"] == [
-        "9", "10", "11",
-    ]  # fmt: skip
-    assert go("smooth rows.csv -o smooth.csv")[0] == 5
-
-
 def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Go) -> None:
     """Its confidence stays, so it is less likely there than not."""
     assert go(f"track FILM --init BOX --scale 20 -o rows.csv {OPTIONS}")[0] == 0
@@ -462,16 +421,6 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         assert sheet.size == (684, 270)
     assert go(f"track FILM --at 0=BOX --at 23=BOX -o keys.csv {OPTIONS}")[0] == 0
     assert go("check FILM keys.csv --count 1")[0] == 0
-
-
-def test_there_is_no_sheet_of_no_frames(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
-    monkeypatch.setattr("motes.cli.check.doubts", lambda *_: [])
-    code, said = go("check FILM rows.csv -o list.csv --sheet sheet.png")
-    assert code == 0
-    assert "sheet.png is not written: no frame is listed." in said
-    assert "wrote list.csv." in said
-    assert not Path("sheet.png").exists()
 
 
 @pytest.mark.parametrize(
@@ -623,16 +572,6 @@ def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
     assert go("refine FILM b.jsonl --at 9=BOX")[0] == 0
 
 
-def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
-    assert go("watch FILM --line 9,0,9,60 --scale 4 --fps 5 -o rows.csv")[0] in (0, 4)
-    known = History.load(Path("rows.csv.run.json"))
-    assert known.places is not None
-    assert [*known.places.line[0].points] == [9, 0, 9, 60]
-    assert known.fps == 5
-    assert known.units is not None
-    assert known.units.ground.scale == 4
-
-
 @pytest.mark.slow
 def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
     """Also after a correction, and when they are smoothed."""
@@ -655,19 +594,3 @@ def test_what_was_remembered_of_older_rows_goes_with_them(go: Go) -> None:
     Path("rows.csv.run.json").unlink()
     assert go("smooth rows.csv -o old.csv --overwrite")[0] == 0
     assert not Path("old.csv.run.json").exists()
-
-
-def test_texts_of_the_motchallenge_remember_as_rows_do(go: Go) -> None:
-    for line in ("track FILM --init BOX", "track FILM --at 0=BOX"):
-        assert go(f"{line} --fps 5 -o rows.txt --overwrite {OPTIONS}")[0] == 0
-        known = History.load(Path("rows.txt.run.json"))
-        assert (known.fps, known.lines) == (5, Path("rows.txt").read_text().count("\n"))
-        Path("rows.txt.run.json").unlink()
-
-
-def test_nothing_is_remembered_beside_a_device(go: Go) -> None:
-    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
-    Path("out.csv").symlink_to("/dev/null")
-    for line in ("smooth rows.csv", f"track FILM --at 0=BOX {OPTIONS}"):
-        assert go(f"{line} -o out.csv --overwrite")[0] == 0
-        assert not Path("out.csv.run.json").exists()

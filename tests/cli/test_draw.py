@@ -11,8 +11,6 @@ import pytest
 
 from motes import open_source
 from motes.cli import main
-from motes.core.track import Status
-from motes.output.overlay import COLORS
 from motes.video.decoder import Decoder
 from motes.video.writer import VideoWriter
 
@@ -83,17 +81,6 @@ def test_rows_of_one_object_are_those_of_a_target(go: Go) -> None:
         found = sorted(path.name.partition(".")[2] for path in Path(f"{name}.d").iterdir())
         assert found == figures, name
     assert go("draw film.mkv boxes.csv --masks masks")[0] == 0
-
-
-def test_an_outline_stands_where_the_row_says(go: Go) -> None:
-    assert go(f"{TRACK} -o rows.csv")[0] == 0
-    assert go("refine film.mkv rows.csv --at 29=78,20,20,20")[0] == 0
-    assert go("draw film.mkv rows.csv -o drawn.mkv")[0] == 0
-    last = pictures("drawn.mkv")[29]
-    blue = np.argwhere((abs(last - np.array(COLORS[Status.TRACKING])) < 60).all(axis=2))
-    around = blue[blue[:, 0] > 15]
-    assert around[:, 1].min() < 82
-    assert around[:, 1].max() > 94
 
 
 @pytest.mark.slow
