@@ -13,14 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinds import CONFIGS
-from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.core.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.mot.analytics.regions import Regions
-from motes.mot.scene_config import DetectionSelection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed
@@ -134,24 +133,6 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
     assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
 
 
-class Zone(Config, frozen=True):
-    """With fields that may be None."""
-
-    width: float | None = None
-    height: float | None = None
-
-
-class Zones(Config, frozen=True):
-    """With a list of such."""
-
-    zones: tuple[Zone, ...] = ()
-
-
-def test_lists_with_fields_that_are_none_survive_toml() -> None:
-    config = Zones((Zone(width=2.0), Zone(height=1.0)))
-    assert from_dict(from_toml(to_toml(config), "text"), Zones) == config
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -203,11 +184,6 @@ def test_a_configuration_may_begin_at_the_name_of_a_preset() -> None:
     assert configure("maggio", {"particles": 5}) == configure(preset("maggio"), {"particles": 5})
     with pytest.raises(ConfigError, match="did you mean 'maggio'"):
         configure("magio", {"particles": 5})
-
-
-def test_a_key_of_another_preset_is_told() -> None:
-    with pytest.raises(ConfigError, match="no key 'motion'; preset nummiaro has it"):
-        configure(preset("default"), {"motion": {"noise": {"position": 1}}})
 
 
 def test_values_become_what_the_field_says() -> None:
@@ -277,15 +253,6 @@ def test_flags(text: str, value: Any) -> None:
     assert from_flag(text) == value
 
 
-@pytest.mark.parametrize("text", ["cat,dog", "cat, dog", "['cat', 'dog']"])
-def test_a_list_of_names_may_have_commas_alone(text: str) -> None:
-    found = from_dict({"classes": from_flag(text)}, DetectionSelection)
-    assert found.classes == ("cat", "dog")
-    assert from_dict({"classes": from_flag("cat")}, DetectionSelection).classes == ("cat",)
-    with pytest.raises(ConfigError, match="classes: got ''; it takes list: text"):
-        from_dict({"classes": from_flag("")}, DetectionSelection)
-
-
 @pytest.mark.parametrize("value", [{"points": [0, 0, 9, 9]}, 3])
 def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
     """[line] in place of [[line]]."""
@@ -321,9 +288,3 @@ def test_deep_toml_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")
     assert from_flag(deep) == deep
-
-
-def test_a_value_that_is_no_utf8_is_named() -> None:
-    """Options may be any bytes."""
-    with pytest.raises(ConfigError, match=r"Invalid value 'caf\\udce9'"):
-        configure(preset("nummiaro"), {"motion": {"type": from_flag("caf\udce9")}})

@@ -102,10 +102,6 @@ def test_floats(kind: type) -> None:
     np.testing.assert_array_equal(as_rgb((RGB / 255).astype(kind)), RGB)
 
 
-def test_truth_values() -> None:
-    np.testing.assert_array_equal(as_rgb(np.array([[True, False]]))[0, :, 0], [255, 0])
-
-
 @pytest.mark.parametrize(
     "image",
     [

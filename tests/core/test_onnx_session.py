@@ -16,7 +16,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from forks import in_a_child
-from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
+from motes.core.errors import MissingDependencyError, MotesError, SourceError
 from motes.core.onnx_session import LARGEST, Session, Tensor
 from onnx_trackers import mean_colors, save_pair
 
@@ -77,11 +77,6 @@ def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:
         session.run({"input": np.zeros((1, 4, 255, 255), np.float32)})
 
 
-def test_a_fixed_size_stays_fixed_unless_it_is_opened(backbone: Path) -> None:
-    with pytest.raises(SourceError, match="does not run"):
-        Session(str(backbone)).run({"input": np.zeros((1, 3, 127, 127), np.float32)})
-
-
 @pytest.mark.parametrize("opened", [False, True])
 def test_weights_may_lie_in_another_file(opened: bool, tmp_path: Path) -> None:
     path = save_weights_outside(tmp_path)
@@ -138,12 +133,6 @@ def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
         (tmp_path / "cut.onnx").write_bytes(good[:length])
         with pytest.raises(MotesError):
             Session(str(tmp_path / "cut.onnx"))
-
-
-def test_a_provider_is_asked_for_by_name(backbone: Path) -> None:
-    assert Session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
-    with pytest.raises(ConfigError, match=r"no provider 'Gpu'; .* has .*CPUExecutionProvider"):
-        Session(str(backbone), provider="Gpu")
 
 
 def test_without_onnx_runtime_the_remedy_is_named(

@@ -13,7 +13,6 @@ from clips import clip
 from motes import open_source
 from motes.cli import main
 from motes.core.errors import ConfigError, SourceError
-from motes.correction.correct import correct
 from motes.video.film import Film
 
 
@@ -46,12 +45,6 @@ def test_the_rate_of_images_is_that_of_their_seqinfo(tmp_path: Path, place: str)
     assert assumption is None
     assert times(f"{folder}/*.png")[0] == found
     assert times(folder, fps=10)[0] == pytest.approx([index / 10 for index in range(5)])
-
-
-def test_the_seqinfo_of_another_folder_does_not_count(tmp_path: Path) -> None:
-    folder = images(tmp_path / "others")
-    (tmp_path / "seqinfo.ini").write_text("[Sequence]\nimDir=img1\nframeRate=7\n")
-    assert times(folder)[0][1] == 1 / 25
 
 
 @pytest.mark.parametrize("text", ["frameRate=0", "frameRate=fast", "frameRate=inf", "[[", "="])
@@ -93,11 +86,6 @@ def test_what_is_no_rate_is_refused(tmp_path: Path, fps: float) -> None:
             read(folder, fps=fps)
 
 
-def test_a_correction_has_the_times_of_its_rate(tmp_path: Path) -> None:
-    tracks = correct(images(tmp_path / "img"), {0: (20, 20, 20, 20)}, "mean_shift", fps=2)
-    assert [track.time for track in tracks] == [0, 0.5, 1, 1.5, 2]
-
-
 def test_commands_say_once_what_they_assume(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,15 +105,3 @@ def test_commands_say_once_what_they_assume(
         main([*line, "-o", name, "--overwrite", "--fps", "10"])
         assert "assumed" not in capfd.readouterr().err
         assert ",2.900000," in Path(name).read_text() or ",2.9," in Path(name).read_text(), name
-
-
-def test_speeds_of_a_folder_are_those_of_its_rate(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    images(Path("img"), 30)
-    line = "track img --init 20,20,20,20 --preset mean_shift --scale 10 --fps 5 -o rows.csv"
-    assert main(line.split()) == 0
-    head, *rows = (row.split(",") for row in Path("rows.csv").read_text().splitlines())
-    speed = [float(row[head.index("speed")]) for row in rows[10:]]
-    assert np.median(speed) == pytest.approx(0.5, rel=0.2)  # a pixel a frame, 10 pixels a metre
