@@ -154,17 +154,6 @@ def test_more_points_approach_every_pixel(profile: Profile) -> None:
     assert errors[2] < 0.01
 
 
-@given(st.integers(8, 3000))
-def test_lattice_points_cover_the_disk_evenly(points: int) -> None:
-    lattice = sunflower(points)
-    assert lattice.shape == (2, points)
-    r = np.sort(np.hypot(*lattice))
-    assert r[-1] < 1
-    # As many points as area within every radius, to one half.
-    np.testing.assert_allclose(r**2 * points, np.arange(points) + 0.5, atol=1e-3)
-    assert np.abs(lattice.mean(axis=1)).max() < 2 / math.sqrt(points)
-
-
 # Distances
 
 

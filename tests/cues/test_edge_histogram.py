@@ -117,13 +117,6 @@ def test_weak_edges_are_left_out_and_are_no_angle() -> None:
     assert histogram[4] == 0
 
 
-def test_the_threshold_is_exceeded_not_reached() -> None:
-    """A step of 25 gray values has a strength of exactly 100."""
-    for contrast, last in ((25, 1), (26, 0)):
-        histogram = Edges().histograms(edge((1, 0), contrast), rows(MIDDLE))[0]
-        assert histogram[8] == last
-
-
 # Distances
 
 

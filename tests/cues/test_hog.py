@@ -136,16 +136,6 @@ def test_quarter_turns(cells: int) -> None:
         assert bool(distance < 1e-3) is turned
 
 
-def test_cells_turn_with_the_ellipse() -> None:
-    pixels = np.full((60, 60, 3), 60, np.uint8)
-    pixels[14:17, 28:33] = 200  # above the middle: half a turn of the axes and it is below
-    for sampling in (EveryPixel(), Lattice(points=4096)):
-        cue = Hog(cells=3, sampling=sampling)
-        ellipses = [Ellipse(30, 30, 24, 24, turn * math.pi / 2) for turn in range(4)]
-        found = cue.histograms(frame(pixels), rows(*ellipses)).reshape(4, 9, 8).sum(axis=2)
-        assert found.argmax(axis=1).tolist() == [1, 3, 7, 5]
-
-
 # Distances
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from backgrounds import NEEDS_CV2, NO_CV2
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.mot.detection import background
@@ -143,16 +143,6 @@ def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found(np.zeros((20, 20), np.uint8)) == []
 
 
-def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[opencv\]'"):
-        PeopleDetector()
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    for index in range(36):
-        found = detector(picture(index, rng))
-    assert [iou(each.box, Box(15, 40, *WALKER)) > 0.8 for each in found] == [True]
-
-
 def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
     """Return how many are found in a patch of another brightness, in its last frame."""
     rng, detector = np.random.default_rng(0), BackgroundDetector(config)
@@ -174,12 +164,6 @@ def test_settings_decide_what_is_found(change: dict[str, float], gain: float, fo
     assert patch(replace(config, **change), gain) == found
 
 
-def test_the_history_decides_how_soon_what_stays_is_learned() -> None:
-    config = BackgroundConfig(trial=0)
-    assert patch(config, 1.4, frames=4) == 1
-    assert patch(replace(config, history=2), 1.4, frames=4) == 0
-
-
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
@@ -191,11 +175,6 @@ def test_the_history_decides_how_soon_what_stays_is_learned() -> None:
 def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         BackgroundConfig(**settings)  # type: ignore[arg-type]
-
-
-def test_a_detector_takes_settings() -> None:
-    with pytest.raises(ConfigError, match="takes a BackgroundConfig; got 5"):
-        BackgroundDetector(5)  # type: ignore[arg-type]
 
 
 def test_detections_in_a_file(tmp_path: Path) -> None:
@@ -271,14 +250,6 @@ def test_people_in_one_patch_are_divided_between_their_heads() -> None:
     assert all(box.y == 30 and box.height == 100 for box in pair)
     three = found(silhouette(100, 136, 172))
     assert sorted(box.width for box in three) == [36, 37, 37]
-
-
-def test_a_vehicle_is_not_divided() -> None:
-    mask = np.zeros((160, 300), np.uint8)
-    mask[60:80, 80:150] = 1  # its cabin, a mirror, its hood
-    mask[52:60, 100:103] = 1
-    mask[80:110, 60:210] = 1
-    assert len(found(mask)) == 1
 
 
 def test_a_window_does_not_divide_a_car() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
@@ -118,15 +117,6 @@ def test_events_and_counts_have_classes() -> None:
     assert table(counting.counts)[-1] == (
         "minute 0: appears bus 1, appears car 2, crosses gate in bus 1, crosses gate in car 2"
     )
-
-
-def test_several_minutes_are_added_up() -> None:
-    counts = Counter({
-        (0, "crosses", "gate", "in", "car"): 2,
-        (3, "crosses", "gate", "in", "car"): 1,
-        (3, "enters", "yard", "", ""): 4,
-    })  # fmt: skip
-    assert table(counts)[-1] == "in all: crosses gate in car 3, enters yard 4"
 
 
 def objects_of_two_classes() -> list[list[Track]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -184,14 +183,6 @@ def test_who_vanishes_in_a_zone_leaves_it() -> None:
     assert [(e.frame, e.time) for e in events][-2:] == [(4, 1.0), (9, 2.25)]
 
 
-def test_a_line_of_json() -> None:
-    event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
-    assert json.loads(event.json()) == {
-        "frame": 3, "time": 0.12, "event": "crosses", "id": 7, "x": 1.235, "y": 2.0,
-        "speed": 3.0, "place": "gate", "direction": "left",
-    }  # fmt: skip
-
-
 def test_places_from_toml() -> None:
     text = '[[line]]\npoints = [1, 2, 3, 4]\nname = "gate"\n[[zone]]\npoints = [0, 0, 9, 0, 9, 9]\n'
     places = Regions.parse(text)
@@ -273,15 +264,6 @@ def test_who_is_on_the_edge_of_a_zone_enters_once() -> None:
     assert counting.counts.total() == 3
 
 
-def test_a_stroke_shows_the_first_direction() -> None:
-    for points in ((50, 0, 50, 99), (10, 80, 90, 60), (90, 60, 10, 80)):
-        line = Line(points)
-        begin, tip = line.stroke
-        after = (2 * tip[0] - begin[0], 2 * tip[1] - begin[1])
-        before = (2 * begin[0] - tip[0], 2 * begin[1] - tip[1])
-        assert line.label[crossing(line.points, before, after) == "right"] == "in"
-
-
 def test_directions_have_the_lines_own_names() -> None:
     counting = gate(label=("in", "out"))
     assert crossings(counting, [42, 47, 52, 57, 62]) == [(2, "in")]
@@ -321,15 +303,6 @@ def test_a_box_that_jumps_has_not_walked() -> None:
     tracks += [seen(i, (0, 0), Status.OCCLUDED) for i in range(8, 16)]
     events = told(counting, *tracks, *(seen(i, (57 + i, 40)) for i in range(16, 20)))
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (16, "crosses")]
-
-
-def test_the_end_of_a_film_settles_what_is_open() -> None:
-    counting = gate()
-    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate([30, 40, 45, 55])))
-    assert [e.event for e in events] == ["appears"]
-    assert [(e.frame, e.event) for e in counting.finish()] == [(3, "crosses")]
-    assert counting.counts[0, "crosses", "line 1", "left", ""] == 1
-    assert counting.finish() == []
 
 
 def visits(
@@ -502,14 +475,6 @@ def test_what_flickers_is_left_out_and_said() -> None:
     assert visits(counting, [70, 71, 70, 71, 70], lost=False) == []
     assert counting.left_out["desk", BRIEF] == 1
     assert visits(desk(), [70 + 0.01 * i for i in range(14)], lost=False) == [(0, "enters")]
-
-
-def test_places_at_which_nothing_was_are_named() -> None:
-    counting = EventCounter(
-        Regions((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99), "desk"),))
-    )
-    told(counting, seen(0, (5, 5)))
-    assert counting.remarks() == ["gate: nothing crossed it", "desk: nothing entered it"]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import itertools
 import sys
@@ -24,7 +23,6 @@ from motes.core.geometry import Box, iou
 from motes.core.track import Status, Track
 from motes.mot.assignment import assign
 from motes.mot.association import Association
-from motes.mot.boxes import intersection_over_first
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
@@ -247,10 +245,7 @@ def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
         Scene(Moved()).update(Frame(0, 0.0, GROUND))
 
 
-@pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
-def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
-    with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
-        Scene(detector)
+# Rendered, from pixels alone
 
 
 def test_frames_must_fit() -> None:
@@ -265,9 +260,6 @@ def test_frames_must_fit() -> None:
     for seed in (-1, 1 << 64, 1.5):
         with pytest.raises(ConfigError, match=r"seed is a whole number from 0 to 2\*\*64 - 1; got"):
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
-
-
-# Rendered, from pixels alone
 
 
 def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
@@ -400,14 +392,6 @@ def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
     assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
 
 
-def test_who_stops_watching_leaves_no_thread() -> None:
-    threads = threading.active_count()
-    with contextlib.closing(Scene(Slow(lambda _: [])).watch(walks())) as watched:
-        next(watched)
-        assert threading.active_count() == threads + 1
-    assert threading.active_count() == threads
-
-
 # Association
 
 
@@ -425,14 +409,6 @@ def test_assignment_is_the_cheapest_of_the_largest() -> None:
         assert len(pairs) == best[0]
         assert -sum(costs[pair] for pair in pairs) == pytest.approx(best[1])
     assert assign(np.zeros((0, 3))) == []
-
-
-def test_shares_inside_by_hand() -> None:
-    boxes = np.array([[0, 0, 10, 10], [5, 0, 10, 20], [30, 0, 4, 4]], float)
-    np.testing.assert_allclose(
-        intersection_over_first(boxes[:, None], boxes),
-        [[1.0, 0.5, 0.0], [0.25, 1.0, 0.0], [0.0, 0.0, 1.0]],
-    )
 
 
 def test_objects_stay_where_they_should_be_in_what_they_share() -> None:

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
 from motes.sot.known_target import KnownTarget
-from motes.sot.places import Place, boxes_of, load_places
+from motes.sot.places import Place, load_places
 from oracles import region, scene
 
 FRAME = scene(0, (40, 30))
@@ -84,18 +84,6 @@ def test_files_that_are_no_targets(tmp_path: Path, content: bytes) -> None:
         KnownTarget.load(path)
 
 
-def test_files_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"Cannot read the histogram .*none\.json"):
-        KnownTarget.load(tmp_path / "none.json")
-    with pytest.raises(FormatError, match="Cannot read the histogram"):
-        KnownTarget.load(tmp_path)
-    with pytest.raises(SourceError, match=r"none\.toml cannot be read"):
-        load_places(tmp_path / "none.toml")
-    (tmp_path / "places.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(SourceError, match=r"places\.toml cannot be read: it is not text"):
-        load_places(tmp_path / "places.toml")
-
-
 def covered(boxes: Any, shape: tuple[int, int]) -> Any:
     counts = np.zeros(shape, int)
     for x, y, w, h in np.asarray(boxes, int):
@@ -141,16 +129,6 @@ def test_places_that_do_not_fit(place: Place, message: str) -> None:
         place.boxes(Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8)))
 
 
-def test_places_from_toml(tmp_path: Path) -> None:
-    path = tmp_path / "places.toml"
-    path.write_text('[[place]]\nname = "door"\nbox = [1, 2, 3, 4]\n[[place]]\nborder = 5\n')
-    places = load_places(path)
-    assert places == (Place(name="door", box=(1, 2, 3, 4)), Place(border=5))
-    boxes = boxes_of(places, FRAME)
-    assert boxes.shape == (5, 4)
-    np.testing.assert_array_equal(boxes[0], [1, 2, 3, 4])
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -170,14 +148,3 @@ def test_toml_that_makes_no_sense(tmp_path: Path, text: str, message: str) -> No
     path.write_text(text, encoding="latin-1")
     with pytest.raises(ConfigError, match=message):
         load_places(path)
-
-
-@pytest.mark.parametrize("side", ["1e-300", "0.9"])
-def test_a_place_has_a_least_size(side: str, tmp_path: Path) -> None:
-    (tmp_path / "places.toml").write_text(f"[[place]]\nbox = [0, 0, {side}, {side}]\n")
-    with pytest.raises(
-        ConfigError, match=r"place\[0\].box\[2\]: got .*; it takes number, at least 1"
-    ):
-        load_places(tmp_path / "places.toml")
-    with pytest.raises(ConfigError, match="outside the frame"):
-        Place(box=(99.5, 0, 9, 9)).boxes(Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8)))

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from motes import synthetic
-from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Box, iou
+from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.sot.opencv_api import OpenCVTracker
 
@@ -59,30 +58,6 @@ def test_the_same_calls_work_for_both() -> None:
         assert np.abs(np.array(box) - BOX).max() <= 3
 
 
-def test_what_is_no_image_is_refused() -> None:
-    tracker = OpenCVTracker.create()
-    tracker.init(IMAGES[0], BOX)
-    with pytest.raises(SourceError, match="no picture, but None; has the film ended"):
-        tracker.update(None)  # type: ignore[arg-type]
-    height, width, _ = IMAGES[0].shape
-    for channels in (2, 5):
-        with pytest.raises(
-            SourceError, match=rf"1, 3 or 4\); got \({height}, {width}, {channels}\)"
-        ):
-            tracker.update(np.zeros((height, width, channels), np.uint8))
-
-
-@pytest.mark.parametrize("channels", [[], [0], [0, 1, 2, 2]])
-def test_gray_and_alpha_are_taken(channels: list[int]) -> None:
-    tracker = OpenCVTracker.create()
-    pictures = [image[:, :, channels] if channels else image[:, :, 0] for image in IMAGES[:5]]
-    tracker.init(pictures[0], BOX)
-    for index, picture in enumerate(pictures[1:], start=1):
-        found, box = tracker.update(picture)
-        assert found
-        assert iou(Box(*box), CLIP[index][1][0].ellipse.box) > 0.5
-
-
 def test_nothing_is_created_of_what_is_no_preset() -> None:
     with pytest.raises(ConfigError, match="No preset"):
         OpenCVTracker.create("csrt")
@@ -90,16 +65,3 @@ def test_nothing_is_created_of_what_is_no_preset() -> None:
         inspect.signature(each).parameters for each in (OpenCVTracker, OpenCVTracker.create)
     ]
     assert parameters[0] == parameters[1]
-
-
-def test_the_confidence_is_that_of_the_track() -> None:
-    tracker = OpenCVTracker("nummiaro")
-    with pytest.raises(ConfigError, match="no track before init"):
-        _ = tracker.track
-    image = np.zeros((60, 80, 3), np.uint8)
-    image[20:40, 30:50] = 200, 60, 20
-    tracker.init(image, (30, 20, 20, 20))
-    ok, box = tracker.update(image)
-    assert ok
-    assert tuple(map(round, tracker.track.box)) == box
-    assert tracker.track.confidence > 0.5
