@@ -191,23 +191,6 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
-def test_frames_beyond_those_that_are_known_are_refused(go: Go) -> None:
-    Path("film").mkdir()
-    for frame in range(3):
-        Image.new("RGB", (64, 48)).save(f"film/{frame}.png")
-    assert go("track film --at 0=9,9,20,20 --preset mean_shift -o run.csv")[0] == 0
-    for options in ("", "--video film"):
-        code, said = go(f"convert run.csv a.json --frames 4 {options}")
-        assert (code, "--frames is 4, and film has 3; omit it." in said) == (2, True)
-        assert go(f"convert run.csv a.json --frames 3 --overwrite {options}")[0] == 0
-
-
-def test_frames_without_objects_are_said_to_be_so(go: Go) -> None:
-    assert go("convert one.csv boxes.txt --to mot-truth")[0] == 0
-    said = go("convert boxes.txt a.csv --from mot-truth --size 320x240 --frames 60")[1]
-    assert "the 35 frames in boxes.txt; nothing is in 5 other frames of its film." in said
-
-
 def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
     said_once = "has no times, 25 frames a second are assumed; give --fps or --video."
     assert go("convert one.csv one.vot.txt")[0] == 0
@@ -581,11 +564,6 @@ def test_guesses_are_not_exported_as_seen(go: Go, target: str) -> None:
     assert [*SHOWN[target](Path(target))] == [*range(5)]
 
 
-def test_a_hidden_object_is_not_absent(go: Go) -> None:
-    assert go("convert two.json a.keyframes.csv --identity 2")[0] == 0
-    assert "absent" not in Path("a.keyframes.csv").read_text()
-
-
 def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
     with VideoWriter("clip.mp4", 25) as writer:
         for frame in range(3):
@@ -612,28 +590,3 @@ def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
         assert all(Path("c.yolo", each).is_file() for each in listed)
         code, said = go("convert c.vot.txt c.yolo --video img --fps 25 --overwrite")
         assert (code, "holds images, which is no part of labels of YOLO" in said) == (5, True)
-
-
-def test_texts_beside_the_names_of_their_classes_are_read(go: Go) -> None:
-    """As motes wrote them before, and others do: without a folder of their own."""
-    assert go("convert two.json a.yolo")[0] == 0
-    Path("flat").mkdir()
-    for path in (Path("a.yolo/data.yaml"), *Path("a.yolo/labels").iterdir()):
-        path.rename(Path("flat", path.name))
-    assert go("convert two.json a.yolo --overwrite")[0] == 0
-    for folder in ("a.yolo", "a.yolo/labels", "flat"):
-        assert go(f"convert {folder} back.csv --size 320x240 --fps 25 --overwrite")[0] == 0
-        assert Path("back.csv").read_text().count(",car,") == 30
-        if folder == "a.yolo":
-            kept = Path("back.csv").read_text()
-        assert Path("back.csv").read_text() == kept
-
-
-def test_the_page_says_which_formats_are_only_written() -> None:
-    root = Path(__file__).parents[2]
-    written = {name for name, form in registry.OWN.items() if form.write}
-    unread = {name for name in written if not registry.OWN[name].read}
-    page = (root / "docs/formats.md").read_text(encoding="utf-8")
-    assert f"writes the files of {len(written)} formats, and reads {len(written - unread)}" in page
-    (said,) = re.findall(r"into any other, but (.*?): these are only written", page, re.DOTALL)
-    assert {*re.findall("`(.*?)`", said)} == unread
