@@ -165,6 +165,14 @@ def test_peers_that_measure_the_camera_get_frames_in_bgr(
     assert seen[0][0, 0].tolist() == [0, 0, 200]
 
 
+def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
+    found = followed(crowd, "many:Echo", "many:Corner").rows
+    assert found.boxes.tolist() == [[index + 1, 3, 3, 4] for index in range(12)]
+    entry = with_detector([mot_tracker_spec("many:Seeded")], "many:Corner")[0]
+    assert entry.begin(3).update is not None
+    assert followed(crowd, "many:Seeded", "many:Corner", seed=5).rows.boxes[0, 0] == 6
+
+
 @pytest.mark.parametrize(
     ("name", "error"),
     [
