@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import arena
 import oracles
 from crowds import write_crowd
-from motes import Ellipse, FormatError, SourceError, Tracker, synthetic
+from motes import Ellipse, SourceError, Tracker, synthetic
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Problem
-from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save
+from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv
 from motes_lab.metrics.statistics import over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
 from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
@@ -179,30 +177,6 @@ TABLE = Table(
     ((Cell("all"), Cell("many"), percent(1 / 3)),),
     "Note.",
 )
-
-
-def test_csv_holds_all_digits_and_deviations_in_columns_of_their_own() -> None:
-    assert list(csv.reader(as_csv(TABLE).splitlines())) == [
-        ["name", "size", "size, standard deviation", "share"],
-        ["a, b", "2", "1.41421", "0.5"],
-        ["c", "7", "", ""],
-        ["all", "many", "", "0.333333"],
-    ]
-
-
-@pytest.mark.slow
-def test_saving(tmp_path: Path) -> None:
-    result = Result({"one": TABLE, "two": TABLE}, last(ng_delp_figure3.figure3()).draw)
-    save(result, tmp_path, "it")
-    names = ["it.md", "it-one.csv", "it-two.csv", "it.png"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
-    text = (tmp_path / "it.md").read_text()
-    assert text.count("### Title") == 2
-    assert "| a, b | 2.00 ± 1.41 | 50% |" in text
-    with Image.open(tmp_path / "it.png") as image:
-        assert image.width >= 800
-    with pytest.raises(FormatError, match="cannot be written"):
-        save(result, tmp_path / "nowhere", "it")
 
 
 # The command line

@@ -75,20 +75,6 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
 # Trackers
 
 
-def test_detections_and_boxes_are_0_based(crowd: MotSequence) -> None:
-    """What is handed on unchanged comes back unchanged."""
-    found, given = followed(crowd, "many:Echo"), crowd.detections
-    assert given is not None
-    np.testing.assert_array_equal(found.rows.boxes, given.boxes)
-    assert found.rows.ids.tolist() == [0, 1] * 12
-    assert found.rows.frames.tolist() == given.frames.tolist()
-    assert set(found.rows.scores.tolist()) == {0.5}
-    assert found.seconds.shape == (12,)
-    assert (found.seconds > 0).all()
-    x = given.listed(0)[0][1].x
-    assert x == given.boxes[0, 0] - 1
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
 def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
@@ -99,14 +85,6 @@ def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) ->
         assert found.frames[0] == 1 + late
         assert crowd.detections is not None
         np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
-
-
-def test_our_scene_follows_two_that_walk(crowd: MotSequence) -> None:
-    found = followed(crowd, "motes:scene").rows
-    late = 2  # three frames make an object
-    assert found.ids.tolist() == [1, 2] * (12 - late)
-    assert crowd.detections is not None
-    np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
 
 
 def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
@@ -383,17 +361,6 @@ OUTCOMES = [
     outcome("bad", LONG, 30),
     outcome("bad", SHORT, None),
 ]
-
-
-def test_results_of_one_pass() -> None:
-    scores = outcome("a", LONG, 15).scores
-    assert tuple(scores) == COLUMNS[5:-1]
-    assert scores["mota"] == pytest.approx(0.5)
-    assert scores["idf1"] == pytest.approx(2 / 3)
-    assert scores["hota"] == pytest.approx(0.5)  # sqrt(1/2 · 1/2)
-    assert (scores["false_negatives"], scores["false_positives"]) == (15, 0)
-    assert (scores["frames"], scores["objects"], scores["boxes"]) == (30, 1, 30)
-    assert (scores["ms_median"], scores["fps"]) == pytest.approx((2, 500))
 
 
 def test_what_does_not_count_is_left_out() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
@@ -93,27 +93,6 @@ def test_frames_without_results_interrupt_nothing() -> None:
     assert tally(truth, other, 3).fragmentations == 1
 
 
-def test_what_counts_is_as_in_the_motchallenge() -> None:
-    """A pedestrian, one that does not count, a static person, a car, and a box on each."""
-    here = [(1, i, 20 * i, 0, 10, 10) for i in range(5)]
-    labels = [(1, 1), (0, 1), (1, 7), (1, 3), (0, 8)]
-    truth = rows(*(line + label for line, label in zip(here, labels, strict=True)))
-    kept, results = evaluated_rows(truth, rows(*here), DISTRACTORS)
-    assert kept.ids.tolist() == [0]
-    assert results.ids.tolist() == [0, 1, 3]  # two false positives
-    unlabeled = rows(*((*line, flag, -1) for line, (flag, _) in zip(here, labels, strict=True)))
-    kept, results = evaluated_rows(unlabeled, rows(*here), DISTRACTORS)
-    assert kept.ids.tolist() == [0, 2, 3]
-    assert len(results.ids) == 5
-
-
-def test_a_box_goes_to_whom_it_fits_best() -> None:
-    """A static person beside a pedestrian takes nothing away from him."""
-    truth = rows((1, 1, 0, 0, 10, 10, 1, 1), (1, 2, 3, 0, 10, 10, 1, 7))
-    assert len(evaluated_rows(truth, rows((1, 5, 1, 0, 10, 10)), DISTRACTORS)[1].ids) == 1
-    assert len(evaluated_rows(truth, rows((1, 5, 2, 0, 10, 10)), DISTRACTORS)[1].ids) == 0
-
-
 # As TrackEval
 
 FRAMES = 6
@@ -157,15 +136,6 @@ def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> Non
     for benchmark, distractors in (("MOT17", DISTRACTORS), ("MOT20", (*DISTRACTORS, 6))):
         found = ours(truth, results, FRAMES, distractors)
         assert_equal(found, theirs(truth, results, FRAMES, benchmark))
-
-
-@pytest.mark.slow
-@given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
-def test_combined_as_trackeval(pairs: list[tuple[MotRows, MotRows]]) -> None:
-    # For sequences without any truth, TrackEval's MOTA depends on whether they are combined.
-    assume(any(len(truth.ids) for truth, _ in pairs))
-    total = reduce(add, (tally(truth, results, FRAMES) for truth, results in pairs))
-    assert_equal(total, combined([theirs(*pair, FRAMES) for pair in pairs]))
 
 
 def test_real_sequences_as_trackeval(data: Path, tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from evaluations import Floats, outcome, sequence, shifted, trace
 from motes import Ellipse, FormatError
 from motes.core import iou
 from motes_lab.aggregate import Evaluation
-from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace
 from motes_lab.report.sections import comparisons
 from motes_lab.scores import COLUMNS, Outcome, score, write_results
@@ -53,15 +52,6 @@ def test_score_without_a_target() -> None:
     assert found["ece"] == pytest.approx((3 * abs(2 / 3 - 1) + 0) / 4)
 
 
-def test_score_of_a_pass_that_sees_no_target() -> None:
-    nothing = Sequence("Fog", "fog.mp4", np.full((3, 4), np.nan), np.full((3, 5), np.nan))
-    found = score(trace(shifted([0, 0, 0]), lost=[False, True, True]), nothing)
-    assert [found[name] for name in ("auc", "precision_20", "iou", "od", "lost_frame")] == [
-        None
-    ] * 5
-    assert found["lost_recall"] == pytest.approx(2 / 3)
-
-
 def test_score_frame_by_frame() -> None:
     """A second implementation, a frame at a time."""
     rng = np.random.default_rng(0)
@@ -86,22 +76,6 @@ def test_score_frame_by_frame() -> None:
     assert found["precision_20"] == pytest.approx(sum(d <= 20 for d in distances) / 57)
     assert found["lost_recall"] == pytest.approx(hits / missed)
     assert found["lost_precision"] == pytest.approx(hits / said)
-
-
-def test_score_of_losses() -> None:
-    """Lost twice, once for good."""
-    dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
-    found = score(trace(shifted(dx)), sequence(frames=82))
-    assert (found["losses"], found["recovered"]) == (2, 1)
-
-
-def test_score_of_coverage() -> None:
-    """What counts is neither the start nor an absent target nor a tracker that is lost."""
-    dx, lost = [50.0, 0, 4.8, 5.0, 0, 50], [False, False, False, False, False, True]
-    said = trace(shifted(dx), lost=lost, covariance=(4.0, 0.0, 1.0))
-    assert score(said, sequence(frames=6))["coverage"] == 0.75
-    assert score(said, sequence(frames=6, absent=[1]))["coverage"] == pytest.approx(2 / 3)
-    assert score(trace(shifted(dx)), sequence(frames=6))["coverage"] is None
 
 
 # results.csv
@@ -266,19 +240,6 @@ def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
     assert share == pytest.approx((0.5, math.sqrt(0.5)))
     assert (c["losses"], c["known"]) == (0, 0)
     assert math.isnan(found.share("c", "ope", "recovered", "losses").mean)
-
-
-def test_calibration_counts_passes_alike() -> None:
-    long, short = sequence("Long", 20), sequence("Short", 2)
-    found = Evaluation(
-        [
-            outcome("a", long, trace(fits(20), 0.95)),
-            outcome("a", short, trace(fits(0, 2), 0.95)),
-            outcome("b", long, trace(fits(20))),
-        ]
-    )
-    assert found.calibration("a", "ope").mean == pytest.approx(0.45)
-    assert math.isnan(found.calibration("b", "ope").mean)
 
 
 @pytest.mark.parametrize("frames", [19, 21])

@@ -124,18 +124,6 @@ def written(corners: NDArray[np.float64]) -> str:
     return ",".join(str(value) for value in corners.ravel().tolist())
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, -0.78])
-@pytest.mark.parametrize("half", [(40.0, 10.0), (20.0, 19.0)])
-@pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
-def test_turned_rectangle(turn: float, half: tuple[float, float], order: slice) -> None:
-    corners = rectangle((300.0, 200.0), half, turn)
-    region = only(written(corners[order]))
-    # Corners are on the outline, so pixel centers are half a pixel less.
-    np.testing.assert_allclose(region.ellipse, (299.5, 199.5, *half, turn), atol=1e-6)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    np.testing.assert_allclose(region.box, (*low, *(high - low)))
-
-
 @given(
     st.tuples(*[st.floats(-500, 2000)] * 2, *[st.floats(0.5, 900)] * 2).map(
         lambda box: tuple(round(value, 2) for value in box)
@@ -351,19 +339,6 @@ def test_films_with_the_truth_beside_them(tmp_path: Path) -> None:
     assert np.isnan(film.boxes[1]).all()
 
 
-def test_annotation_is_zero_based(tmp_path: Path) -> None:
-    video = tmp_path / "cat.mp4"
-    video.touch()  # only its decoder opens it
-    truth = tmp_path / "cat.txt"
-    truth.write_text("10;20;30;40\nNaN;NaN;NaN;NaN\n10,20,40,20,40,60,10,60\n")
-    (sequence,), problems = load_dataset(video, annotation=truth)
-    assert not problems
-    assert (sequence.name, sequence.source) == ("cat", video)
-    np.testing.assert_array_equal(sequence.boxes, [[10, 20, 30, 40], NAN, [10, 20, 30, 40]])
-    (sequence,), _ = load_dataset(video, {"cat": 1}, truth)
-    assert sequence.boxes[0, 0] == 9
-
-
 @pytest.mark.parametrize("form", ["csv", "jsonl"])
 def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
     frames(tmp_path / "clip", 6)
@@ -489,11 +464,6 @@ def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert load(tmp_path).name == "good"
-
-
-def test_frames_before_the_target_are_kept(tmp_path: Path) -> None:
-    sequence = load(otb(tmp_path, "0,0,0,0\nNaN,NaN,NaN,NaN\n5,6,7,8\n", 3))
-    np.testing.assert_array_equal(sequence.boxes, [NAN, NAN, [4, 5, 7, 8]])
 
 
 def test_nothing_to_load(tmp_path: Path) -> None:

@@ -110,30 +110,6 @@ def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
         assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
 
 
-@pytest.mark.slow
-def test_metres_and_an_overlay(go: Go) -> None:
-    line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
-    code, said = go(f"{line} -o m.csv --overlay m.mp4")
-    assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
-    found = rows("m.csv")
-    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
-    assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
-    assert found[10]["x_m"] == ""
-    assert go("draw FILM m.csv --masks masks")[0] == 0
-    with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
-        assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
-    # Corrected rows have metres too, and the others stay.
-    before = Path("m.csv").read_text().splitlines()
-    assert go("refine FILM m.csv --at 22=31,25,30,40")[0] == 0
-    after = Path("m.csv").read_text().splitlines()
-    assert after[:22] == before[:22]
-    assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
-    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS} --scale 20")[0] == 0
-    assert go("smooth plain.csv -o s.csv")[0] == 0
-    smoothed, raw = (float(rows(name)[20]["x_m"]) for name in ("s.csv", "plain.csv"))
-    assert smoothed == pytest.approx(raw, abs=0.1)
-
-
 def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
     """What a user has marked would move."""
     assert go(f"track FILM --at 4=BOX --at 20=BOX -o keys.csv {OPTIONS}")[0] == 0
@@ -342,18 +318,6 @@ def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(go: Go, me
     assert go("refine FILM rows.jsonl --at 3=BOX --seed 1")[1].count(
         "--seed is already in rows.jsonl.run.json"
     )
-
-
-def test_rows_that_stay_have_the_further_columns_of_corrected_ones(go: Go) -> None:
-    """The target is first tracked in frame 2."""
-    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
-    lines = Path("rows.csv").read_text().splitlines(keepends=True)
-    nowhere = [f"{i},{i / 25:.6f},1,,,,,,,,,,,,searching,,,\n" for i in range(2)]
-    Path("rows.csv").write_text("".join([lines[0], *nowhere, *lines[3:]]))
-    assert go("refine FILM rows.csv --at 12=BOX")[0] == 0
-    found = rows("rows.csv")
-    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
-    assert [found[i]["x_std"] for i in (1, 2)] == ["", "0.00000"]
 
 
 def test_an_interrupted_correction_is_finished_later(

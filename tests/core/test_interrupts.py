@@ -20,7 +20,6 @@ from typing import Any
 import pytest
 
 from motes import open_source, synthetic
-from motes.cli.exit_codes import UNWRITABLE
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
@@ -92,20 +91,6 @@ def test_track_ends_as_with_ctrl_c(film: tuple[str, str], tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["watch", "track --init 20,20,16,12"])
-def test_a_pipe_that_has_sent_nothing(tmp_path: Path, command: str) -> None:
-    name, *options = command.split()
-    fifo = tmp_path / "film.ts"
-    os.mkfifo(fifo)
-    line = [name, fifo, *options, "-o", tmp_path / "r.csv"]
-    with started(*line) as process, fifo.open("wb"):  # which waits until it is read
-        time.sleep(0.1)
-        process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=60)
-    assert (process.returncode, error) == (130, "")
-
-
-@pytest.mark.slow
 def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
@@ -125,25 +110,6 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
     assert process.returncode == 129
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
-
-
-@pytest.mark.slow
-def test_a_demo_whose_process_dies_says_so_and_ends(tmp_path: Path) -> None:
-    folder = tmp_path / "demo"
-    with started("demo", "--out", folder, stdout=subprocess.PIPE) as process:
-        wait_for(process, lambda: any(folder.glob(".demo-*/*")))
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-        for child in children:
-            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                os.kill(int(child), signal.SIGKILL)
-        out, error = process.communicate(timeout=100)
-    assert process.returncode == UNWRITABLE, error
-    assert error.startswith("motes: error: The film ")
-    assert error.endswith(
-        "is not made. Its process ended with SIGKILL (was there too little memory?).\n"
-    )
-    assert (out, error.count("\n")) == ("", 1)
-    assert not folder.exists()
 
 
 # Within this process

@@ -31,17 +31,6 @@ def test_it_is_the_posterior_of_all_observations() -> None:
     assert path.variance[:, 0] == pytest.approx(covariance.diagonal(), rel=1e-3)
 
 
-def test_a_gap_is_a_bridge() -> None:
-    n, q = 21, 0.3
-    seen, valid = np.zeros((n, 1)), np.zeros(n, bool)
-    exact = {0: np.array([0.0]), n - 1: np.array([10.0])}
-    motion = Dynamics(np.zeros(1), np.array([q]), np.array([1.0]))
-    path = smooth(seen[None], valid[None], ones(n)[None], exact, motion, None)
-    t = np.arange(n)
-    assert path.mean[:, 0] == pytest.approx(t / 2, abs=1e-3)
-    assert path.variance[:, 0] == pytest.approx(q * t * (n - 1 - t) / (n - 1), abs=1e-3)
-
-
 def test_the_pass_that_is_nearer_to_its_keyframe_counts_more() -> None:
     """Both drift; the keyframe at the far end of each shows how far."""
     n = 41
@@ -92,13 +81,6 @@ def test_a_target_that_rests_and_runs_does_not_jump() -> None:
     assert not outliers(seen, valid, 13.82).any()
     seen[50:53] += 9
     assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [50, 51, 52]
-
-
-def test_a_target_that_leaps_from_place_to_place_is_followed() -> None:
-    rng = np.random.default_rng(2)
-    places = np.repeat([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]], 30, axis=0)
-    seen = places + rng.normal(0, 0.1, places.shape)
-    assert not outliers(seen, np.ones(len(seen), bool), 13.82).any()
 
 
 def test_one_pass_that_leaves_the_target_is_left_out() -> None:

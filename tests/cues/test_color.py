@@ -157,16 +157,6 @@ def test_more_points_approach_every_pixel(profile: Profile) -> None:
 # Distances
 
 
-def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
-    """A lattice's own error is in the candidates only."""
-    picture, where = frame(mosaic(6, 90, 90)), Ellipse(40, 45, 37, 26, 0.4)
-    cue, region = Color(), np.array([where])
-    exact = Color(sampling=EveryPixel()).histograms(picture, region)[0]
-    of_model = np.abs(cue.learn(picture, where).histogram - exact).sum()
-    of_reading = np.abs(cue.histograms(picture, region)[0] - exact).sum()
-    assert of_model < of_reading / 2
-
-
 # Mean shift
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues.confined_filter import ConfinedFilter, ConfinedModel
+from motes.cues.confined_filter import REACH, ConfinedFilter, ConfinedModel
 
 FILTER = ConfinedFilter()
 TARGET = Ellipse(120.0, 90.0, 16.0, 20.0, 0.0)
@@ -69,6 +69,13 @@ def test_the_target_is_found_in_both_looks_that_were_learned() -> None:
     for frame in (one, two):
         peak = FILTER.view(both, frame, TARGET).peak()
         assert peak[:2] == pytest.approx(TARGET[:2], abs=1.5)
+
+
+def test_a_place_outside_of_the_window_has_no_response() -> None:
+    view = FILTER.view(first(), moved(0, 0), TARGET)
+    far = TARGET._replace(x=TARGET.x + 3 * REACH * TARGET.side)
+    assert view.near(far) == (0.0, far)
+    assert not view.covers(far)
 
 
 def test_a_window_serves_for_places_near_by_of_about_its_size_and_angle() -> None:

@@ -9,7 +9,6 @@ import pytest
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Spectra
@@ -30,7 +29,6 @@ from motes.cues.search_window import (
     features,
     grid,
 )
-from motes.sot.presets import configure, preset
 from oracles import mosaic
 
 TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
@@ -195,19 +193,6 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     assert abs(row - plane.shape[0] // 2) <= 1
 
 
-def test_the_first_filter_is_kept() -> None:
-    cue = Correlation(sharpness=1 / 12)
-    model = cue.learn(textured(), TARGET)
-    other = Frame(0, 0.0, mosaic(5, 150, 200))
-    taught = cue.updated(model, seen(model, other), 1.0)
-    (plane, there), (_, elsewhere) = (
-        cue.responses(taught, seen(model, frame)) for frame in (textured(), other)
-    )
-    assert peak_near(there, 0.0, 0.0) > 0.9
-    assert peak_near(elsewhere, 0.0, 0.0) < 0.3
-    assert plane.max() == pytest.approx(cue.anchor, abs=0.15)
-
-
 def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
     first = np.zeros((10, 12), np.float32)
     first[5, 8] = 0.7
@@ -288,17 +273,6 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     was = cue.distances(model, before, np.array([TARGET]))[0]
     back = replace(kept, place=TARGET)
     assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
-
-
-def test_what_learns_by_itself_takes_no_strategy() -> None:
-    changes: Any = {"correlation": {}, "adaptation": {"type": "per_cue", "cues": {}}}
-    config: Any = configure(preset("nummiaro"), changes)
-    assert list(config.strategies) == ["color"]
-    changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
-    with pytest.raises(
-        ConfigError, match=r"correlation.*has a learning_rate of its own; leave it out there\.$"
-    ):
-        configure(preset("nummiaro"), changes)
 
 
 def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:

@@ -78,12 +78,6 @@ def test_coco(tmp_path: Path) -> None:
     assert [each["area"] for each in found] == [121, 121, 88, 121, 121]
 
 
-def test_images_of_a_folder_keep_their_names(tmp_path: Path) -> None:
-    kept = journal(tmp_path, [FrameRow(0, 0.0, (), "left/a1.jpg"), FrameRow(3, 0.1, (), "b.jpg")])
-    images = json.loads(b"".join(coco(kept)))["images"]
-    assert [each["file_name"] for each in images] == ["left/a1.jpg", "b.jpg"]
-
-
 def test_an_outline_is_cut_to_the_picture() -> None:
     """As counted: which points of a fine grid in the picture are in the ellipse."""
     rng = np.random.default_rng(0)
@@ -126,12 +120,6 @@ def test_cvat(tmp_path: Path) -> None:
     assert [float(first.attrib[name]) for name in corners] == [15, 30, 26, 41]
     assert [float(second.attrib[name]) for name in corners] == [0, 30, 8, 41]
     assert all(box.get("keyframe") == "1" for track in tracks.values() for box in track)
-
-
-def test_nothing_at_all(tmp_path: Path) -> None:
-    nothing = journal(tmp_path, [FrameRow(0, 0.0, ())])
-    assert json.loads(b"".join(coco(nothing)))["annotations"] == []
-    assert ElementTree.fromstring(b"".join(cvat(nothing))).find("track") is None
 
 
 @pytest.fixture

@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
-import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from xml.etree import ElementTree
@@ -108,16 +104,6 @@ def test_frames_that_nobody_has_looked_at_are_no_negatives(
     for truth in ("otb", "vot"):
         assert go(f"convert {source} a.{truth}.txt --frames 40 --identity 1")[0] == 0
         assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
-
-
-@pytest.mark.parametrize("truth", ["otb", "vot"])
-def test_rows_of_a_truth_have_all_its_frames(go: Go, truth: str) -> None:
-    """It is of one target, so they can be smoothed and checked."""
-    assert go(f"convert one.csv a.{truth}.txt")[0] == 0
-    assert go(f"convert a.{truth}.txt b.csv --size 320x240")[0] == 0
-    rows = list(csv.DictReader(Path("b.csv").read_text().splitlines()))
-    assert [int(row["frame"]) for row in rows] == [*range(40)]
-    assert {row["status"] for row in rows[20:25]} == {"searching"}
 
 
 def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
@@ -364,15 +350,6 @@ def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
     assert (code, ". is the current folder; name another one" in said) == (5, True), said
 
 
-def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
-    for target in ("a.yolo", "labels", "b --to yolo"):
-        code, said = go(f"convert two.json {target}")
-        name = target.split()[0]
-        assert (code, f"wrote {name} (labels of YOLO)" in said) == (0, True), said
-    code, said = go("convert two.json folder")
-    assert (code, "as yolo for a folder of labels" in said, said.count("\n")) == (2, True, 1)
-
-
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
@@ -562,31 +539,3 @@ def test_guesses_are_not_exported_as_seen(go: Go, target: str) -> None:
     assert [*SHOWN[target](Path(target))] == SEEN
     assert "guess" not in go(f"{made} --with-guesses")[1]
     assert [*SHOWN[target](Path(target))] == [*range(5)]
-
-
-def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
-    with VideoWriter("clip.mp4", 25) as writer:
-        for frame in range(3):
-            writer.write(np.full((48, 64, 3), 90, np.uint8), frame / 25)
-    _, said = go("track clip.mp4 --init 8,6,10,8 --preset mean_shift -o a.yolo")
-    assert (
-        "motes: to train with a.yolo, put its images beside its labels: mkdir a.yolo/images && "
-        "ffmpeg -i clip.mp4 -fps_mode passthrough -start_number 0 a.yolo/images/frame_%06d.png\n"
-    ) in said
-    _, said = go("convert two.json b.yolo")
-    assert "beside its labels: those that b.yolo/train.txt lists, into b.yolo/images\n" in said
-    assert "to train" not in go("convert two.json b --to yolo-predictions")[1]
-    Path("img").mkdir()
-    for name in ("1.png", "2.png"):
-        Image.new("RGB", (320, 240)).save(f"img/{name}")
-    assert go("convert one.csv c.vot.txt --frames 40")[0] == 0
-    Path("c.vot.txt").write_text("".join(Path("c.vot.txt").read_text().splitlines(True)[:2]))
-    _, said = go("convert c.vot.txt c.yolo --video img --fps 25")
-    (command,) = re.findall("beside its labels: (cp .*)", said)
-    if sys.platform != "win32":
-        subprocess.run(shlex.split(command), check=True)
-        listed = Path("c.yolo/train.txt").read_text().split()
-        assert listed == ["./images/1.png", "./images/2.png"]
-        assert all(Path("c.yolo", each).is_file() for each in listed)
-        code, said = go("convert c.vot.txt c.yolo --video img --fps 25 --overwrite")
-        assert (code, "holds images, which is no part of labels of YOLO" in said) == (5, True)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
@@ -47,17 +46,6 @@ def test_what_moves_is_found_without_its_shadow() -> None:
             assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
             assert found[0].score == 1
     assert detector.warnings == {}
-
-
-def test_a_sudden_light_is_said_once_and_forgotten() -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    for index in range(40):
-        frame = picture(0, rng)
-        brighter = frame.pixels + np.uint8(100 * (index >= 20))
-        found = detector(Frame(index, index / 25, brighter))
-        assert found == [], index
-    assert list(detector.warnings) == ["light"]
-    assert detector.warnings["light"].startswith("Frame 20: ")
 
 
 def test_a_change_of_exposure_shows_no_objects() -> None:
@@ -152,16 +140,6 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
             pixels[40:70, 30:50] = np.rint(gain * pixels[40:70, 30:50])
         found = detector(Frame(index, index / 25, pixels))
     return len(found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "gain", "found"), [({"deviations": 40.0}, 1.4, 0), ({"shadow": 1.0}, 0.7, 1)]
-)
-def test_settings_decide_what_is_found(change: dict[str, float], gain: float, found: int) -> None:
-    config = BackgroundConfig()
-    assert patch(config, gain) == 1 - found
-    assert patch(replace(config, **change), gain) == found
 
 
 @pytest.mark.parametrize(

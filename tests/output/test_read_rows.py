@@ -125,16 +125,6 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
         np.testing.assert_array_equal(frame[name].to_numpy(), rows[name])
 
 
-def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:
-    path = tmp_path / "rig.csv"
-    path.write_text("camera,frame,x\nhall,0,1.5\ncorridor,1,\n")
-    rows = read_track(path)
-    assert rows["camera"].tolist() == ["hall", "corridor"]
-    path.write_text(HEAD + "\n")
-    assert read_track(path).shape == (0,)
-    assert read_track(path).dtype.names == COLUMNS
-
-
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [

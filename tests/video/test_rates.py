@@ -11,7 +11,6 @@ from PIL import Image
 
 from clips import clip
 from motes import open_source
-from motes.cli import main
 from motes.core.errors import ConfigError, SourceError
 from motes.video.film import Film
 
@@ -84,24 +83,3 @@ def test_what_is_no_rate_is_refused(tmp_path: Path, fps: float) -> None:
     for read in (open_source, Film):
         with pytest.raises(ConfigError, match="fps is"):
             read(folder, fps=fps)
-
-
-def test_commands_say_once_what_they_assume(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    images(Path("img"), 30)
-    init = ["--init", "20,20,20,20", "--preset", "nummiaro"]
-    lines = {
-        "follow.csv": ["track", "img", *init],
-        "key.csv": ["track", "img", "--at", "0=20,20,20,20", "--preset", "nummiaro"],
-        "several.csv": ["track", "img", *init, "--init", "40,20,9,9"],
-        "watch.csv": ["watch", "img"],
-    }
-    for name, line in lines.items():
-        main([*line, "-o", name])
-        said = capfd.readouterr().err
-        assert said.count("25 a second are assumed; give --fps if it is another.") == 1, name
-        main([*line, "-o", name, "--overwrite", "--fps", "10"])
-        assert "assumed" not in capfd.readouterr().err
-        assert ",2.900000," in Path(name).read_text() or ",2.9," in Path(name).read_text(), name

@@ -16,7 +16,7 @@ from clips import clip, picture
 from motes.cli import main
 from motes.cli.exit_codes import AWAY
 from motes.core.errors import AwayError, ConfigError, SourceError
-from motes.video import decoder, newest, pace, reconnect
+from motes.video import decoder, pace, reconnect
 from motes.video.pace import Pace
 from motes.video.sources import open_source
 from streams import camera, server
@@ -152,19 +152,6 @@ def test_an_error_in_such_a_file_stays_one(tmp_path: Path, monkeypatch: pytest.M
             list(source)
         assert source.report.decoded == 75
     done.set()
-
-
-def test_motes_watch_goes_on_after_a_drop(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(newest, "LONGEST_WAIT", 1000.0)  # its pictures come all at once
-    rows = tmp_path / "r.csv"
-    with server(jpegs) as url:
-        main(["watch", url, "--end", "25", "-o", str(rows)])
-    error = capsys.readouterr().err
-    assert error.count("ended. It is tried again") == 2
-    assert error.count("is back after") == 2
-    assert "25 frames" in error
 
 
 class Clock:

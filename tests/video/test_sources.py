@@ -112,16 +112,6 @@ def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> N
             assert [frame.time for frame in frames] == [i * FRAME_INTERVAL for i in expected]
 
 
-def test_the_selection_of_a_video_keeps_index_and_time(whole: Path) -> None:
-    everything, _ = read(whole)
-    chosen, report = read(whole, start=3, end=9, stride=2)
-    assert [frame.index for frame in chosen] == [3, 5, 7]
-    for frame in chosen:
-        assert frame.time == everything[frame.index].time
-        assert np.array_equal(frame.pixels, everything[frame.index].pixels)
-    assert report.problems is None  # not reading to the end is no truncation
-
-
 @pytest.mark.parametrize(
     "selection",
     [
@@ -338,16 +328,6 @@ def test_a_damaged_mkv_is_read_to_its_end(tmp_path: Path) -> None:
     assert len(frames) == 97
     assert report.skipped == 3
     assert "skipped" in (report.problems or "")
-
-
-def test_a_damaged_file_reads_the_same_each_time(tmp_path: Path) -> None:
-    path = damage(clip(tmp_path / "damaged.mkv", 100, noisy=True))
-    readings = [read(path) for _ in range(3)]
-    assert readings[0][1].damaged > 0
-    for frames, report in readings[1:]:
-        assert report == readings[0][1]
-        for first, again in zip(readings[0][0], frames, strict=True):
-            assert np.array_equal(first.pixels, again.pixels)
 
 
 def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) -> None:
@@ -695,17 +675,6 @@ def test_a_server_that_stops_sending_is_noticed(
     assert "secret" not in str(caught.value)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("pause", [None, 0.05])
-def test_a_server_that_never_answers_is_noticed(
-    pause: float | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
-    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    with sending(b"", 1000, pause) as url:
-        assert "does not answer" in error_of(url)
-
-
 def test_a_server_that_is_not_there_is_noticed() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
@@ -714,20 +683,6 @@ def test_a_server_that_is_not_there_is_noticed() -> None:
 
 
 # Real videos
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "count"),
-    [("car_traffic_small.mp4", 917), ("pycv_movie.mpg", 485), ("sam2_cups.mp4", 300)],
-)
-def test_real_videos_are_complete(name: str, count: int, data: Path) -> None:
-    with open_source(data / "video" / name, stride=10) as source:
-        frames = list(source)
-    assert source.report.decoded == count
-    assert source.report.problems is None
-    assert len(frames) == len(range(0, count, 10))
-    assert source.frame_count is None or abs(source.frame_count - len(frames)) <= 1
 
 
 def test_pictures_are_freed_at_once(tmp_path: Path) -> None:

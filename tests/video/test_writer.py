@@ -83,16 +83,6 @@ def test_colors_survive(tmp_path: Path) -> None:
     assert np.abs(seen - colors).max() <= 6
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_times_are_kept(tmp_path: Path, ending: str) -> None:
-    times = [0, 0.04, 0.05, 0.2, 0.5, 0.501, 1.5, 9.0]
-    with VideoWriter(tmp_path / f"out{ending}", 25) as writer:
-        for index, time in enumerate(times):
-            writer.write(picture(index), time)
-    with open_source(tmp_path / f"out{ending}") as source:
-        assert [frame.time for frame in source] == pytest.approx(times)
-
-
 def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "out.mp4", 25) as writer:
         for index in range(5):
