@@ -57,6 +57,12 @@ def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Pa
     assert other.metadata == {"author": "us"}
 
 
+def test_it_runs_in_so_many_threads(backbone: Path) -> None:
+    for threads, used in ((1, 1), (2, 2), (None, 0)):  # 0 is as many as there are cores
+        options = Session(str(backbone), threads)._session.get_session_options()
+        assert options.intra_op_num_threads == used
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
 def test_a_child_of_fork_runs_it_with_threads_of_its_own(backbone: Path) -> None:
     session = Session(str(backbone), threads=2)

@@ -20,6 +20,7 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
+from motes.cues.fourier_ridge import vertex
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
     CELL_SIZE,
@@ -280,3 +281,10 @@ def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:
     per_pixel = tiny.width / (8 * CELL_SIZE)
     assert per_pixel == pytest.approx(1, abs=0.1)
     assert tiny.columns / per_pixel == pytest.approx(8 + 2 * LEAST_MARGIN)
+
+
+@pytest.mark.parametrize("top", [-0.4, 0.0, 0.3])
+def test_the_top_of_a_parabola_is_found_between_its_values(top: float) -> None:
+    low, best, high = (5 - 3 * (place - top) ** 2 for place in (-1, 0, 1))
+    assert vertex(low, best, high) == pytest.approx(top)
+    assert vertex(2.0, 2.0, 2.0) == 0  # all alike: it is where it was looked for

@@ -129,3 +129,12 @@ def test_cores_of_a_container(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
     assert resources.cores(tmp_path) == cores
+
+
+def test_memory_of_a_container(tmp_path: Path) -> None:
+    meminfo = tmp_path / "meminfo"
+    meminfo.write_text("MemTotal: 2000 kB\nMemAvailable: 1000 kB\n")
+    assert resources.memory(tmp_path, meminfo) == 1000 << 10
+    (tmp_path / "memory.max").write_text("4096\n")
+    assert resources.memory(tmp_path, meminfo) == 4096
+    assert resources.memory(tmp_path / "none", tmp_path / "none") is None
