@@ -65,3 +65,16 @@ def test_nothing_is_created_of_what_is_no_preset() -> None:
         inspect.signature(each).parameters for each in (OpenCVTracker, OpenCVTracker.create)
     ]
     assert parameters[0] == parameters[1]
+
+
+def test_the_confidence_is_that_of_the_track() -> None:
+    tracker = OpenCVTracker("nummiaro")
+    with pytest.raises(ConfigError, match="no track before init"):
+        _ = tracker.track
+    image = np.zeros((60, 80, 3), np.uint8)
+    image[20:40, 30:50] = 200, 60, 20
+    tracker.init(image, (30, 20, 20, 20))
+    ok, box = tracker.update(image)
+    assert ok
+    assert tuple(map(round, tracker.track.box)) == box
+    assert tracker.track.confidence > 0.5

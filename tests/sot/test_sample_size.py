@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes import Tracker, preset, synthetic
+from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.sot.filtering.appearance_rule import AppearanceRule
@@ -49,6 +49,11 @@ def test_bins_are_in_units_of_the_target() -> None:
     sizes = np.tile(np.array(FIRST), (4, 1))
     sizes[:, 2:4] *= np.array([1, math.e, math.e**2, math.e**3])[:, None]
     assert WIDE.count(sizes, FIRST) == WIDE.count(apart(4), FIRST)
+
+
+def test_a_range_upside_down() -> None:
+    with pytest.raises(ConfigError, match="min is 60, and max is 50; make min smaller"):
+        KldSampling(min=60, max=50)
 
 
 def numbers(config: ParticleFilter) -> list[int]:

@@ -12,7 +12,7 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.discriminative.turn_estimate import POINTS, TurnEstimate, sampled
 from motes.sot.tracker import Tracker
-from motes.synthetic.clips import still, turning
+from motes.synthetic.clips import occluded, still, turning
 
 
 def wrapped(angles: Floats) -> Floats:
@@ -44,6 +44,20 @@ def test_a_box_has_no_turn_but_that_of_the_window() -> None:
         box = true.ellipse._replace(theta=0.0)
         track = tracker.update(frame) if index else tracker.init(frame, box)
         assert track.ellipse.theta == tracker._state.ellipse.theta
+
+
+def test_hidden_targets_keep_their_angle() -> None:
+    clip = occluded((160, 120))
+    frame, (true, *_) = clip[0]
+    start = true.ellipse._replace(theta=0.2)
+    estimate = TurnEstimate.begin(frame, start)
+    gone = estimate.followed(frame, start, 0.0, 0.0, seen=False)
+    assert gone.angle.value == 0
+    elsewhere = estimate.followed(frame, Ellipse(20, 100, 9, 9), 0.25, 0.25, seen=True)
+    assert elsewhere.angle.value in (0.0, 0.25)
+    flat = Frame(0, 0.0, np.zeros((120, 160, 3), np.uint8))
+    assert estimate.followed(flat, start, 0.25, 0.25, seen=True).angle.value == 0.25
+    assert not len(TurnEstimate.begin(frame, start._replace(theta=0.0)).rings)
 
 
 def test_a_turned_picture_is_turned_by_as_much() -> None:
