@@ -127,6 +127,7 @@ def test_a_film_is_followed(film: Path) -> None:
 # Ng and Delp, figure 3
 
 
+@pytest.mark.slow
 def test_the_likelihoods_are_those_of_the_equations() -> None:
     result = last(ng_delp_figure3.figure3())
     rows = result.tables[""].rows

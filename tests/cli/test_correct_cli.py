@@ -74,6 +74,7 @@ def test_rows_between_keyframes(go: Go) -> None:
     assert json.loads(Path("rows.csv").read_text().splitlines()[10])["x"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="others have only names of text")
 def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
     name = "l\udcfcbeck.mkv"  # Latin-1, as of an old disk
@@ -387,6 +388,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
     assert go("check FILM keys.csv --count 1")[0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [

@@ -64,6 +64,7 @@ def test_the_ground_and_the_lens_are_files(go: Go) -> None:
     assert np.isfinite(read_track("rows.csv")["x_m"]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [

@@ -45,6 +45,7 @@ def read(cue: Any, sampling: Sampling) -> Any:
     return msgspec.structs.replace(cue, sampling=sampling)
 
 
+@pytest.mark.slow
 @all_cues
 @given(pictures, st.lists(regions, min_size=1, max_size=4), regions)
 def test_distances(cue: Any, pixels: Any, candidates: list[Ellipse], target: Ellipse) -> None:

@@ -114,6 +114,7 @@ def test_rows_that_are_read_and_written_again_are_the_same(
         assert again.read_bytes() == path.read_bytes()
 
 
+@pytest.mark.slow
 @forms
 def test_a_data_frame(tmp_path: Path, form: str) -> None:
     path = written(tmp_path, form)
