@@ -83,25 +83,13 @@ def test_rows_without_target(row: str) -> None:
     ("row", "said"),
     [
         ("1,2,3", "not 3"),
-        ("1,2,3,4,5", "not 5"),
-        ("1,2,3,4,5,6", "not 6"),
-        ("1,2,3,4,5,6,7,8,9", "not 9"),
-        ("3", "not 1"),
         ("1,b,3,4", "'b' is not a number"),
-        ("1,,3,4", "'' is not a number"),
         ("1,2,nan,4", "finite"),
         ("31,5;61,5;40,0;40,0", "separated in two ways"),
-        ("31,5 61,5 40,0 40,0", "separated in two ways"),
-        ("1,2,inf,4", "finite"),
         ("m1,2,3", "whole numbers"),
-        ("m1,2,2,2,0.5", "whole numbers"),
         ("m1,2,2,2,1,4", "do not fit into its 2x2"),
-        ("m1,2,2,2,-1,2", "do not fit"),
         ("0,0,4,4,4,0,0,4", "crosses itself"),
         ("1e300,0,5,5", "is too large a number"),
-        ("0,0,-1e300,5", "is too large a number"),
-        ("m0,0,1e200,2,3", "is too large a number"),
-        ("1e16,0,9,0,9,9,0,9", "is too large a number"),
     ],
 )
 def test_rows_that_are_none(tmp_path: Path, row: str, said: str) -> None:
@@ -381,14 +369,10 @@ def test_rows_of_another_film_are_no_annotation(tmp_path: Path) -> None:
         ("frame,x,y,a,b\n1,2,3,4,5\n", "a track has the column theta"),
         ("frame,x,y,a,b,theta\n1,2,3,4\n", "row 1 has 4 fields instead of 6"),
         ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "has a frame twice"),
-        ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "one that no film has"),
         ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "row 1: frame: "),
-        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "row 1: b: 'b' is not a number"),
         ("frame,x,y,a,b,theta\n", "has no frame with a target"),
         ('{"frame": 0, "x": 1}\n', "a track has the column y"),
-        ('{"frame": 0, \n', "line 1: "),
         ("[1]", "line 1: "),
-        ("frame,x,y,a,b,theta\n0,2,3,4,0,0\n", "has no frame with a target"),
     ],
 )
 def test_annotation_that_is_none(tmp_path: Path, text: str, said: str) -> None:
@@ -423,17 +407,13 @@ def one_bad_mask(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("gone", "spoil", "what"),
     [
-        ("", saying("\n"), f"{TRUTH} is for 0 frames, but there are 4"),
         ("", saying(ROW * 3), f"{TRUTH} is for 3 frames, but there are 4"),
-        ("", saying(ROW * 5), f"{TRUTH} is for 5 frames, but there are 4"),
         ("", saying("0,0,0,0\n" * 4), f"{TRUTH} has no frame with a target"),
         ("", saying("\xff\xfe1\x00"), f"{TRUTH} is not text; save it as UTF-8"),
         (TRUTH, nothing, f"it has no truth; add {TRUTH}"),
         (TRUTH, lambda bad: (bad / TRUTH).mkdir(), f"there are no pictures in {TRUTH}/"),
         ("img/00000003.jpg", nothing, "the frame 00000003.jpg is missing after 00000002.jpg"),
-        ("img", lambda bad: (bad / "img").mkdir(), "there are no pictures in img/"),
         ("img", nothing, "there are no pictures in bad/"),
-        (f"img {TRUTH}", nothing, "the folder is empty"),
         (
             TRUTH,
             lambda bad: masks(bad / "masks", 4, "jpg"),

@@ -88,17 +88,12 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
     [
         (added(50), "frame 50"),
         (added(region=(200.0, 0.0, 5.0, 5.0)), "outside"),
-        (key(3, number=7), "no object 7"),
         (commands.RemoveKeyframe(0, 1, 10), "needs a keyframe"),
         (commands.RemoveKeyframe(0, 1, 11), "not marked"),
-        (commands.SetAbsent(0, 1, 9, 8), "no range"),
         (commands.SetAbsent(0, 1, 0, 49), "no keyframe"),
-        (commands.SetAbsent(0, 1, 40, 50), "frame 50"),
-        (commands.Split(0, 1, 0), "cannot be split"),
         (commands.ChangeObject(0, 1, name=" "), "needs a name"),
         (commands.Split(0, 1, 20), "no place"),
         (commands.Join(0, 1, 1), "itself"),
-        (commands.ChangeObject(0, 1, preset="nothing"), "preset"),
         (commands.ChangeObject(0, 1, config="particle = 5"), "particle"),
         (
             commands.SetPlaces(0, commands.Places(lines=(commands.DrawnLine((1, 1, 1, 1)),))),

@@ -137,28 +137,17 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
     ("changes", "message"),
     [
         ({"particels": 5}, "no key 'particels'; did you mean 'particles'?"),
-        ({"motion": {"nois": 1}}, "no key 'motion.nois'; did you mean 'noise'?"),
         ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
-        ({"qqqq": 5}, "no key 'qqqq'; known keys: "),
         ({"kernels": 5}, "no key 'kernels'; known keys: "),  # kernel is one of color
         ({"confined": {"weight": 0}}, "Config has no key 'confined'; preset default has it."),
-        ({"type": "mean_shift", "motion": 5}, "no key 'motion'; known keys: "),
         ({"particles": "many"}, "Config particles: got 'many'; it takes integer, 1 to 1,000,000."),
-        ({"particles": -1}, "Config particles: got -1; it takes integer, 1 to 1,000,000."),
-        (
-            {"motion": {"noise": {"size": "x"}}},
-            "Config motion.noise.size: got 'x'; it takes number, 0 to 1.",
-        ),
         ({"motion": 3}, "Config motion: got 3; it takes keys."),
         ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
-        ({"fusion": {"weights": 0}}, "Config fusion.weights: got 0; it takes keys."),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
-        ({"type": "magic"}, "type: Invalid value 'magic'"),
         (
             {"color": {"bins": [8, 8]}},
             "Config color.bins: got [8, 8]; it takes list of 3: integer, 1 to 64.",
         ),
-        ({"color": {"bins": [8, 0, 8]}}, "Config color.bins[1]: got 0; it takes integer, 1 to 64."),
         (
             {"motion": {"type": "random_walk", "velocity": 1}},
             "'motion.velocity'; known keys: noise, type.",
@@ -166,10 +155,6 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
         (
             {"likelihood": {"sigma": math.nan}},
             "likelihood.sigma: got nan; it takes number, 0.001 to 1,000,000.",
-        ),
-        (
-            {"likelihood": {"sigma": math.inf}},
-            "likelihood.sigma: got inf; it takes number, 0.001 to 1,000,000.",
         ),
     ],
 )

@@ -73,16 +73,11 @@ def test_every_form_of_a_region(region: Any) -> None:
     [
         ((1, 2), "has 4 numbers"),
         ((1, 2, 3, 4, 5, 6), "got 6"),
-        ((), "got 0"),
         ((1, 2, 0, 4), "has no area"),
-        ((1, 2, 3, -4), "has no area"),
         ((1, 2, math.nan, 4), "not finite"),
         ((math.inf, 2, 3, 4), "not finite"),
         ((1, 2, 3, 4, math.nan), "not finite"),
-        ("1,2,3,4", "A region is"),
         (None, "A region is"),
-        (("a", 1, 2, 3), "A region is"),
-        (7, "A region is"),
         (np.zeros((4, 4)), "A region is"),
         ([10**400, 0, 5, 5], "A region is x,y,width,height"),  # beyond all floats
     ],
