@@ -118,6 +118,19 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
         assert found == pytest.approx(expected, abs=6)
 
 
+@pytest.mark.slow
+def test_writing_that_looks_like_a_player_is_none() -> None:
+    """It stays in the picture while the camera pans; before it did, it may have been one."""
+    detector = LookalikeDetector((150, 20, *SIZE))
+    for index in range(20):
+        player = 150 + 2 * index, 20, BLUE
+        frame = panned(index, player, (220 + 6 * index, 140, BLUE))
+        found = detector(frame)
+        if index >= 6:
+            assert len(found) == 1
+            assert iou((player[0] - 6 * index, 20, *SIZE), found[0].box) > 0.5
+
+
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:
     frame = pitch(0, *((x, y, BLUE) for x, y in TEAM), *((x, y, WHITE) for x, y in OTHERS))
     lines = [f"1,-1,{x + 1},{y + 1},14,30,1" for x, y in [*TEAM[:3], *OTHERS]]

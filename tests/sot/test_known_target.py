@@ -148,3 +148,14 @@ def test_toml_that_makes_no_sense(tmp_path: Path, text: str, message: str) -> No
     path.write_text(text, encoding="latin-1")
     with pytest.raises(ConfigError, match=message):
         load_places(path)
+
+
+@pytest.mark.parametrize("side", ["1e-300", "0.9"])
+def test_a_place_has_a_least_size(side: str, tmp_path: Path) -> None:
+    (tmp_path / "places.toml").write_text(f"[[place]]\nbox = [0, 0, {side}, {side}]\n")
+    with pytest.raises(
+        ConfigError, match=r"place\[0\].box\[2\]: got .*; it takes number, at least 1"
+    ):
+        load_places(tmp_path / "places.toml")
+    with pytest.raises(ConfigError, match="outside the frame"):
+        Place(box=(99.5, 0, 9, 9)).boxes(Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8)))
