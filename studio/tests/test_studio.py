@@ -8,6 +8,7 @@ import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import httpx
@@ -17,11 +18,14 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
+from motes import Ellipse, SourceError, Status
 from motes.cli import main
 from motes.formats import FORMATS
-from motes.rows import Header, JournalWriter
-from motes_studio import messages
+from motes.rows import FrameRow, Header, JournalWriter, ObjectRow
+from motes_studio import exports, messages
+from motes_studio.command import networks_of
 from motes_studio.safety import Limits
+from motes_studio.scenes import ScenePart
 from onnx_trackers import save_pair
 from recordings import crowd
 from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
@@ -209,6 +213,24 @@ def test_undo_and_redo(page: Page) -> None:
     assert "again" in str(page.ask("redo").error)
 
 
+def test_split_and_join(page: Page) -> None:
+    number = page.drawn()
+    page.tracked(number)
+    other = page.do("split", object=number, frame=15).object
+    assert other is not None
+    page.settle()
+    one, two = page.item(number), page.item(other)
+    assert [{*page.rows[each]} for each in (number, other)] == [{*range(15)}, {*range(15, FRAMES)}]
+    assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
+    assert [each.frame for each in two.keyframes] == [15]
+    assert len(two.keyframes[0].region) == len(BOX)
+    page.do("join", object=number, other=other)
+    page.settle()
+    assert [each.object for each in page.session.objects] == [number]
+    assert page.item(number).last == FRAMES - 1
+    assert [each.frame for each in page.item(number).keyframes] == [0, 15]
+
+
 def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
     page = both.page
     number = page.drawn(preset="maggio")
@@ -375,6 +397,19 @@ def test_what_cannot_be_imported_is_one_line(
     assert tempfile.gettempdir() not in error
 
 
+def test_films_of_one_and_of_several_objects_are_made(both: Both) -> None:
+    page = both.page
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    assert both.get("film", object=number).content[4:8] == b"ftyp"
+    page.drawn(name="other")
+    page.tracked()
+    assert both.get("film").content[4:8] == b"ftyp"
+    rows = both.get("export", format="csv").content.decode().splitlines()
+    assert len(rows) == 1 + 2 * FRAMES
+    assert both.get("export", format="yolo").content.startswith(b"PK")
+
+
 def test_pictures(client: httpx.Client, session: str) -> None:
     for index in (0, FRAMES - 1, 3, 4):
         answer = client.get(f"/api/sessions/{session}/frames/{index}.jpg?width=48")
@@ -463,6 +498,23 @@ def test_a_configuration_names_the_networks_of_the_owner_alone(
             assert page.rows[alone] != page.rows[number]
 
 
+def test_networks_of_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="no files"):
+        networks_of(str(tmp_path))
+    files = save_pair(tmp_path)
+    assert networks_of(str(tmp_path)) == tuple(sorted(files))
+    assert networks_of(",".join(files)) == files
+
+
+def test_presets_and_formats(client: httpx.Client) -> None:
+    presets = client.get("/api/presets").json()
+    assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
+    assert "default" not in {each["name"] for each in presets["watch"]}
+    formats = client.get("/api/formats").json()
+    assert {*formats["write"]} - {*formats["read"]} == {"masks", "deeplabcut"}
+    assert {*formats["read"]} - {*formats["write"]} == {"journal", "lasot", "got10k"}
+
+
 def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
     """Labels and documents have the names of the images, from which others know them."""
     names = [f"img_{10 * frame:04d}" for frame in range(1, 4)]
@@ -485,3 +537,25 @@ def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
         with looking(client, session) as page:
             drawn, back = (page.item(each) for each in (1, *answer.json()["objects"]))
             assert (back.first, back.last) == (drawn.first, drawn.last) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "hidden", "begin"),
+    [(False, [False, True, False], b"1 guess marked "), (True, [False, False, False], b"")],
+)
+def test_a_guess_is_exported_as_seen_for_who_wants_it(
+    tmp_path: Path, wanted: bool, hidden: list[bool], begin: bytes
+) -> None:
+    there = Ellipse(50, 40, 9, 9, 0)
+    states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
+    rows = [
+        FrameRow(i, i / 25, (ObjectRow(1, there, 0.9, state),)) for i, state in enumerate(states)
+    ]
+    part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
+    film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
+    place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
+    path = str(tmp_path / "n.json")
+    said = exports.write_scene(place, path, "coco", film, [part], guesses=wanted)
+    annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
+    found = [each["attributes"]["occluded"] for each in annotations]
+    assert (found, said[:15]) == (hidden, begin)
