@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -181,6 +182,14 @@ def test_who_vanishes_in_a_zone_leaves_it() -> None:
     events = told(counting, seen(0, (50, 20)), seen(4, (51, 20)), seen(9, (0, 0), Status.LOST))
     assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
     assert [(e.frame, e.time) for e in events][-2:] == [(4, 1.0), (9, 2.25)]
+
+
+def test_a_line_of_json() -> None:
+    event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
+    assert json.loads(event.json()) == {
+        "frame": 3, "time": 0.12, "event": "crosses", "id": 7, "x": 1.235, "y": 2.0,
+        "speed": 3.0, "place": "gate", "direction": "left",
+    }  # fmt: skip
 
 
 def test_places_from_toml() -> None:
