@@ -27,9 +27,9 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.core.errors import SourceError
+from motes.core.track import COLUMNS
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
-from motes.rows.schema import COLUMNS
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter

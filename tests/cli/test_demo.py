@@ -19,7 +19,8 @@ from motes.cli.demo import FILES, PAGE, STORIES, TrackerRun, demo
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.rows.schema import COLUMNS, NUMBERS
+from motes.core.track import COLUMNS
+from motes.rows.schema import NUMBERS
 from motes.synthetic.clips import Truth
 from motes.video.writer import VideoWriter
 

@@ -19,7 +19,7 @@ from motes.formats.cvat import write as cvat
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from sightings import seen
 
@@ -39,7 +39,7 @@ def frames() -> dict[int, list[Track]]:
 
 
 def pictures(tracks: Mapping[int, Sequence[Track]]) -> list[FrameRow]:
-    return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
+    return [FrameRow(index, index / 4, tuple(here)) for index, here in tracks.items()]
 
 
 def journal(folder: Path, kept: Sequence[FrameRow]) -> Recording:

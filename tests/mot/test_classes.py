@@ -22,7 +22,7 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
-from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from scene_objects import RED, config, picture
 from sightings import seen
@@ -126,7 +126,7 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
     path = tmp_path / "rows.jsonl"
     writer = JournalWriter(path, Header("film", 200, 100, "thing"))
     for index, tracks in enumerate(objects_of_two_classes()):
-        writer.add(FrameRow(index, index / 4, object_rows(tracks)))
+        writer.add(FrameRow(index, index / 4, tuple(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
     write_format(document, format_for(document.name), recording_of_journal(path))

@@ -20,10 +20,10 @@ from motes.cli import main
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats.coco import write as coco
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 
@@ -65,8 +65,8 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
 ) -> None:
     """Also where it has no place, which a journal does not keep; an absence is kept."""
     states = [Status.SEARCHING, Status.ABSENT]
-    objects = [ObjectRow(1, Ellipse(50, 40, 8, 6, 0), 1.0, Status.TRACKING)]
-    objects += [ObjectRow.nowhere(1, state) for state in states]
+    objects = [Track(0, 0.0, Ellipse(50, 40, 8, 6, 0))]
+    objects += [Track.nowhere(0, 0.0, state) for state in states]
     with open_source(film) as source:
         output = DocumentOutput(str(tmp_path / "a.yolo"), "yolo", source, "object", False, None)
         for frame, each in enumerate(objects):

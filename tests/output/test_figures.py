@@ -52,7 +52,7 @@ class Recorder(Figures):
 
     def add(self, frame: Frame, info: StepInfo, seconds: float = 0.001) -> None:
         """Record a frame."""
-        self.write(Moment(frame, info, seconds))
+        self.write(Moment(frame, [info.track], info, seconds))
 
     def surface(self) -> RhoSurface | None:
         """Return the surface in the kept frame; None without one."""

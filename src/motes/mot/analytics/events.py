@@ -33,6 +33,9 @@ MINUTE = 60.0
 CLEAR = 0.1
 """A foot is clearly on one side of a line, or of a zone's edge, from this share of its object's
 height on."""
+AWAY = 0.5
+"""An object that has passed a line or an edge may tremble there until it is away, by this share of
+its height after half a second on one side. Before, it does not pass back."""
 LINGERS = 5.0
 """Seconds for which an object may stand on a line or an edge until it is clearly beyond: one that
 stands there for longer passes it when it goes on."""
@@ -54,10 +57,11 @@ class EventCounter:
     A crossing, an entry or an exit has the frame in which it happens, and a crossing its place on
     the line. It is returned when the foot is clearly beyond the line or the zone's edge, by a share
     of the object's height, `CLEAR`; crossings and exits also not before `SETTLED` seconds, if the
-    object has not come back. The object must be known for `LEAST_AGE` seconds, or have walked. It
-    has crossed a line if it was seen on both sides; if it was found on the line, its path,
-    continued backwards, must begin clearly on the other side. Where one object goes on with the
-    path of another, both are one at lines and in zones.
+    object has not come back. It passes back once it is away on the other side (`AWAY`), unless it
+    was away before: so one that trembles passes once. The object must be known for `LEAST_AGE`
+    seconds, or have walked. It has crossed a line if it was seen on both sides; if it was found on
+    the line, its path, continued backwards, must begin clearly on the other side. Where one object
+    goes on with the path of another, both are one at lines and in zones.
 
     Parameters
     ----------
@@ -233,7 +237,12 @@ class EventCounter:
     def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
         margin, before = CLEAR * each.box.height, walk.clear.get(name)
-        clear = distance(line.points, foot) >= margin
+        off, last = distance(line.points, foot), walk.passed.get(name)
+        clear = off >= margin
+        if off >= AWAY * each.box.height and not any(
+            crossing(line.points, at, foot) for _, at in walk.feet
+        ):
+            walk.passed.pop(name, None)
         if before is None and clear:
             past = walk.past(foot, each.time)
             came = crossing(line.points, walk.first, foot) is not None
@@ -245,15 +254,22 @@ class EventCounter:
             place = meeting_point(line.points, before, foot)
             event = self._event(each, walk, place, "crosses", name, line.label[side == "right"])
             _note(walk, name, event)
+            clear = clear and name not in walk.passed
         if clear:
             walk.clear[name] = foot
             crossed = walk.over.pop(name, None)
-            if crossed is not None and walk.pending.pop(name, None) is None:  # else it is back
+            if crossed is None or crossed.direction == last:  # it has jumped back meanwhile
+                return
+            if walk.pending.pop(name, None) is None:  # else it is back
                 walk.pending[name] = crossed
 
     def _visit(self, each: Track, walk: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""
         time, holds, inside = each.time, zone.holds(foot), name in walk.zones
+        depth, height = zone.depth(foot), min(each.box.height, self._reach[name])
+        stays = depth >= AWAY * height and all(zone.holds(at) == holds for _, at in walk.feet)
+        if stays or depth >= height:  # some pass a zone within half a second
+            walk.passed.pop(name, None)
         if not holds:
             walk.outside.add(name)
         if holds == inside:
@@ -264,7 +280,7 @@ class EventCounter:
             event = walk.over[name]
             margin = min(CLEAR * each.box.height, self._reach[name])
             found = name not in walk.outside and time - event.time >= FOUND
-            if zone.depth(foot) < margin and not found:
+            if (depth < margin or name in walk.passed) and not found:
                 return
             del walk.over[name]
             left = walk.pending.pop(name, None)
@@ -275,6 +291,7 @@ class EventCounter:
             walk.touched.discard(name)
             if left is None:
                 walk.sure.append(event)
+                walk.passed[name] = None
                 walk.stays.discard(name)
             since = event if left is None else left  # and is back
             walk.zones[name] = since.time - (since.seconds or 0)

@@ -43,8 +43,10 @@ class Trajectory:
     """Names of the zones outside of which it has been seen, and of those whose edge alone it has
     touched."""
     clear: dict[str, Point] = field(default_factory=dict)
-    """For each line, the last place of its foot that was clearly on one side. So an object that
-    stands on a line does not cross it, if it trembles by less than the margin (`events.CLEAR`)."""
+    """For each line, the last place of its foot that was clearly on one side (`events.CLEAR`)."""
+    passed: dict[str, str | None] = field(default_factory=dict)
+    """For each line or zone whose edge it has passed, and has not been away from since, the
+    direction in which it has crossed the line."""
     over: dict[str, Event] = field(default_factory=dict)
     """For each line or zone, the event of passing its edge, until the object is clearly beyond."""
     pending: dict[str, Event] = field(default_factory=dict)
@@ -121,6 +123,7 @@ class Trajectory:
     def settle(self, now: float, settled: float) -> None:
         """Make pending events sure that happened `settled` seconds before `now`, or earlier."""
         done = [name for name, event in self.pending.items() if now - event.time >= settled]
+        self.passed |= {name: self.pending[name].direction for name in done}
         self.sure += [self.pending.pop(name) for name in done]
 
     def counted(self, now: float) -> list[Event]:
@@ -136,10 +139,11 @@ class Trajectory:
         self.walked = before.counts(before.feet[-1][0])
         self.clear, self.crossed = dict(before.clear), before.crossed
         self.zones, self.stays = before.zones, before.stays
-        self.outside, self.touched = before.outside, before.touched
+        self.outside, self.touched, self.passed = before.outside, before.touched, before.passed
         self.pending, self.sure = before.pending, before.sure
         before.zones, before.stays, before.pending, before.sure = {}, set(), {}, []
-        before.outside, before.touched, before.over, before.leaving = set(), set(), {}, []
+        before.outside, before.touched, before.passed = set(), set(), {}
+        before.over, before.leaving = {}, []
         before.continued = True
 
     def undecided(self) -> list[Event]:
