@@ -153,6 +153,14 @@ def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> N
     assert label_studio.video_path(address, "film", inner) == (inner / "cells").resolve()
 
 
+@pytest.mark.parametrize("frame", [0, 9, 500])
+def test_rectangles_in_frames_that_the_film_has_not_are_refused(frame: int, videos: Path) -> None:
+    """As with a wrong frame rate in the project."""
+    asked = json.dumps(request(frames(1)[0][1], frame)).encode()
+    with pytest.raises(ConfigError, match=f"is in frame {frame}, and cells has the frames 1 to 8;"):
+        label_studio.predict(asked, videos)
+
+
 def test_a_film_that_label_studio_shows_at_another_rate_is_refused(videos: Path) -> None:
     (videos / "upload/cells/seqinfo.ini").write_text("[Sequence]\nframeRate=24\n")
     asked = json.dumps(request(frames(1)[0][1], 2)).encode()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from brokers import Broker, Listener, wait_until
+from brokers import Broker, Listener, free_port, wait_until
 from motes.cli import main
 from motes_fleet.delivery import delivery
 from motes_fleet.delivery.delivery import Delivery
@@ -89,6 +89,22 @@ def test_a_kill_loses_no_event(film: str, tmp_path: Path, monkeypatch: pytest.Mo
     heard = [json.loads(text) for text in ears.texts("yard")]
     for event in (first, second):
         assert any(event.items() <= each.items() for each in heard)
+
+
+def test_what_waits_is_reported(
+    film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(delivery, "LAST_CHANCE", 0.0)
+    queue = tmp_path / "q"
+    hook = f"http://127.0.0.1:{free_port()}/in"
+    assert main(watch(film, "--events", hook, "--queue", str(queue))) == 0
+    error = capsys.readouterr().err
+    assert f"3 events for {hook} in {queue}; the next run" in error
+    assert error.count(f"for {hook}") == 1  # the summary does not have them as written
+    other = f"http://127.0.0.1:{free_port()}/in"
+    assert main(watch(film, "--events", other, "--queue", str(queue), "--end", "10")) == 4
+    error = capsys.readouterr().err
+    assert f"3 events of earlier runs for {hook} in {queue}; this run does not send them" in error
 
 
 @pytest.mark.parametrize(

@@ -129,6 +129,14 @@ def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
         assert float(middle["left"]) == pytest.approx(x, abs=6)
 
 
+def test_a_histogram_is_for_several_cameras(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["watch", "hall.mkv", "--histogram", "red.json"]) == 2
+    assert "--histogram is for a file of several cameras" in capfd.readouterr().err
+    code, _, error = go(HALL, "-o r.csv --histogram red.json")
+    assert code == 3
+    assert "red.json" in error
+
+
 @pytest.mark.parametrize("slow", ["one", "two"])
 def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a camera may expect depends on the times of frames alone, not on who is faster.

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+import msgspec
 import pytest
 
 import batch_jobs
@@ -28,6 +29,7 @@ from motes_fleet.cluster.records import Record, records
 from motes_fleet.cluster.state import load_jobs
 from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
+from motes_fleet.commands.batch_progress import BatchProgress
 from onnx_trackers import save_pair
 
 
@@ -269,6 +271,17 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
+    Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
+    line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
+    assert main(["batch", "film-[01].mp4", "--workers", "1", *line, "out"]) == 0
+    for name in ("film-0", "film-1"):
+        assert main(["track", f"{name}.mp4", *line, "one.csv", "--overwrite"]) == 0
+        assert rows(home / "out", name) == Path("one.csv").read_text()
+    assert main(["batch", "film-*.mp4", "--workers", "1", *line, "out"]) == 6
+    assert "none of" in (home / "out" / "jobs" / "film-2.json").read_text()
+
+
 @pytest.mark.slow
 def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")
@@ -286,6 +299,34 @@ def test_a_dataset_of_parquet(home: Path) -> None:
     ]
     assert table[0]["label"] == "one"
     assert re.fullmatch("[0-9a-f]{64}", table[0]["checksum"])
+
+
+def test_progress_is_counted(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("motes_fleet.commands.batch_progress.INTERVAL", 0.0)
+    done = Record(name="a", status="done", digest="", frames=7)
+    task = Task("c", batch_jobs.square, 0)
+    with BatchProgress(9) as progress:
+        progress.keep(done)
+        for event in (
+            Started(task, "here", 1),
+            done,
+            Started(task, "here", 1),
+            Again(task, "Lost."),
+            Started(task, "here", 1),
+            msgspec.structs.replace(done, status="failed"),
+            Started(task, "here", 1),
+        ):
+            progress.note(event)
+        assert progress.numbers() == {"waiting": 5, "running": 1, "done": 2, "failed": 1}
+    error = capsys.readouterr().err
+    assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
+    assert "[c] attempt 1: Lost." in error
+    counts = "9 jobs, 1 done, 1 done before, 1 failed, 7 frames"
+    assert progress.summary("out") == f"3 of {counts}; give out again to go on"
+    progress.written = "jobs.parquet"
+    assert progress.summary("out") == f"{counts}; wrote out/jobs.parquet"
 
 
 def test_problems_come_before_anything_starts(

@@ -16,6 +16,8 @@ from motes.core import (
     News,
     Started,
     Task,
+    TryAgain,
+    outcome,
     resources,
     run,
 )
@@ -77,6 +79,15 @@ def test_tasks_are_taken_as_there_is_room() -> None:
     for ended, _ in enumerate(run(pool, all_()), 1):  # type: ignore[arg-type]
         assert taken <= ended + 4
     assert taken == 1000
+
+
+def test_a_task_may_ask_for_another_attempt() -> None:
+    def lost(_: object) -> None:
+        raise TryAgain("the network")
+
+    assert outcome(lost, None) == (None, "the network", True)
+    assert outcome(batch_jobs.raise_error, "no") == (None, "ValueError: no", False)
+    assert outcome(batch_jobs.square, 3) == (9, None, False)
 
 
 @pytest.mark.slow
