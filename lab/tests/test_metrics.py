@@ -102,27 +102,6 @@ def raster_od(one: Ellipse, other: Ellipse, size: int = 1500) -> float:
     return 1 - 2 * np.count_nonzero(inside[0] & inside[1]) / together
 
 
-def od(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    return float(metrics.overlap_distances(np.array([one]), np.array([other]))[0])
-
-
-@pytest.mark.parametrize(
-    ("ellipse", "truth", "distance"),
-    [
-        ((5, 5, 4, 2, 0.3), (5, 5, 4, 2, 0.3), 0),
-        ((5, 5, 2, 4, 0.3 + math.pi / 2), (5, 5, 4, 2, 0.3), 0),  # the same, called otherwise
-        ((0, 0, 2, 2, 0), (0, 0, 1, 1, 0), 1 - 2 / 5),  # areas 4 and 1, in common 1
-        ((0, 0, 1, 1, 0), (0, 0, 2, 2, 0), 1 - 2 / 5),
-        ((0, 0, 4, 1, 0), (0, 0, 4, 4, 0), 1 - 2 * 4 / 20),
-        ((10, 0, 2, 2, 0), (0, 0, 2, 2, 0), 1),
-        ((0, 0, 1e9, 1e9, 0), (0, 0, 1, 1, 0), 1),
-    ],
-)
-def test_od_by_hand(ellipse: tuple[float, ...], truth: tuple[float, ...], distance: float) -> None:
-    assert od(ellipse, truth) == pytest.approx(distance, abs=2e-3)
-    assert 0 <= od(ellipse, truth) <= 1
-
-
 @pytest.mark.slow
 def test_od_against_a_pixel_count() -> None:
     rng = np.random.default_rng(3)

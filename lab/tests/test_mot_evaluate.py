@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 import sys
@@ -35,7 +34,7 @@ from motes_lab.adapters.mot import (
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows
-from motes_lab.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
+from motes_lab.mot_scores import MotEvaluation, MotOutcome
 from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes_lab.protocols.sot import Start
 from motes_lab.runner import Pass, plan, run, unfinished
@@ -386,28 +385,6 @@ def test_sequences_are_combined_and_not_averaged() -> None:
     assert evaluation.finished("bad", "mot") == ["long"]
     assert evaluation.mean("bad", "mot", "mota").mean == 1
     assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
-
-
-def test_results_csv(tmp_path: Path) -> None:
-    write_results(tmp_path, MotEvaluation(OUTCOMES))
-    with (tmp_path / "results.csv").open(newline="") as file:
-        lines = list(csv.DictReader(file))
-    names = [(line["tracker"], line["sequence"], line["seed"]) for line in lines]
-    assert names == [
-        ("good", "long", "0"), ("good", "short", "0"),
-        ("lucky", "long", "0"), ("lucky", "long", "1"),
-        ("lucky", "short", "0"), ("lucky", "short", "1"),
-        ("bad", "long", "0"), ("bad", "short", "0"),
-        ("good", "COMBINED", "0"), ("lucky", "COMBINED", "0"), ("lucky", "COMBINED", "1"),
-        ("bad", "COMBINED", "0"),
-    ]  # fmt: skip
-    assert {line["protocol"] for line in lines} == {"mot"}
-    assert [line["mota"] for line in lines[-4:]] == ["0.875", "0.625", "0.75", "1"]
-    assert [line["frames"] for line in lines[-4:]] == ["40", "40", "40", "30"]
-    assert (lines[7]["error"], lines[7]["mota"]) == ("It broke.", "")
-    assert (lines[8]["error"], lines[8]["fps"]) == ("", "500")
-    write_results(tmp_path, MotEvaluation([]))
-    assert (tmp_path / "results.csv").read_text() == ",".join(COLUMNS) + "\n"
 
 
 # Report

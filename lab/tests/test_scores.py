@@ -20,38 +20,6 @@ from motes_lab.scores import COLUMNS, Outcome, score, write_results
 # A pass
 
 
-def test_score_by_hand() -> None:
-    """Two of four frames fit; one is half a width away (IoU 1/3), one far off."""
-    said = trace(shifted([0, 0, 10, 40]), [1, 0.9, 0.6, 0.2], [False, False, False, True])
-    found = score(said, sequence(frames=4))
-    thresholds_passed = 20 + 20 + 7 + 0  # 1/3 exceeds 0, 0.05 … 0.3
-    assert found["auc"] == pytest.approx(thresholds_passed / 84)
-    assert found["precision_20"] == 3 / 4
-    assert found["iou"] == pytest.approx((1 + 1 + 1 / 3 + 0) / 4)
-    assert found["lost_frame"] == 3
-    assert (found["lost_recall"], found["lost_precision"], found["lost_f1"]) == (1, 1, 1)
-    # Confidence 1 and 0.9 in one bin, both right; 0.6 and 0.2 in two, both wrong.
-    assert found["ece"] == pytest.approx((2 * 0.05 + 0.6 + 0.2) / 4)
-    assert (found["ms_median"], found["ms_95"]) == pytest.approx((2, 2))
-    assert found["fps"] == pytest.approx(500)
-    assert found["frames"] == 4
-    # Two ellipses side by side by half their width: the share of a disk beyond its chord.
-    common = 2 / math.pi * (math.acos(0.5) - 0.5 * math.sqrt(0.75))
-    assert found["od"] == pytest.approx((0 + 0 + 1 - common + 1) / 4, abs=2e-3)
-
-
-def test_score_without_a_target() -> None:
-    """Frames without a target count for what is said about being lost, and for nothing else."""
-    there = sequence(frames=4, absent=[1, 2])
-    said = trace(shifted([0, 0, 0, 0]), [1, 1, 0, 1], [False, False, True, False])
-    found = score(said, there)
-    assert (found["auc"], found["iou"], found["precision_20"]) == pytest.approx((20 / 21, 1, 1))
-    assert found["od"] == pytest.approx(0, abs=1e-9)
-    assert found["lost_frame"] is None
-    assert (found["lost_recall"], found["lost_precision"]) == (0.5, 1)
-    assert found["ece"] == pytest.approx((3 * abs(2 / 3 - 1) + 0) / 4)
-
-
 def test_score_frame_by_frame() -> None:
     """A second implementation, a frame at a time."""
     rng = np.random.default_rng(0)

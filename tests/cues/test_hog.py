@@ -109,20 +109,6 @@ def test_lattice(pixels: Any, ellipse: Ellipse, count: int, form: tuple[int, int
 # What a histogram says
 
 
-@samplings
-@pytest.mark.parametrize(
-    ("slope", "number"),
-    [((-1, 0), 0), ((-1, -1), 1), ((0, -1), 2), ((1, 0), 4), ((1, 1), 5), ((0, 1), 6)],
-)
-def test_straight_edges(slope: tuple[int, int], number: int, sampling: Sampling) -> None:
-    """A gradient points to the bright side; the first bin is centered on the -x axis."""
-    upright, turned = Hog(rotation_normalized=False, sampling=sampling), Hog(sampling=sampling)
-    assert upright.histograms(edge(slope), rows(MIDDLE))[0, number] > 0.9
-    assert turned.histograms(edge(slope), rows(MIDDLE))[0, 0] > 0.9
-    darker = upright.histograms(edge(slope, contrast=-50), rows(MIDDLE))[0]
-    assert darker[(number + 4) % 8] > 0.9
-
-
 @pytest.mark.parametrize("cells", [1, 3])
 def test_quarter_turns(cells: int) -> None:
     """A target turned with its ellipse keeps its histogram, if that is turned too."""

@@ -186,20 +186,6 @@ def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: in
     check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
 
 
-@pytest.mark.parametrize("step", SCALES)
-@pytest.mark.parametrize("slope", [(3, 0), (0, 2), (1, 2), (2, -1), (3, 1), (-1, -3), (3, -2)])
-def test_a_pure_slope(slope: tuple[int, int], step: int) -> None:
-    """Where the gradient is g everywhere, J = g g^T: C = |g|^4, the orientation that of g."""
-    y, x = np.mgrid[:42, :42]
-    values = slope[0] * x + slope[1] * y
-    found = computed(gray(values - values.min()), filters_of(SCALES[step], 1.0), 180)
-    middle = slice(6, -6), slice(6, -6)
-    square = (slope[0] ** 2 + slope[1] ** 2) * step**2  # a block's slope is that over its side
-    np.testing.assert_allclose(found.certainty[middle], square**2, rtol=1e-4)
-    expected = int(math.degrees(math.atan2(slope[1], slope[0]) % math.pi) + 90) % 180
-    assert (found.bins[middle] == expected).all()
-
-
 @given(pictures, scales, st.data())
 def test_a_part_of_a_plane_is_computed_as_in_the_whole(
     pixels: Pixels, scale: float, data: st.DataObject
@@ -240,20 +226,6 @@ def test_angles(points: list[tuple[float, float]]) -> None:
 
 
 # Which bin
-
-
-@given(st.floats(-90, 90, exclude_max=True), st.sampled_from([4, 7, 36, 90]))
-@example(-89.0, 36)
-@example(89.0, 36)
-@example(-1.0, 36)
-@example(44.0, 4)
-def test_gratings_fall_into_their_bin(degrees: float, bins: int) -> None:
-    place = (degrees / 180 + 0.5) * bins
-    assume(abs(place - round(place)) * 180 / bins > 0.5)
-    cue = Orientation(bins=bins, kept_fraction=1.0)
-    for pixels in (grating(degrees), 255 - grating(degrees), grating(degrees + 180)):
-        found = cue.learn(frame(pixels), Ellipse(30, 30, 25, 25)).histogram
-        np.testing.assert_allclose(found, triangle(np.eye(bins)[int(place)], 0), atol=1e-3)
 
 
 # Histograms

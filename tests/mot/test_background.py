@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from backgrounds import NEEDS_CV2, NO_CV2
+from backgrounds import NO_CV2
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -112,23 +111,6 @@ def test_a_flood_of_objects_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
 def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:
     """Return the blobs of a mask, of so many pixels at least."""
     return blobs(mask, least / mask.size)
-
-
-@pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=NEEDS_CV2)])
-def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not opencv:
-        monkeypatch.setitem(sys.modules, "cv2", None)
-    mask = np.zeros((200, 400), np.uint8)
-    mask[10:30, 20:40] = 1
-    mask[34:50, 20:40] = 1  # 4 rows below: a gap that is closed
-    mask[10:30, 60:70] = 1  # 20 columns aside: another one
-    mask[100, 100] = 1  # a speck
-    mask[190:, 390:] = 1  # in the corner
-    upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
-    assert found(mask, least=50) == [*upper, corner]
-    assert found(mask, least=150) == upper
-    assert found(mask, least=1) == [*upper, corner]
-    assert found(np.zeros((20, 20), np.uint8)) == []
 
 
 def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:

@@ -20,17 +20,6 @@ from motes.mot.analytics.regions import Line, Regions, Zone, crossing
 from sightings import seen, told
 
 
-def test_crossing_by_hand() -> None:
-    line = (0.0, 10.0, 20.0, 10.0)  # seen along it, to the right is down
-    assert crossing(line, (5, 5), (5, 15)) == "right"
-    assert crossing(line, (5, 15), (7, 5)) == "left"
-    assert crossing(line, (5, 5), (9, 9)) is None
-    assert crossing(line, (30, 5), (30, 15)) is None  # beside its end
-    assert crossing(line, (5, 5), (5, 10)) is None  # onto it
-    assert crossing(line, (5, 10), (5, 11)) == "right"  # and on
-    assert crossing(line, (5, 10), (5, 5)) is None  # and back
-
-
 def test_a_step_crosses_as_its_finer_steps_do() -> None:
     rng = np.random.default_rng(0)
     line, crossings = (10.0, 20.0, 60.0, 45.0), 0
