@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinds import CONFIGS
-from motes.core.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.hog import Hog
@@ -131,6 +131,24 @@ def test_every_part_survives_plain_values_and_toml() -> None:
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
     assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+
+
+class Zone(Config, frozen=True):
+    """With fields that may be None."""
+
+    width: float | None = None
+    height: float | None = None
+
+
+class Zones(Config, frozen=True):
+    """With a list of such."""
+
+    zones: tuple[Zone, ...] = ()
+
+
+def test_lists_with_fields_that_are_none_survive_toml() -> None:
+    config = Zones((Zone(width=2.0), Zone(height=1.0)))
+    assert from_dict(from_toml(to_toml(config), "text"), Zones) == config
 
 
 @pytest.mark.parametrize(

@@ -24,9 +24,12 @@ from motes.cues.fourier_ridge import vertex
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
     CELL_SIZE,
+    FINEST,
     LARGER,
     LEAST_MARGIN,
+    SAMPLES,
     TURN,
+    WIDEST,
     features,
     grid,
 )
@@ -108,6 +111,17 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     np.testing.assert_allclose(samples.offsets(place, points), offsets, atol=1e-9)
 
 
+def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
+    square, thin = grid(20, 20), grid(10, 60)
+    hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
+    np.testing.assert_allclose(square.taper, hann, atol=1e-6)
+    across = thin.taper[thin.rows // 2]
+    offsets = CELL_SIZE * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
+    assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
+    assert (across == 0).any()
+    assert (thin.taper[:, thin.columns // 2] > 0).all()
+
+
 def test_windows_see_every_ellipse_near_their_middle() -> None:
     rng = np.random.default_rng(4)
     samples, place = grid(20, 14), TARGET._replace(theta=0.4)
@@ -136,6 +150,17 @@ def test_one_window_sees_who_is_near_the_last_place() -> None:
     ((window, mine),) = grid(20, 14).tile_windows(textured(), TARGET, ellipses)
     assert window == pytest.approx(TARGET)
     assert sorted(mine) == list(range(50))
+
+
+@pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
+def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
+    cells = grid(*half)
+    assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
+    assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
+    around = max(sum(half), 2 * LEAST_MARGIN)
+    wide, high = 2 * half[0] + around, 2 * half[1] + around
+    assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
+    assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
 
 
 @pytest.mark.parametrize("turn", range(18))

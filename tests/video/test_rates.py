@@ -73,6 +73,8 @@ def test_what_is_assumed_is_in_the_report(tmp_path: Path) -> None:
 def test_a_rate_replaces_the_times_of_a_film(tmp_path: Path) -> None:
     film = clip(tmp_path / "clip.mp4", 12)
     assert times(film, fps=100)[0] == pytest.approx([index / 100 for index in range(12)])
+    with open_source(film, fps=100) as source:
+        assert source.duration == pytest.approx(0.12)
     backward = [frame.time for frame in Film(film, fps=100).backward(8, 5)]
     assert backward == pytest.approx([0.08, 0.07, 0.06, 0.05])
 
