@@ -215,20 +215,6 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     assert len(rows) == drawn  # those that the user has drawn, and no others
 
 
-def test_formats_of_one_object_refuse_several(tmp_path: Path) -> None:
-    for name in ("otb", "vot", "keyframes"):
-        with pytest.raises(FormatError, match=r"holds one object, .* --identity N"):
-            registry.write(tmp_path / "a", name, crowd())
-    assert not (tmp_path / "a").exists()
-
-
-def test_sizes_are_asked_for(tmp_path: Path) -> None:
-    unknown = Recording(turning().head.__class__("film", 0, 0, "object"), turning().frames)
-    for name in ("coco", "cvat", "yolo", "label-studio"):
-        with pytest.raises(ConfigError, match="needs the size of the picture; give --size"):
-            registry.write(tmp_path / "a", name, unknown)
-
-
 @pytest.mark.parametrize(
     ("file", "text", "name"),
     [
