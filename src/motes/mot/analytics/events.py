@@ -30,7 +30,10 @@ from motes.mot.boxes import foot_of, is_cut
 EDGE = "visits to its edge alone"
 BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
 PART = "crossings of other parts of what has crossed it"
+JUMPED = "boxes that jumped over it"
 """Reasons for which an event does not count."""
+UNSURE = 0.25
+"""A line's count is unsure if this share of what passed it were boxes that jumped."""
 MINUTE = 60.0
 CLEAR = 0.1
 """A foot is clearly on one side of a line, or of a zone's edge, from this share of its object's
@@ -171,14 +174,18 @@ class EventCounter:
 
     def remarks(self) -> list[str]:
         """Return a line for each place at which nothing counted, or something was left out."""
-        seen = {place for _, _, place, _, _ in self.counts}
-        lines = []
+        seen, lines = Counter[str](), list[str]()
+        for (_, _, place, _, _), n in self.counts.items():
+            seen[place] += n
         for name in (*self._lines, *self._zones):
             verb = "crossed" if name in self._lines else "entered"
             said = [] if name in seen else [f"nothing {verb} it"]
             said += [
                 f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
+            jumps = self.left_out.get((name, JUMPED), 0)
+            if jumps > UNSURE * (jumps + seen[name]):
+                said.append("so its count is unsure")
             lines += [f"{name}: {', '.join(said)}"] if said else []
         return lines
 
@@ -231,6 +238,8 @@ class EventCounter:
         events += walk.counted(time)
         for name, line in self._lines.items():
             if jumped:
+                if crossing(line.points, walk.clear.get(name, foot), foot):
+                    self.left_out[name, JUMPED] += 1
                 walk.clear[name] = foot
                 walk.over.pop(name, None)
             else:
