@@ -6,7 +6,6 @@ import os
 import pickle
 import re
 import sys
-import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,9 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
 
 import arena
-from arena import at_home, tracks
+from arena import at_home
 from motes import (
     PRESETS,
     Box,
@@ -32,7 +29,7 @@ from motes import (
     configure,
     preset,
 )
-from motes.core import LocalPool, slug, to_toml
+from motes.core import LocalPool, to_toml
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
@@ -180,12 +177,6 @@ EVERYONE = [
 ]
 
 
-def test_every_preset_is_a_tracker_to_evaluate() -> None:
-    for name in PRESETS:
-        assert tracker_spec(name).name == name
-        assert tracker_spec(name).configuration == to_toml(preset(name))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
@@ -212,15 +203,6 @@ def test_contestants_follow(name: str, home: Path) -> None:
     contestant.init(*clip[0])
     again = [contestant.update(frame) for frame, _ in clip[1:6]]
     assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
-def test_stochastic_contestants(name: str, home: Path) -> None:
-    assert tracker_spec(name).stochastic
-    one, same, other = ([a.ellipse for a in answers(name, seed)] for seed in (1, 1, 2))
-    assert one == same
-    assert one != other
 
 
 def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
@@ -286,29 +268,6 @@ def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPat
             monkeypatch.setenv("OPENBLAS_NUM_THREADS", before)
         assert opencv("cv2:csrt").THREADS == "1"
         assert os.environ.get("OPENBLAS_NUM_THREADS") == before
-
-
-def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:
-    other = types.SimpleNamespace(__version__="4.9", setNumThreads=lambda _: None)
-    monkeypatch.setitem(sys.modules, "cv2", other)
-    entries, problems = resolve(["cv2:csrt", "cv2:mosse"])
-    assert not entries
-    for problem in problems:
-        assert "4.9 has no cv2:" in problem.what
-
-
-def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("loud.py").write_text("print('hello')\nraise ValueError('two\\nlines')")
-    _, problems = resolve(["loud:Tracker"])
-    assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
-    assert capfd.readouterr() == ("", "hello\n")
-
-
-def test_a_changed_callable_is_another_configuration(home: Path) -> None:
-    before = tracker_spec("mine:Still").configuration
-    assert tracker_spec("mine:Still").configuration == before
-    Path("mine.py").write_text(arena.TRACKERS + "\n# changed\n")
-    assert tracker_spec("mine:Still").configuration != before
 
 
 REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
@@ -400,13 +359,6 @@ def _odd(value: Any) -> Answer:
     return answer
 
 
-def test_callables_must_make_trackers(home: Path) -> None:
-    Path("odd.py").write_text(ODD)
-    sys.modules.pop("odd", None)
-    with pytest.raises(ConfigError, match=r"odd:mute makes a int without init\(\)"):
-        tracker_spec("odd:mute").begin(0).init(*film()[0])
-
-
 # OpenCV's
 
 
@@ -451,15 +403,6 @@ def test_peers_get_whole_pixels_and_bgr(
 
 
 # Runs
-
-
-@given(st.text(), st.text())
-@example("a/b", "a%2Fb")
-@example("x" * 300, "x" * 301)
-def test_slugs_differ_and_are_folders(one: str, other: str) -> None:
-    assert (slug(one) == slug(other)) == (one == other)
-    assert re.fullmatch(r"[\w.+~%-]*", slug(one), re.ASCII)
-    assert len(slug(one)) < 200
 
 
 @pytest.fixture
@@ -625,22 +568,6 @@ def test_failures_have_their_reasons(
 def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
     out, _ = bad_day
     arena.wait_for(lambda: arena.all_gone(out.parent / "processes"))
-
-
-@pytest.mark.slow
-def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
-    out, errors = bad_day
-    for name in ("mine:Still on a", "mine:Still on video-20", "mine:Seeded on a"):
-        assert errors[f"{name}, ope"] == {}
-    assert sorted(tracks(out)) == [
-        "tracks/mine%3ASeeded/a/ope-0.csv",
-        "tracks/mine%3ASeeded/a/ope-1.csv",
-        "tracks/mine%3ASeeded/a/ope-2.csv",
-        "tracks/mine%3AStill/a/ope-0.csv",
-        "tracks/mine%3AStill/video-20/ope-0.csv",
-    ]
-    moved = load_trace(out / "tracks" / "mine%3ASeeded" / "a" / "ope-2.csv").ellipses[:, 0]
-    np.testing.assert_allclose(np.diff(moved), 0.2)
 
 
 @pytest.mark.slow

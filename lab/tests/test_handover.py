@@ -10,12 +10,11 @@ import pytest
 from crowds import rows, write_crowd
 from motes import Box, Detection
 from motes.synthetic import Clip, Target
-from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.papers import cut_films, handover, known_person, rooms_on_film
 from motes_lab.papers.cut_films import Entry, Found, Moment, entries, moments_of, part
 from motes_lab.papers.handover import score
-from motes_lab.papers.rooms_on_film import Passage, passages_of, rig, until_known
+from motes_lab.papers.rooms_on_film import Passage, passages_of, until_known
 
 VIEWS = range(60), range(40, 100)
 
@@ -84,14 +83,6 @@ def test_a_known_person_is_found_sooner_with_samples(film: MotSequence) -> None:
     assert given[1] < alone[1]
 
 
-@pytest.mark.slow
-def test_an_identity_passes_with_the_link_alone(film: MotSequence) -> None:
-    *_, result = rooms_on_film.rooms_on_film([film])
-    cells = {row[0].text: [cell.text for cell in row[1:3]] for row in result.tables[""].rows}
-    assert cells["with handover"] == ["1", "1"]
-    assert cells["without"] == ["1", "0"]
-
-
 def test_moments_have_the_truth_and_the_detections(tmp_path: Path) -> None:
     (crowd,), _ = load_mot_dataset(write_crowd(tmp_path / "film", shift=2))
     moments = moments_of(crowd)
@@ -125,16 +116,3 @@ def test_an_identity_is_known_if_the_last_one_here_is_the_first_there() -> None:
     assert until_known(answers(5, 6), passage) == 1
     assert until_known(answers(6, 5), passage) is None
     assert until_known(answers(), passage) is None
-
-
-def test_doors_are_at_the_strip() -> None:
-    left, right = rig(APART, 50, linked=True).camera
-    assert left.place[0].box == pytest.approx((45 - 6.75, 0, 6.75, 50))
-    assert right.place[0].box == pytest.approx((0, 0, 6.75, 50))
-    assert len(rig(APART, 50, linked=True).passage) == 1
-    assert not rig(APART, 50, linked=False).passage
-
-
-def test_rooms_and_one_known_person_are_two_experiments(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["experiment", "handover", ".", "--apart", "--known"]) == 2
-    assert "--apart goes without --known" in capfd.readouterr().err

@@ -184,27 +184,6 @@ def test_od_of_what_is_no_ellipse() -> None:
     assert metrics.overlap_distances(np.empty((0, 5)), np.empty((0, 5))).shape == (0,)
 
 
-def test_od_of_many_frames_is_that_of_each() -> None:
-    rng = np.random.default_rng(1)
-    rows = rng.uniform(5, 20, (71, 5))  # more than one chunk, and a rest
-    truths = rows + rng.normal(0, 2, rows.shape)
-    alone = [od(tuple(p), tuple(q)) for p, q in zip(rows, truths, strict=True)]
-    assert metrics.overlap_distances(rows, truths) == pytest.approx(np.array(alone))
-
-
-def test_first_lost() -> None:
-    assert metrics.first_lost(np.array([0.1, 0.8, 0.81, 0.2, 0.9])) == 2
-    assert metrics.first_lost(np.array([0.1, np.nan, 0.8])) is None
-    assert metrics.first_lost(np.empty(0)) is None
-
-
-@given(st.lists(ellipses, max_size=5))
-def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
-    boxes = metrics.enclosing_boxes(np.array(rows, np.float64).reshape(-1, 5))
-    expected = [Ellipse(*row).box for row in rows]
-    assert boxes == pytest.approx(np.array(expected, np.float64).reshape(-1, 4))
-
-
 # Calibration
 
 
@@ -260,20 +239,7 @@ def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
 
 
-def test_difference_of_too_few_pairs() -> None:
-    assert np.isnan(paired_difference(np.empty(0), np.empty(0))).all()
-    one = paired_difference(np.array([0.5]), np.array([0.2]))
-    assert one.mean == pytest.approx(0.3)
-    assert np.isnan(one[1:]).all()
-
-
 # Time
-
-
-def test_time_quantiles() -> None:
-    assert metrics.time_quantiles(np.arange(1, 102) / 1000) == pytest.approx((51, 96))
-    assert metrics.time_quantiles(np.array([0.002, 0.001])) == pytest.approx((1.5, 1.95))
-    assert np.isnan(metrics.time_quantiles(np.empty(0))).all()
 
 
 def test_wilsons_interval() -> None:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from crowds import rows
 from evaluations import pictures
 from motes import FormatError, SourceError, VideoWriter, open_source
 from motes.formats import Kind
 from motes.synthetic import still
-from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
+from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows, read_rows
-from motes_lab.protocols.mot import write_rows
 
 INI = "[Sequence]\nname=other\nimDir=img1\nframeRate=12.5\nseqLength=4\nimExt=.png\n"
 TRUTH = "1,1,5,6,20,30,1,1,1\n2,1,6,6,20,30,1,1,0.5\n\n1,2,50,6,20,30,0,1,1\n"
@@ -107,17 +104,6 @@ def test_detections(tmp_path: Path) -> None:
     assert len(read(tmp_path, "1,-1,5,6,0,30,0.5\n", "results").ids) == 1
 
 
-def test_rows_are_read_back(tmp_path: Path) -> None:
-    given = rows((1, 3, 0.1 - 1 + 1, 1e-7, 1 / 3, 123456.123456, 0.25), (2, 3, 1, 2, 3, 4, -7))
-    write_rows(tmp_path / "a.txt", given)
-    found = read_rows(tmp_path / "a.txt", 9, "results")
-    np.testing.assert_allclose(found.boxes, given.boxes, rtol=0, atol=5e-10)
-    assert (found.ids.tolist(), found.scores.tolist()) == ([3, 3], [0.25, -7])
-    first, second = (tmp_path / "a.txt").read_text().splitlines()
-    assert first == "1,3,0.1,1e-07,0.333333333,123456.123456,0.25,-1,-1,-1"
-    assert second == "2,3,1,2,3,4,-7,-1,-1,-1"
-
-
 # Datasets
 
 
@@ -144,11 +130,6 @@ def test_a_folder_without_sequences_is_refused(tmp_path: Path) -> None:
         load_mot_dataset(tmp_path)
 
 
-def test_vehicles_are_distractors_in_mot20(tmp_path: Path) -> None:
-    for name, classes in (("MOT20-01", {2, 6, 7, 8, 12}), ("MOT17-02-DPM", {2, 7, 8, 12})):
-        assert set(loaded(write(tmp_path, name)).distractors) == classes
-
-
 def test_a_dataset(tmp_path: Path) -> None:
     for name in ("b", "a", "c"):
         write(tmp_path, name)
@@ -164,19 +145,6 @@ def test_a_dataset(tmp_path: Path) -> None:
             "height, score, and up to three more",
         )
     ]
-
-
-def test_what_is_a_dataset_of_many_objects(tmp_path: Path) -> None:
-    assert not has_mot_sequences(tmp_path)
-    assert not has_mot_sequences(tmp_path / "missing")
-    folder = write(tmp_path)
-    assert has_mot_sequences(tmp_path)
-    assert has_mot_sequences(folder)
-    assert not has_mot_sequences(folder / "seqinfo.ini")
-    (folder / "seqinfo.ini").unlink()
-    assert has_mot_sequences(tmp_path)
-    (folder / "gt" / "gt.txt").unlink()
-    assert not has_mot_sequences(tmp_path)
 
 
 def test_other_places(tmp_path: Path) -> None:

@@ -62,27 +62,6 @@ def test_score_of_a_pass_that_sees_no_target() -> None:
     assert found["lost_recall"] == pytest.approx(2 / 3)
 
 
-def test_score_of_no_region() -> None:
-    """A tracker that gives nothing is as wrong as can be."""
-    found = score(trace(shifted([0, math.nan])), sequence(frames=2))
-    assert (found["iou"], found["precision_20"]) == (0.5, 0.5)
-    assert found["od"] == pytest.approx(0.5)
-    assert found["lost_frame"] == 1
-
-
-def test_score_of_a_tracker_that_says_nothing() -> None:
-    found = score(trace(shifted([0, 90])), sequence(frames=2))
-    assert found["ece"] is None
-    assert (found["lost_recall"], found["lost_f1"]) == (0, 0)
-    assert found["lost_precision"] is None
-
-
-def test_score_from_a_later_start() -> None:
-    found = score(trace(shifted([0, 0, 90]), start=7), sequence(frames=10))
-    assert found["lost_frame"] == 9
-    assert found["frames"] == 3
-
-
 def test_score_frame_by_frame() -> None:
     """A second implementation, a frame at a time."""
     rng = np.random.default_rng(0)
@@ -214,16 +193,6 @@ def test_mean_over_sequences_then_seeds() -> None:
     assert found.mean("a", "ope", "auc", ["Ant"]) == pytest.approx((UNIT / 2, 0))
 
 
-def test_mean_over_what_was_finished() -> None:
-    found = Evaluation(two_trackers())
-    assert found.attempted("b", "ope") == ["Book", "Ant", "Cow"]
-    assert found.finished("b", "ope") == ["Book", "Ant"]
-    mean, deviation = found.mean("b", "ope", "auc")
-    assert mean == pytest.approx(UNIT * (0.9 + 0.5) / 2)
-    assert math.isnan(deviation)  # of a single seed
-    assert math.isnan(found.mean("b", "ope", "auc", ["Cow"]).mean)
-
-
 def test_a_sequence_with_one_failed_seed_is_not_finished() -> None:
     book = sequence("Book")
     found = Evaluation([outcome("a", book, trace(fits(9))), outcome("a", book, "broken", 1)])
@@ -251,13 +220,6 @@ def test_comparisons_are_over_common_sequences() -> None:
     assert (tracker.text, won.text, drawn.text) == ("b", "1 of 2", "1")
     assert mean.value == pytest.approx(UNIT * ((0.9 - 0.75) + 0) / 2)
     assert interval.text == f"+0.000 to {UNIT * 0.15:+.3f}"
-
-
-def test_comparisons_of_what_cannot_be_compared() -> None:
-    book = sequence()
-    outcomes = [outcome("a", book, "broken"), outcome("b", book, trace(fits(3)))]
-    (row,) = comparisons(Evaluation(outcomes), "ope").rows
-    assert [cell.text for cell in row] == ["b", *["–"] * 4]
 
 
 def test_lost_status_is_over_all_frames() -> None:

@@ -18,10 +18,10 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from motes import Ellipse, SourceError, Status
+from motes import Ellipse, SourceError, Status, Track
 from motes.cli import main
 from motes.formats import FORMATS
-from motes.rows import FrameRow, Header, JournalWriter, ObjectRow
+from motes.rows import FrameRow, Header, JournalWriter
 from motes_studio import exports, messages
 from motes_studio.command import networks_of
 from motes_studio.safety import Limits
@@ -589,7 +589,8 @@ def test_a_guess_is_exported_as_seen_for_who_wants_it(
     there = Ellipse(50, 40, 9, 9, 0)
     states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
     rows = [
-        FrameRow(i, i / 25, (ObjectRow(1, there, 0.9, state),)) for i, state in enumerate(states)
+        FrameRow(i, i / 25, (Track(i, i / 25, there, confidence=0.9, status=state),)).to_dict()
+        for i, state in enumerate(states)
     ]
     part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)

@@ -34,10 +34,9 @@ from motes.cli.pictures import Figures
 from motes.cli.track_frames import follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
+from motes.core.track import COLUMNS, Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
-from motes.rows.schema import COLUMNS
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
@@ -862,7 +861,7 @@ def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:
     with open_source(film[0], end=6) as source:
         steps = list(follow(Tracker(), later, source))
     assert [step.info is not None for step in steps] == [False] * 3 + [True] * 3
-    assert [step.status for step in steps] == [Status.SEARCHING] * 3 + [Status.TRACKING] * 3
+    assert [step.target.status for step in steps] == [Status.SEARCHING] * 3 + [Status.TRACKING] * 3
     assert all(step.seconds > 0 for step in steps)
 
 

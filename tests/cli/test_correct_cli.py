@@ -16,10 +16,11 @@ from PIL import Image
 import motes
 from motes.cli import main
 from motes.core.errors import FormatError
+from motes.core.track import COLUMNS, GROUND
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
-from motes.rows.schema import COLUMNS, GROUND, HINDSIGHT
+from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter

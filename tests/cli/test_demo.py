@@ -23,7 +23,8 @@ from motes.cli.demo import FILES, PAGE, STORIES, Score, TrackerRun, demo, score
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.rows.schema import COLUMNS, NUMBERS
+from motes.core.track import COLUMNS
+from motes.rows.schema import NUMBERS
 from motes.synthetic.clips import Truth
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter

@@ -118,7 +118,7 @@ def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
                 tracks = [seen(index, (42 + 4 * index, 30))]
                 picture = Frame(index, index / 4, np.full((96, 160, 3), 200, np.uint8))
                 events = counter.update(tracks)
-                drawn.write(Moment(picture, tracks=tracks, events=events, single=False))
+                drawn.write(Moment(picture, tracks, events=events))
     with open_source(tmp_path / "o.mkv") as result:
         pictures = [each.pixels.astype(int) for each in result]
     corner = [(each[:24, :90] < 120).mean() for each in pictures]

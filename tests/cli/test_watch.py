@@ -18,12 +18,11 @@ from motes.cli.outputs import Events
 from motes.cli.watch_loop import counted_moments, table
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
+from motes.core.track import COLUMNS, GROUND, Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.mot.scene import Scene
 from motes.output.scene_overlay import color_of, draw_scene
-from motes.rows.schema import COLUMNS, GROUND
 from motes.video.writer import VideoWriter
 from red_box import walk
 from sightings import seen, told

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.rows.schema import BOX, COLUMNS
+from motes.core.track import BOX, COLUMNS, Status, Track
 
 ELLIPSE = Ellipse(30.0, 40.0, 10.0, 5.0)
 TRACK = Track(7, 0.28, ELLIPSE, np.zeros((5, 5)), 0.875, Status.TRACKING, 0.1, 50.0)

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from crowds import from_files
 from motes.core.geometry import Ellipse, area, clipped
@@ -20,10 +21,10 @@ from motes.core.track import Status, Track
 from motes.formats import runs
 from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
-from motes.formats.recording import FilmFacts, Recording
+from motes.formats.recording import FilmFacts, Recording, placed
 from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from sightings import seen
 
@@ -43,7 +44,7 @@ def frames() -> dict[int, list[Track]]:
 
 
 def pictures(tracks: Mapping[int, Sequence[Track]]) -> list[FrameRow]:
-    return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
+    return [FrameRow(index, index / 4, tuple(here)) for index, here in tracks.items()]
 
 
 def journal(folder: Path, kept: Sequence[FrameRow]) -> Recording:
@@ -231,8 +232,8 @@ def test_cocos_own_tool(tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).random((SIZE[1], SIZE[0])) < 0.1
     box, whole = Ellipse.from_box((10, 20, 30, 15)), Ellipse.from_box((0, 0, *SIZE))
     objects = (
-        ObjectRow(1, box, 0.5, Status.TRACKING),
-        ObjectRow(2, whole, 0.5, Status.TRACKING, mask=runs.encode(pixels)),
+        placed(0, box, 1, 0.5),
+        replace(placed(0, whole, 2, 0.5), mask=runs.encode(pixels)),
     )
     write(tmp_path / "a.json", "coco", journal(tmp_path, [FrameRow(0, 0.0, objects)]))
     with contextlib.redirect_stdout(io.StringIO()) as said:

@@ -16,11 +16,10 @@ from PIL import Image
 from motes.cli import main
 from motes.core.errors import SourceError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts
+from motes.formats.recording import FilmFacts, placed
 from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 
 
@@ -522,7 +521,7 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     path = tmp_path / "a.json.rows.jsonl"
     writer = JournalWriter(path, Header("film", 64, 48, "object"))
     for frame in range(3):
-        each = ObjectRow(1, Ellipse(9.5, 20, 8, 5, 0.1), 0.75, Status.TRACKING, label="car")
+        each = placed(frame, Ellipse(9.5, 20, 8, 5, 0.1), 1, 0.75, label="car")
         writer.add(FrameRow(frame, frame / 25, (each,)))
     writer.close()
     whole = path.read_bytes()

@@ -22,8 +22,7 @@ from crowds import trackeval
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording, recording_of
-from motes.rows.journal import ObjectRow
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
@@ -52,7 +51,7 @@ def truth(frame: int) -> Truth:
 def street() -> Recording:
     """Return the recording of `truth`."""
     objects = [
-        (frame, ObjectRow(identity, Ellipse.from_box(box), 0.75, status, label=label))
+        placed(frame, Ellipse.from_box(box), identity, 0.75, status, label)
         for frame in range(FRAMES)
         for identity, (label, status, box) in truth(frame).items()
     ]
@@ -91,9 +90,7 @@ def one() -> Recording:
     """Return the recording of `turned`."""
     places = {frame: turned(frame) for frame in range(FRAMES)}
     objects = [
-        (frame, ObjectRow(1, place, 0.75, Status.TRACKING))
-        for frame, place in places.items()
-        if place is not None
+        placed(frame, place, 1, 0.75) for frame, place in places.items() if place is not None
     ]
     return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
@@ -367,8 +364,8 @@ def test_a_frame_in_which_an_object_ends_shows_the_others(
     """Of a film that ends there it is not known whether the object would have come back."""
     place = Ellipse(100.0, 100.0, 20.0, 20.0, 0.0)
     ends = [Status.TRACKING, Status.OCCLUDED, Status.OCCLUDED, Status.OCCLUDED, Status.LOST]
-    objects = [(frame, ObjectRow(2, place, 0.5, status)) for frame, status in enumerate(ends)]
-    objects += [(frame, ObjectRow(7, place, 0.5, Status.TRACKING)) for frame in range(frames)]
+    objects = [placed(frame, place, 2, 0.5, status) for frame, status in enumerate(ends)]
+    objects += [placed(frame, place, 7, 0.5) for frame in range(frames)]
     recorded = recording_of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
     assert registry.write(tmp_path / "a.json", "coco", recorded).missed == left_out
     images = json.loads((tmp_path / "a.json").read_text())["images"]

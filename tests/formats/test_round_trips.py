@@ -19,13 +19,12 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
 from motes.core.spreadsheet import unguarded
-from motes.core.track import Status
+from motes.core.track import COLUMNS, Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
-from motes.formats.recording import FilmFacts, Recording, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 from motes.formats.thinning import keyframes
-from motes.rows.journal import ObjectRow
-from motes.rows.schema import COLUMNS
+from motes.rows.journal import FrameRow
 from recordings import FACTS, crowd, turning
 
 NAMES = {
@@ -137,12 +136,12 @@ CLASSED = sorted(name for name in NAMES if CLASSES in registry.FORMATS.resolve(n
 def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
     """In every format, by motes and by the readers that other programs use."""
     yaml = pytest.importorskip("yaml")
-    row = ObjectRow(1, Ellipse(60, 50, 9, 7), 0.9, Status.TRACKING, label=label)
+    row = placed(3, Ellipse(60, 50, 9, 7), 1, 0.9, label=label)
     try:
-        recorded = recording_of(FACTS, [(3, row)])
+        recorded = recording_of(FACTS, [row])
     except ConfigError:
         with pytest.raises(ConfigError, match="rename it"):
-            ObjectRow.of(replace(row.track(3, 0.12), label=label))
+            FrameRow(3, 0.12, (row,)).values(row)
         return
     with TemporaryDirectory() as place:
         folder = Path(place)
@@ -481,18 +480,15 @@ def test_gaps_without_end_are_not_filled(
 )
 def test_a_file_is_known_by_what_was_its_ending(name: str, ending: str, tmp_path: Path) -> None:
     """Boxes are written alike in OTB and VOT, and truth, results and detections nearly so."""
-    upright = [
-        (frame, ObjectRow(1, Ellipse.from_box((9 + frame**2, 9, 20, 30)), 1.0, Status.TRACKING))
-        for frame in range(3)
-    ]
+    upright = [placed(frame, Ellipse.from_box((9 + frame**2, 9, 20, 30))) for frame in range(3)]
     path = tmp_path / (ending if ending[0] != "." else f"street{ending}")
     registry.write(path, name, recording_of(FACTS, upright), 0.0)
     assert registry.recognized(path) == name
     same_boxes(
         registry.read(path, registry.recognized(path), FACTS),
         recording_of(
-            FACTS, [(frame, replace(each, identity=-1 if name == "mot-detections" else 1))
-                    for frame, each in upright],
+            FACTS, [replace(each, identity=-1 if name == "mot-detections" else 1)
+                    for each in upright],
         ),
         0.011,
     )  # fmt: skip

@@ -28,7 +28,7 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
-from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.sot.presets import preset
 from motes.video.sources import Source
@@ -151,7 +151,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     with rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
-            rows.write(Moment(frame, tracks=tracks, single=False))
+            rows.write(Moment(frame, tracks))
     if form == "mot":
         lines = path.read_text().splitlines()
         assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]
@@ -164,7 +164,7 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
     path = tmp_path / "rows.jsonl"
     writer = JournalWriter(path, Header("film", 200, 100, "thing"))
     for index, tracks in enumerate(objects_of_two_classes()):
-        writer.add(FrameRow(index, index / 4, object_rows(tracks)))
+        writer.add(FrameRow(index, index / 4, tuple(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
     write_format(document, format_for(document.name), recording_of_journal(path))

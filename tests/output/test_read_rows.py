@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import cast
 
@@ -14,15 +13,15 @@ from motes.cli import main
 from motes.cli.frame_loop import Moment
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.request import Request
-from motes.core.errors import ConfigError, FormatError, InputError, MissingDependencyError
+from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import BOX, COLUMNS, Status, Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
-from motes.rows.journal import FrameRow, object_rows
+from motes.rows.journal import FrameRow
 from motes.rows.reader import read_track
-from motes.rows.schema import BOX, COLUMNS, HINDSIGHT
+from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import TrackWriter
 from motes.sot.presets import preset
 from motes.video.sources import Source
@@ -78,7 +77,7 @@ def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
     )  # fmt: skip
     (output,) = asked.rows(cast(Source, None))
     with output:
-        output.write(Moment(frame, tracks=objects, single=False))
+        output.write(Moment(frame, objects))
     rows = read_track(path)
     assert rows.dtype.names == COLUMNS
     assert rows["id"].tolist() == [1, 2]
@@ -108,7 +107,7 @@ def test_rows_that_are_read_and_written_again_are_the_same(
     with TrackWriter(several) as writer:
         van = replace(seen, identity=4, label="van, =old")
         objects = van, replace(track(2), identity=7, occluded_by=4)
-        writer.add(FrameRow(2, 0.08, object_rows(objects)))
+        writer.add(FrameRow(2, 0.08, objects))
     for path in (one, known, several):
         again = tmp_path / f"again.{form}"
         registry.write(again, form, registry.read(path, form, FilmFacts()))
@@ -124,13 +123,6 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
     rows = read_track(path)
     for name in COLUMNS:
         np.testing.assert_array_equal(frame[name].to_numpy(), rows[name])
-
-
-def test_a_data_frame_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingDependencyError, match="pip install pandas"):
-        read_track(written(tmp_path, "csv"), pandas=True)
-    assert len(read_track(written(tmp_path, "jsonl"))) == 3
 
 
 def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:

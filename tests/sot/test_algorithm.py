@@ -112,7 +112,7 @@ def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
     tracker, frame = started("default"), scene(0, (30.0, 36))
     recorder = Figures(tmp_path, tracker.config, overwrite=False)
-    recorder.write(Moment(frame, tracker.info, 0.001))
+    recorder.write(Moment(frame, [tracker.info.track], tracker.info, 0.001))
     surface = surface_of(tracker.config, frame, tracker.info)
     assert surface.samples.shape == (0, 2)
     assert np.isnan(recorder.series.n_supporting).all()

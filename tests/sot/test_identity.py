@@ -105,6 +105,21 @@ def test_twins_leave_the_belief_as_it_is() -> None:
     assert min(found) > 0.5
 
 
+def test_a_target_that_turns_back_to_an_earlier_side_is_believed_in() -> None:
+    """Another who looks nearly like its second side is not nearer than that side itself."""
+    front, side, back = (255, 255, 255), (160, 255, 160), (255, 90, 90)
+    wall = blocks(11, 200, 320, 8, (60, 60, 60), (120, 120, 120))
+    frames = []
+    for index in range(FRAMES):
+        pixels = wall.copy()
+        shows = (front, side, back, side)[min(index // 18, 3)]
+        pixels[80:120, STANDS : STANDS + 30] = person(shows)
+        left = 260 - index
+        pixels[82:122, left : left + 30] = person((150, 255, 150))
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+    assert min(beliefs(frames, [Box(STANDS, 80, 30, 40)] * FRAMES)) > 0.5
+
+
 def test_what_does_not_move_is_no_neighbor() -> None:
     frames, ours, others = meeting(in_front=False)
     still = [Frame(index, frame.time, frames[30].pixels) for index, frame in enumerate(frames)]
