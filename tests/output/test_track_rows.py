@@ -74,8 +74,8 @@ def test_rows_say_what_the_tracks_say_in_both_forms(tmp_path: Path) -> None:
 def test_numbers_have_fixed_digits(tmp_path: Path) -> None:
     write(tmp_path / "r.csv", [(7, 0.28, made(7, -0.00001))])
     expected = (
-        "7,0.280000,1,,-2.750,-4.000,6.500,9.000,0.000,0.000,3.250,4.500,0.00000,0.50000,tracking,"
-        "0.00000,100.00,"
+        "7,0.280000,1,,-2.750,-4.000,6.500,9.000,0.000,0.000,3.250,4.500,0.00000,0.50000,,"
+        "tracking,0.00000,100.00,"
     )
     assert (tmp_path / "r.csv").read_text().splitlines()[1] == expected
 

@@ -404,9 +404,11 @@ def test_absent_frames_are_gaps_in_the_timeline(shown: Shown) -> None:
     found = shown.page.evaluate(
         """() => import('/static/series.js').then(({ columns, LANES }) => {
         const here = { status: 'tracking', x: 5, y: 5, a: 2, b: 8, confidence: 1, distance: 1,
-            effective_sample_size: 1, cue_weights: [1], supporting: 1, milliseconds: 1 };
+            effective_sample_size: 1, belief: 1, cue_weights: [1], supporting: 1,
+            milliseconds: 1 };
         const none = { x: null, y: null, a: null, b: null, confidence: null, distance: null,
-            effective_sample_size: null, cue_weights: [0], supporting: null, milliseconds: null };
+            effective_sample_size: null, belief: null, cue_weights: [0], supporting: null,
+            milliseconds: null };
         const rows = [here, here, { status: 'absent', ...none }, { status: 'lost', ...none },
             { ...here, x: 9 }, here].map((row, frame) => ({ ...row, frame }));
         const span = { first: 0, last: 5, count: 6 };

@@ -62,9 +62,7 @@ class Reporter:
         weights: Weights | None = look.weights
         if not state.standing.trusted and len(state.search_particles):
             ellipses, weights = state.search_particles, None
-        info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
-        confidence = info.track.confidence * state.identity.belief
-        return replace(info, track=replace(info.track, confidence=confidence))
+        return self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
 
     def _report(
         self,
@@ -100,10 +98,11 @@ class Reporter:
             time=frame.time,
             ellipse=found,
             covariance=covariance,
-            confidence=probability(evidence),
+            confidence=probability(evidence) * state.identity.belief,
             status=state.reported.status,
             distance=1 - min(max(similarity, 0.0), 1.0),
             effective_sample_size=weights.effective_sample_size,
+            belief=state.identity.belief,
         )
         share = self.localizer.color_weight(state.contrast)
         return StepInfo(
