@@ -102,6 +102,7 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
         assert {*read_track("a.csv")["label"]} == {"sea-bird"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [

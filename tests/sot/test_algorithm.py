@@ -12,7 +12,7 @@ from motes.cli.frame_loop import Moment
 from motes.cli.pictures import Figures
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.output.figures import APPEARING, files_of, surface_of
+from motes.output.figures import surface_of
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
@@ -57,14 +57,6 @@ def test_a_step_changes_nothing_that_it_is_given(name: str) -> None:
     np.testing.assert_array_equal(one.ellipses, other.ellipses)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_algorithm_reports_what_it_has(name: str) -> None:
-    info = started(name).info
-    assert list(info.models) == list(info.cue_weights) == list(preset(name).cues)
-    assert info.ellipses.shape == (len(info.weights), 5)
-    assert (info.n_supporting is None) == (preset(name).presence is None)
-
-
 def test_the_default_tracker_reports_no_particles_that_it_does_not_have() -> None:
     tracker = started("default")
     assert tracker.info.ellipses.shape == (0, 5)
@@ -86,18 +78,6 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     assert len(state.search_particles) == len(tracker.info.weights) == 400
     np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
-def test_mean_shift_reports_its_only_hypothesis() -> None:
-    info = started("mean_shift").info
-    np.testing.assert_array_equal(info.ellipses, [info.track.ellipse])
-    np.testing.assert_array_equal(info.weights, [1.0])
-    assert info.n_supporting == 1
-
-
-def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
-    for name in NAMES:
-        assert (APPEARING in files_of(preset(name))) == (name != "default")
 
 
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:

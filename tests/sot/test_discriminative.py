@@ -16,7 +16,7 @@ from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.sot.discriminative import tracker as tracker_module
 from motes.sot.discriminative.expert import Evidence
-from motes.sot.discriminative.localization import color_weight, localize
+from motes.sot.discriminative.localization import localize
 from motes.sot.discriminative.placing import TURN, turned
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.standing import Rival, Standing
@@ -117,13 +117,6 @@ def test_follows_targets_of_every_size(
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
-@pytest.mark.slow
-def test_follows_in_a_large_frame() -> None:
-    frames, boxes = film(circle((2000.0, 900.0), 120, 4), (300, 420), wall(2160, 3840))
-    _, tracks = follow(frames, boxes[0])
-    assert iou(tracks[-1].box, boxes[-1]) > 0.7
-
-
 def grown() -> tuple[list[Frame], list[Box]]:
     frames, boxes = [], []
     for index in range(25):
@@ -201,15 +194,6 @@ def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None
             waited.append((track.status, tracker.info.models["correlation"] is not before))
     assert waited[:2] == [(Status.SEARCHING, False)] * 2
     assert (Status.TRACKING, True) in waited[2:4]
-
-
-@pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
-def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> None:
-    places = [(60.0, 60.0)] * 5 + [(105.0, 80.0)] * 6  # farther than the window reaches
-    frames, boxes = film(places, (30, 40), wall(200, 320))
-    _, tracks = follow(colorless(frames) if gray else frames, boxes[0])
-    assert iou(tracks[7].box, boxes[7]) > 0.6
-    assert Status.SEARCHING not in {track.status for track in tracks}
 
 
 @pytest.mark.slow
@@ -360,11 +344,6 @@ def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty(
     _, tracks = follow(frames, boxes[0])
     assert iou(tracks[-1].box, boxes[-1]) > 0.6
     assert min(track.confidence for track in tracks) > 0.8
-
-
-def test_color_counts_by_its_contrast() -> None:
-    weights = [color_weight(each) for each in (-0.5, 0.0, 0.25, 1.0)]
-    assert weights == [0.0, 0.0, 0.2, 0.5]
 
 
 def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:

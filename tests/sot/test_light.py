@@ -76,15 +76,6 @@ def test_a_cut_changes_the_light_by_a_factor_of_two_at_most(scene: NDArray[np.ui
     assert after(usual, dim).level == pytest.approx(-math.log(2))
 
 
-@pytest.mark.parametrize(("level", "factor"), [(-50.0, 16), (50.0, 1 / 16)])
-def test_much_light_is_taken_off_in_part(
-    scene: NDArray[np.uint8], level: float, factor: float
-) -> None:
-    usual = seen(scene, 100, 100)
-    expected = np.minimum(np.floor(factor * usual.pixels.astype(float) + 0.5), 255)
-    assert np.abs(Light(level).taken_off(usual).pixels - expected).max() <= 1
-
-
 def test_what_is_learned_fades() -> None:
     assert Light(0.5).learned(0.04).level == 0.5 * 0.96
 
