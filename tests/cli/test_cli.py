@@ -235,36 +235,11 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
         assert Path(path).stat().st_size > 1000
 
 
-def test_histogram_then_search(go: Go) -> None:
-    code, _, error = go(
-        "track FILM --init BOX --start 3 --save-histogram h.json --set color.bins=6,6,6"
-    )
-    assert (code, "wrote h.json" in error) == (0, True)
-    Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 5
-    line = "track FILM --histogram h.json --places at.toml -o r.csv --overwrite"
-    code, _, error = go(line)  # the bins are the file's
-    assert (code, "found at frame" in error) == (0, True)
-    rows = table("r.csv")
-    assert rows[0]["status"] == "searching"
-    assert rows[-1]["status"] == "tracking"
-    code, _, error = go(line + " --set color.bins=4,4,4")
-    assert (code, "the histogram's (6, 6, 6)" in error) == (2, True)
-    dumped = go("track --histogram h.json --dump-config")[1]
-    assert "6,\n    6,\n    6," in dumped
-
-
-def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
-    Image.new("RGB", SIZE, (200, 0, 200)).save("empty.png")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
-    assert go("track FILM --histogram h.json --background empty.png -o -")[0] == 0
-
-
 def test_never_found(go: Go) -> None:
+    pytest.importorskip("dlib", reason="faces need dlib")
     for index in range(3):
         Image.new("RGB", SIZE, (0, 90, 90)).save(f"{index}.png")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
-    code, _, error = go("track *.png --histogram h.json -o r.csv")
+    code, _, error = go("track *.png --detect face -o r.csv")
     assert code == 4
     assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
     assert len(table("r.csv")) == 3
@@ -324,14 +299,13 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
     ("line", "code", "message"),
     [
         ("track", 2, "There is no source; name a video"),
-        ("track FILM", 2, "Give one of --init, --histogram, --detect, --at, --keyframes, for"),
+        ("track FILM", 2, "Give one of --init, --detect, --at, --keyframes, for"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
         (
             "track FILM --init BOX --preset nummiaro --set budget.min=9 --set budget.max=3",
             2,
             "min is 9, and max is 3",
         ),
-        ("track FILM --init BOX --places a.toml", 2, "belong to --histogram"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
@@ -357,17 +331,10 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
             5,
             "No space left on device; make room",
         ),
-        ("track FILM --histogram bad.toml", 3, "bad.toml is not a histogram file"),
-        ("track FILM --histogram h.json --preset mean_shift", 2, "choose preset nummiaro"),
         ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
         ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
         ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4; for the file write ./-dash.mp4"),
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
-        ("track FILM --save-histogram x.json", 2, "give one --init x,y,width,height"),
-        ("track FILM --init BOX --save-histogram x.json -o r.csv", 2, "-o is for tracks"),
-        ("track FILM --detect face --save-histogram x.json", 2, "--detect is for a search"),
-        ("track FILM --init BOX --preset default --save-histogram x.json", 2, "cannot search"),
-        ("track FILM --init BOX --save-histogram /dev/full", 5, "/dev/full cannot be written: No"),
         ("trak FILM", 2, 'Did you mean "track"'),
     ],
 )
@@ -378,10 +345,8 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     Path("text.mp4").write_text("hello\n")
     Path("-dash.mp4").touch()
     Path("folder").mkdir()
-    if "h.json" in line:
-        assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     before = set(os.listdir())
-    named = "--save-histogram" in line or "-o " in line or "--overlay" in line
+    named = "-o " in line or "--overlay" in line
     found, out, error = go(line if named else f"{line} -o r.csv")
     assert (found, out, error.count("\n")) == (code, "", 1), error
     assert re.match(f"motes: error: .*{message}", error), error

@@ -120,6 +120,24 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
     assert not any(text.endswith("m/s") for text in said)
 
 
+def test_metres_are_added_to_rows_later(go: Go) -> None:
+    """They are those that the run would have had, and are remembered for what is corrected."""
+    marks = "track film.mkv --at 0=20,20,20,20 --preset mean_shift"
+    assert go(f"{marks} -o expected.csv --scale 50")[0] == 0
+    assert go(f"{marks} -o rows.csv")[0] == 0
+    assert go("convert rows.csv metres.csv --scale 50")[0] == 0
+    assert Path("metres.csv").read_text() == Path("expected.csv").read_text()
+    assert go("refine film.mkv metres.csv --at 25=70,20,20,20")[0] == 0
+    assert go("refine film.mkv expected.csv --at 25=70,20,20,20")[0] == 0
+    assert Path("metres.csv").read_text() == Path("expected.csv").read_text()
+    for line, message in (
+        ("convert metres.csv more.csv --scale 5", "metres.csv has metres already"),
+        ("convert rows.csv rows.txt --scale 5", "mot holds no metres"),
+    ):
+        code, said = go(line)
+        assert (code, message in said, len(said.splitlines())) == (2, True, 1), said
+
+
 def objects(count: int = FRAMES) -> str:
     """Return rows of two objects with names, of which one walks over the line."""
     lines = ["frame,time,id,label,left,top,width,height,confidence,status,occluded_by"]
@@ -160,6 +178,9 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     [
         ("draw film.mkv rows.csv", 2, "Nothing is to be made"),
         ("draw 0 rows.csv -o a.mkv", 2, "read once"),
+        ("draw rows.csv film.mkv -o a.mkv", 2, "rows.csv and film.mkv seem to be exchanged"),
+        ("check rows.csv film.mkv", 2, "rows.csv and film.mkv seem to be exchanged"),
+        ("refine rows.csv film.mkv --at 3=1,2,9,9", 2, "film.mkv seem to be exchanged"),
         ("draw film.mkv rows.csv -o film.mkv", 2, "is the source"),
         ("draw small.mkv rows.csv -o a.mkv", 3, "but the rows are of film.mkv, with 120x60"),
         ("draw short.mkv alone.csv -o a.mkv", 3, "rows up to frame 29, but short.mkv ends with"),

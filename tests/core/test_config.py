@@ -16,7 +16,7 @@ from kinds import CONFIGS
 from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.mot.analytics.regions import Regions

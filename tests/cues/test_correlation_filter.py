@@ -17,11 +17,11 @@ from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,
     CorrelationModel,
+    ScaleFilter,
     peak_near,
     sample_response,
 )
-from motes.cues.fourier_ridge import vertex
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.fourier import vertex
 from motes.cues.search_window import (
     CELL_SIZE,
     FINEST,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
-from motes.cues.edge_histogram import Edges
+from motes.cues.gradients import Edges
 from motes.cues.sampling import EveryPixel, Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (

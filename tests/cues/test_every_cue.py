@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
-from motes.cues.edge_histogram import Edges
-from motes.cues.hog import Hog
+from motes.cues.gradients import Edges, Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
 from motes.cues.structure_tensor import Orientation
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
-from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
+from motes.cues.gradients import DERIVATIVE, SMOOTH, Hog
 from motes.cues.sampling import EveryPixel, Lattice, Sampling, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (

@@ -309,7 +309,7 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     assert (code, rows) == (0, len(document["annotations"]) - 2)
     Path("a.json").unlink()
 
-    head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
+    head = '{"motes": "rows 2", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
     code, said = go("convert a.json.rows.jsonl a.json")
     assert (code, "the last line, which is cut off" in said) == (0, True), said

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from motes import kernels
-from motes.cues.hog import DERIVATIVE, SMOOTH
+from motes.cues.gradients import DERIVATIVE, SMOOTH
 from motes.cues.sampling import sunflower
 from motes.cues.search_window import sectors
 from motes.kernels.structures import (

@@ -291,6 +291,21 @@ def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
     assert crossings(gate(), [51, 52.4, 53, 54, 55]) == []  # one step goes back no further
 
 
+def test_a_line_over_which_boxes_jump_is_unsure() -> None:
+    """One object walks over it, another one's box jumps: a third of them and more."""
+    counting = gate()
+    assert crossings(counting, [40, 44, 48, 52, 56, 60]) == [(3, "left")]
+    for identity in (2, 3):
+        assert crossings(counting, [40, 41, 42, 43, 73, 74, 75, 76], identity) == []
+    said = "line 1: boxes that jumped over it left out: 2, so its count is unsure"
+    assert counting.remarks() == [said]
+    assert crossings(counting, [60, 56, 52, 48, 44, 40], 4) == [(3, "right")]
+    assert "unsure" in counting.remarks()[0]
+    for identity in range(5, 10):
+        assert crossings(counting, [60, 56, 52, 48, 44, 40], identity) == [(3, "right")]
+    assert counting.remarks() == ["line 1: boxes that jumped over it left out: 2"]
+
+
 def test_who_is_known_for_a_moment_is_not_counted() -> None:
     assert crossings(gate(), [45, 55]) == []
     assert crossings(gate(), [45, 55, 60]) == [(1, "left")]

@@ -87,7 +87,7 @@ def test_speed_does_not_depend_on_the_distance() -> None:
         ({"scale": 0}, "it takes number, 1e-09 to "),
         ({"homography": (1, 2, 3)}, r"homography\[0\]: got 1; it takes list of 3: number"),
         ({"homography": ((1, 2, 3), (2, 4, 6), (0, 0, 1))}, "onto a line"),
-        ({"points": POINTS[:3]}, "it takes list of at least 4: "),
+        ({"points": POINTS[:3]}, r"four points or more, each \[x, y, X, Y\], and has 3; add"),
         ({"points": [(i, i, i, 2 * i) for i in range(5)]}, "on a line"),
         ({"points": [(0, 0, 0, 0), (9, 9, 9, 0), (9, 0, 9, 9), (0, 9, 0, 9)]}, "horizon"),
     ],

@@ -14,7 +14,6 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.output.figures import surface_of
 from motes.sot.algorithm import Algorithm
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 from oracles import frame, region, scene
@@ -79,14 +78,6 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     assert len(state.search_particles) == len(tracker.info.weights) == 400
     np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
-def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:
-    config = Discriminative(particles=50, sigma=0.1)
-    assert config.localizer.particles == 50
-    assert config.localizer.sigma == 0.1
-    for name in ("correlation", "posterior", "experts", "evidence"):
-        assert getattr(config.localizer, name) is getattr(config, name)
 
 
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:

@@ -13,10 +13,8 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color
-from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.expert import Expert, Experts
-from motes.sot.discriminative.rival import APART
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.expert import Confined, Expert, Experts
+from motes.sot.discriminative.standing import APART, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.testing import check_expert

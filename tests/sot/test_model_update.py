@@ -17,7 +17,7 @@ from kinds import CONFIGS, FILTER_KINDS
 from motes.core.track import Status
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue

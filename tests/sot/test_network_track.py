@@ -15,8 +15,7 @@ from motes.core.track import Status
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.report import at_region
-from motes.sot.discriminative.rival import Rival
-from motes.sot.discriminative.standing import FRAMES, Standing
+from motes.sot.discriminative.standing import FRAMES, Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Choice, NetworkView

@@ -13,8 +13,7 @@ from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.filtering.resampling import Multinomial
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling, Multinomial
 from motes.sot.particle_filter import ParticleFilter
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20

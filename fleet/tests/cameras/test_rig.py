@@ -18,8 +18,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes import BackgroundDetector, Frame, Place, Scene
+from motes import (
+    BackgroundDetector,
+    Ellipse,
+    Frame,
+    KnownTarget,
+    Place,
+    Scene,
+    open_source,
+    preset,
+)
 from motes.cli import main
+from motes.cues import Color
 from motes.video import decoder, live, open_watched
 from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
@@ -112,8 +122,10 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
 @pytest.mark.slow
 def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
     """Nummiaro et al., section VII: both search for a histogram that was saved before."""
-    line = "track hall.mkv --start 32 --init 32,40,16,30 --save-histogram red.json"
-    assert main(line.split()) == 0
+    with open_source("hall.mkv", start=32) as hall:
+        color = preset("nummiaro").cues["color"]
+        assert isinstance(color, Color)
+        KnownTarget.learn(color, next(hall), Ellipse.from_box((32, 40, 16, 30))).save("red.json")
     entry = '[{ name = "entry", box = [0, 0, 10, 96] }, {'
     rig = HALL.replace("[{", entry) + OFFICE + PASSAGE
     code, _, error = go(rig, "-o r.csv --histogram red.json")
@@ -225,6 +237,7 @@ def test_what_makes_no_sense_is_refused(
 LIVE = """
 import sys
 from motes.cli import main
+from motes.cues import Color
 if __name__ == "__main__":
     sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
 """
