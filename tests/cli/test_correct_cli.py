@@ -324,7 +324,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
 
 def test_a_target_that_leaves_has_its_center_outside(go: Go) -> None:
     """Rows of the film; those of a target that is all outside are of a larger one."""
-    head, row = ",".join(COLUMNS) + "\n", "{},1,,{},32,16,16,{},40,8,8,0,1,tracking,,,\n"
+    head, row = ",".join(COLUMNS) + "\n", "{},1,,{},32,16,16,{},40,8,8,0,1,,tracking,,,\n"
     first = head + row.format("0,0", 22, 30)
     Path("leaves.csv").write_text(first + row.format("1,0.04", 90, 98))
     code, said = go("check FILM leaves.csv")
@@ -450,7 +450,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
         ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
         ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
-        ("smooth objects.csv -o a.csv", 3, "objects.csv lacks label, left, top, width, height, a,"),
+        ("smooth objects.csv -o a.csv", 3, "objects.csv lacks label, a, b, theta,"),
         ("refine FILM unsure.csv --at 3=BOX", 3, "unsure.csv lacks confidence among its columns"),
         ("smooth plain.csv -o plain.csv", 2, "plain.csv is the source and cannot be an output"),
         ("refine FILM head.csv --at 3=BOX", 3, "head.csv has no rows"),
@@ -471,7 +471,7 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
             for frame, _ in still((96, 80), target=(30, 40), frames=frames):
                 writer.write(frame.pixels, frame.index / fps)
     head = ",".join(COLUMNS) + "\n"
-    row = "0,0,1,,22,32,16,16,{x},40,{a},8,0,1,{status},,,\n"
+    row = "0,0,1,,22,32,16,16,{x},40,{a},8,0,1,,{status},,,\n"
     rows = {"head": "", "negative": row.format(x=30, a=-8, status="tracking"),
             "huge": row.format(x=30, a=1e300, status="tracking"),
             "tiny": row.format(x=30, a=1e-300, status="tracking"),
@@ -523,7 +523,7 @@ def test_a_file_that_is_no_history(go: Go) -> None:
     Path("rows.csv.run.json").write_text("{}")
     assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
     Path("rows.csv").write_text("frame,time\n0,0\n")
-    with pytest.raises(FormatError, match=r"rows\.csv lacks id, label, left, top"):
+    with pytest.raises(FormatError, match=r"rows\.csv lacks id, label, x, y, a"):
         KnownRows(Path("rows.csv"))
 
 

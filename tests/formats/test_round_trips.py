@@ -105,11 +105,11 @@ def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
 def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
     lines = [
         ",".join(COLUMNS),
-        "0,0.000000,1,,,,,,,,,,,,searching,,,",
+        "0,0.000000,1,,,,,,,,,,,,,searching,,,",
         "1,0.040000,1,,6.011,16.510,9.978,7.980,"
-        "10.500,20.000,5.000,4.000,0.12345,0.87654,tracking,0.10000,99.25,",
+        "10.500,20.000,5.000,4.000,0.12345,0.87654,0.99000,tracking,0.10000,99.25,",
         "2,0.080000,1,,7.011,16.510,9.978,7.980,"
-        "11.500,20.000,5.000,4.000,0.12345,0.00000,lost,0.90000,99.25,",
+        "11.500,20.000,5.000,4.000,0.12345,0.00000,,lost,0.90000,99.25,",
     ]
     (tmp_path / "rows.csv").write_text("\n".join(lines) + "\n")
     rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)

@@ -28,7 +28,7 @@ from motes.video.sources import Source
 
 forms = pytest.mark.parametrize("form", ["csv", "jsonl"])
 HEAD = ",".join(COLUMNS)
-ROW = "0,0.000000,1,,1,2,3,4,1,2,3,4,0,0.5,tracking,0.1,100,"
+ROW = "0,0.000000,1,,1,2,3,4,1,2,3,4,0,0.5,,tracking,0.1,100,"
 
 
 def track(index: int) -> Track:
@@ -58,7 +58,8 @@ def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
         expected = track(index).to_dict()
         assert row["label"] == ""
         assert np.isnan(row["occluded_by"])
-        for name in set(COLUMNS) - {"label", "occluded_by"}:
+        assert np.isnan(row["belief"])
+        for name in set(COLUMNS) - {"label", "occluded_by", "belief"}:
             assert (
                 row[name] == pytest.approx(expected[name], abs=1e-3)
                 if name in BOX
@@ -132,7 +133,7 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
         ("a.csv", "", "its columns are missing"),
         ("a.csv", "frame,hue\n0,1\n", "its columns are frame, hue"),
         ("a.csv", "frame,x,x\n0,1,1\n", "its columns are frame, x, x"),
-        ("a.csv", f"{HEAD}\n{ROW}\n{ROW[:12]}", "row 2 has 3 fields instead of 18"),
+        ("a.csv", f"{HEAD}\n{ROW}\n{ROW[:12]}", "row 2 has 3 fields instead of 19"),
         (
             "a.csv",
             f"{HEAD}\n{ROW}\n{ROW.replace('0.5', 'half')}\n",

@@ -56,9 +56,7 @@ def report(
     weights: Weights | None = look.weights
     if not state.standing.trusted and len(state.search_particles):
         ellipses, weights = state.search_particles, None
-    info = _report(config, state, frame, ellipses, weights, look.evidence, look.similarity)
-    confidence = info.track.confidence * state.identity.belief
-    return replace(info, track=replace(info.track, confidence=confidence))
+    return _report(config, state, frame, ellipses, weights, look.evidence, look.similarity)
 
 
 def _report(
@@ -95,10 +93,11 @@ def _report(
         time=frame.time,
         ellipse=found,
         covariance=covariance,
-        confidence=probability(evidence),
+        confidence=probability(evidence) * state.identity.belief,
         status=state.reported.status,
         distance=1 - min(max(similarity, 0.0), 1.0),
         effective_sample_size=weights.effective_sample_size,
+        belief=state.identity.belief,
     )
     share = color_weight(state.contrast)
     return StepInfo(
