@@ -287,7 +287,7 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
     usual, every = shown("--help"), shown("--help-all")
     assert 10 <= len(usual) <= 15
     assert set(usual) < set(every)
-    assert len(every) == len(set(every)) > 30
+    assert len(every) == len(set(every))
     assert {"--output", "--overlay", "--help-all"} <= set(usual)
     formatter = commands([])[command].help_formatter
     assert isinstance(formatter, Help)
