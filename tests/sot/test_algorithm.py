@@ -80,8 +80,6 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
 
 
-
-
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
     tracker, frame = started("default"), scene(0, (30.0, 36))
     recorder = Figures(tmp_path, tracker.config, overwrite=False)
