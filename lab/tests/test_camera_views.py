@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from crowds import write_crowd
+from evaluations import pictures
 from motes import Frame
 from motes.formats import UNKNOWN
+from motes_lab.cli import main
 from motes_lab.datasets.mot import load_mot_dataset
 from motes_lab.datasets.mot_rows import rows_of
 from motes_lab.papers.moving_camera import motion_errors, rows_in, seen, view_of
@@ -42,3 +44,15 @@ def test_a_true_motion_is_not_off_and_none_is() -> None:
     assert still.min() > 0.1
     rest = view_of(300, 200, 10, 25, moves=False)
     assert motion_errors(rest, [np.eye(3)] * 9).max() == 0
+
+
+def test_the_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    crowd = write_crowd(tmp_path / "crowd")
+    drone = pictures(tmp_path / "drone" / "img", 6).parent
+    (drone / "groundtruth_rect.txt").write_text("20,20,10,10\n" * 6)
+    out = tmp_path / "out"
+    assert main(["experiment", "moving-camera", str(crowd), str(drone), "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    for part in ("similarity", "homography", "given, moves, followed", "mog2, at rest", "drone"):
+        assert part in text
+    assert (out / "moving-camera-identities.csv").exists()

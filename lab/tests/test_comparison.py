@@ -88,16 +88,6 @@ def test_the_interval_of_two_groups() -> None:
     assert np.isnan(unpaired_difference(first, np.zeros(0))).all()
 
 
-def test_failed_passes_and_other_columns(tmp_path: Path, runs: list[Path]) -> None:
-    path = runs[0] / "results.csv"
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([lines[0], lines[1] + "it failed", *lines[2:], ""]))
-    values = SavedScores.load(runs[0]).values["default"]
-    assert set(values.dropna().index) == {"b", "c"}
-    half = SavedScores.load(runs[1], column="precision_20")
-    assert half.values["default"]["a"] == pytest.approx(0.45)
-
-
 @pytest.mark.parametrize(
     ("names", "reference"),
     [

@@ -63,17 +63,6 @@ def test_one_pass_starts_where_the_target_first_is() -> None:
     assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
 
 
-def test_starts_moved_by_a_pixel() -> None:
-    film = sequence([ABSENT, [10, 20, 30, 40]])
-    assert starts("pixel", film, 200, 100) == [
-        ("pixel", "0", 1, (10, 20, 30, 40)),
-        ("pixel", "-1", 1, (9, 19, 30, 40)),
-        ("pixel", "+1", 1, (11, 21, 30, 40)),
-    ]
-    corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
-    assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
-
-
 class _Scripted(TrackerAdapter):
     """Says where the target is from a list, frame by frame; notes its starts."""
 
@@ -221,20 +210,14 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
             "maggio:O-RO",
             "neither such a name here nor a module maggio; did you mean maggio",
         ),
-        ("cv2:mill", "did you mean cv2:mil?"),
         ("motes:scene", "It follows many objects, and this dataset has one."),
-        ("trackers:sort", "It follows many objects, and this dataset has one."),
         ("zzz", "known are default"),
         ("no.toml", "cannot be read: No such file"),
         ("bad.toml", "is not valid TOML"),
         ("key.toml", "did you mean 'particles'"),
-        ("base.toml", "did you mean 'nummiaro'"),
-        ("number.toml", "preset is 3"),
         ("gone:thing", "nor a module gone; known are"),
-        ("mine:gone", "cannot be imported: AttributeError"),
         ("mine:nothing", "nothing of mine is a int, which is not callable"),
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
-        ("broken:thing", "cannot be imported: SyntaxError"),
         ("leaving:thing", "cannot be imported: SystemExit"),
     ],
 )
@@ -297,16 +280,6 @@ def test_what_callables_return(
     assert answer.ellipse == ellipse
     assert answer.lost == lost
     np.testing.assert_equal(answer.confidence, confidence)
-
-
-@pytest.mark.parametrize(
-    ("covariance", "position"),
-    [(np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)), (np.zeros((5, 5)), (np.nan,) * 3)],
-)
-def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
-    answer = _odd(Track(1, 0.1, REGION, covariance, 0.7, Status.TRACKING, 0.1, 9))
-    np.testing.assert_equal(answer.covariance, position)
-    np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
 
 
 @pytest.mark.slow

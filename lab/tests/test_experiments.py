@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import arena
 import oracles
 from crowds import write_crowd
-from motes import Ellipse, FormatError, SourceError, Tracker, synthetic
+from motes import Ellipse, SourceError, Tracker, synthetic
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Problem
-from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save
+from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv
 from motes_lab.metrics.statistics import over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
 from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
@@ -129,6 +127,7 @@ def test_a_film_is_followed(film: Path) -> None:
 # Ng and Delp, figure 3
 
 
+@pytest.mark.slow
 def test_the_likelihoods_are_those_of_the_equations() -> None:
     result = last(ng_delp_figure3.figure3())
     rows = result.tables[""].rows
@@ -181,30 +180,6 @@ TABLE = Table(
 )
 
 
-def test_csv_holds_all_digits_and_deviations_in_columns_of_their_own() -> None:
-    assert list(csv.reader(as_csv(TABLE).splitlines())) == [
-        ["name", "size", "size, standard deviation", "share"],
-        ["a, b", "2", "1.41421", "0.5"],
-        ["c", "7", "", ""],
-        ["all", "many", "", "0.333333"],
-    ]
-
-
-@pytest.mark.slow
-def test_saving(tmp_path: Path) -> None:
-    result = Result({"one": TABLE, "two": TABLE}, last(ng_delp_figure3.figure3()).draw)
-    save(result, tmp_path, "it")
-    names = ["it.md", "it-one.csv", "it-two.csv", "it.png"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
-    text = (tmp_path / "it.md").read_text()
-    assert text.count("### Title") == 2
-    assert "| a, b | 2.00 ± 1.41 | 50% |" in text
-    with Image.open(tmp_path / "it.png") as image:
-        assert image.width >= 800
-    with pytest.raises(FormatError, match="cannot be written"):
-        save(result, tmp_path / "nowhere", "it")
-
-
 # The command line
 
 
@@ -218,24 +193,18 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
     ("line", "code", "why"),
     [
         ("ng-delp-tabel1", 2, "did you mean ng-delp-table1?"),
-        ("ng-delp-tabel1 film.mp4 --init 1,2,3,4", 2, "did you mean ng-delp-table1?"),
         ("magic", 2, "known are ng-delp-table1, "),
-        ("ng-delp-table1 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
         ("ng-delp-table1 nowhere.mp4", 2, "--init"),
         ("ng-delp-table1 film.mp4 --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("nummiaro-figure9 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
-        ("pairs . nummiaro mean_shift --seeds -1", 2, "--seeds is -1"),
-        ("pairs nowhere nummiaro mean_shift", 3, "no file or folder nowhere"),
         ("pairs nowhere nummiaro mean_shift --first-pixel 2", 2, "--first-pixel takes 0, 1"),
         ("pairs bare nummiaro mean_shift", 3, "no sequence in bare"),
         ("zhao-figure9 crowds", 3, "has 2 sequences; give the folder of one."),
-        ("zhao-figure9 nowhere", 3, "no file or folder nowhere"),
         (
             "zhao-figure9 bad",
             3,
             "No sequence of bad can be used. sequence bad: it has no seqinfo.ini",
         ),
-        ("zhao-figure9 crowds/a --detector dog", 2, "A detector is mog2"),
         ("ng-delp-figure3 --sedes 2", 2, "Unknown option"),
     ],
 )

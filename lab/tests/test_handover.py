@@ -83,6 +83,14 @@ def test_a_known_person_is_found_sooner_with_samples(film: MotSequence) -> None:
     assert given[1] < alone[1]
 
 
+@pytest.mark.slow
+def test_an_identity_passes_with_the_link_alone(film: MotSequence) -> None:
+    *_, result = rooms_on_film.rooms_on_film([film])
+    cells = {row[0].text: [cell.text for cell in row[1:3]] for row in result.tables[""].rows}
+    assert cells["with handover"] == ["1", "1"]
+    assert cells["without"] == ["1", "0"]
+
+
 def test_moments_have_the_truth_and_the_detections(tmp_path: Path) -> None:
     (crowd,), _ = load_mot_dataset(write_crowd(tmp_path / "film", shift=2))
     moments = moments_of(crowd)

@@ -114,25 +114,6 @@ def test_reports_of_odd_runs(tmp_path: Path, outcomes: list[Outcome]) -> None:
         assert one.item.sequence in text
 
 
-def test_problems_are_named_once() -> None:
-    book, cup = sequence(), sequence("Cup")
-    runs = [
-        outcome("a", book, "broken", 1),
-        outcome("a", book, "slow", 0, "pixel", "+1"),
-        outcome("a", book, said(1)),
-        outcome("a", cup, "broken", 0),
-        outcome("a", cup, "broken", 1),
-        outcome("b", cup, "broken"),
-    ]
-    told = [Problem("sequence X", "empty")]
-    assert sections.problems(told, runs) == [
-        *told,
-        Problem("a on Book, ope, seed 1", "broken"),
-        Problem("a on Book, pixel +1, seed 0", "slow"),
-        Problem("a, b on Cup, 3 passes", "broken"),
-    ]
-
-
 def test_a_score_of_nothing_is_not_the_best() -> None:
     """Trackers that report no loss have an F1 of 0, and none where nothing was lost."""
     assert not any(cell.best for cell in best([number(0.0), number(0.0), number(None)]))

@@ -105,11 +105,11 @@ def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
 def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
     lines = [
         ",".join(COLUMNS),
-        "0,0.000000,1,,,,,,,,,,,,searching,,,",
+        "0,0.000000,1,,,,,,,,,,,,,searching,,,",
         "1,0.040000,1,,6.011,16.510,9.978,7.980,"
-        "10.500,20.000,5.000,4.000,0.12345,0.87654,tracking,0.10000,99.25,",
+        "10.500,20.000,5.000,4.000,0.12345,0.87654,0.99000,tracking,0.10000,99.25,",
         "2,0.080000,1,,7.011,16.510,9.978,7.980,"
-        "11.500,20.000,5.000,4.000,0.12345,0.00000,lost,0.90000,99.25,",
+        "11.500,20.000,5.000,4.000,0.12345,0.00000,,lost,0.90000,99.25,",
     ]
     (tmp_path / "rows.csv").write_text("\n".join(lines) + "\n")
     rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)
@@ -213,20 +213,6 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     registry.write(path, "keyframes", registry.read(tmp_path / "a.xml", "cvat", FACTS), 0.0)
     rows = [line for line in path.read_text().splitlines()[1:] if "absent" not in line]
     assert len(rows) == drawn  # those that the user has drawn, and no others
-
-
-def test_formats_of_one_object_refuse_several(tmp_path: Path) -> None:
-    for name in ("otb", "vot", "keyframes"):
-        with pytest.raises(FormatError, match=r"holds one object, .* --identity N"):
-            registry.write(tmp_path / "a", name, crowd())
-    assert not (tmp_path / "a").exists()
-
-
-def test_sizes_are_asked_for(tmp_path: Path) -> None:
-    unknown = Recording(turning().head.__class__("film", 0, 0, "object"), turning().frames)
-    for name in ("coco", "cvat", "yolo", "label-studio"):
-        with pytest.raises(ConfigError, match="needs the size of the picture; give --size"):
-            registry.write(tmp_path / "a", name, unknown)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -54,15 +54,18 @@ def main() -> int:
 
 
 def table(result: Result) -> Table:
-    """Return how often each came of the inputs of a kind."""
-    every = sum(result.counts.values(), Counter[str]())
+    """Return how often each came of the inputs of the kinds that begin alike, as `film-a`."""
+    groups = defaultdict[str, Counter[str]](Counter)
+    for name, counts in result.counts.items():
+        groups[name.partition("-")[0]] += counts
+    every = sum(groups.values(), Counter[str]())
     outcomes = [*sorted({*every} - {"fell"}), "fell"]
 
     def row(name: str, counts: Counter[str]) -> Row:
         numbers = counts.total(), *(counts[each] for each in outcomes)
         return Cell(name), *(Cell(f"{each:,}") for each in numbers)
 
-    rows = [row(name, counts) for name, counts in result.counts.items()]
+    rows = [row(name, counts) for name, counts in groups.items()]
     return Table("Damaged inputs", ("input", "inputs", *outcomes), rows, (row("all", every),))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,21 +48,6 @@ def test_a_lens_is_that_of_opencv(count: int) -> None:
     for ray, pixel in zip(rays @ matrix.T, seen[:, 0].tolist(), strict=True):
         place = lens.undistorted((pixel[0], pixel[1]))
         assert place == pytest.approx(ray[:2], abs=1e-6)
-
-
-@pytest.mark.parametrize("ending", ["yml", "xml"])
-def test_opencvs_calibration_files(ending: str, tmp_path: Path) -> None:
-    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
-    path = tmp_path / f"camera.{ending}"
-    file = cv2.FileStorage(str(path), cv2.FileStorage_WRITE)
-    file.write("calibration_time", "today")
-    file.write("image_width", 640)
-    file.write("image_height", 480)
-    file.write("camera_matrix", np.reshape(MATRIX, (3, 3)))
-    file.write("distortion_coefficients", np.array([DISTORTIONS[5]]).T)
-    file.write("avg_reprojection_error", 0.2)
-    file.release()
-    assert Lens.parse(path.read_text()) == Lens(MATRIX, DISTORTIONS[5], (640, 480))
 
 
 LENS = (

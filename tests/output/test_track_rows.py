@@ -71,15 +71,6 @@ def test_rows_say_what_the_tracks_say_in_both_forms(tmp_path: Path) -> None:
                 assert texts[name] == ("" if value is None else str(value))
 
 
-def test_numbers_have_fixed_digits(tmp_path: Path) -> None:
-    write(tmp_path / "r.csv", [(7, 0.28, made(7, -0.00001))])
-    expected = (
-        "7,0.280000,1,,-2.750,-4.000,6.500,9.000,0.000,0.000,3.250,4.500,0.00000,0.50000,tracking,"
-        "0.00000,100.00,"
-    )
-    assert (tmp_path / "r.csv").read_text().splitlines()[1] == expected
-
-
 @given(st.lists(st.floats(), min_size=8, max_size=8), st.sampled_from(Status))
 def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> None:
     x, y, a, b, theta, confidence, distance, size = values
@@ -93,14 +84,6 @@ def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> 
         assert read[name] is None or math.isfinite(read[name])
         assert (texts[name] == "") == (read[name] is None)
     assert (read["x"] is None) == (not math.isfinite(x))
-
-
-def test_a_row_is_in_the_file_when_write_returns(tmp_path: Path) -> None:
-    with TrackWriter(tmp_path / "r.csv") as writer:
-        assert not (tmp_path / "r.csv").exists()
-        for count, row in enumerate(rows(3), start=2):
-            writer.write(*row)
-            assert (tmp_path / "r.csv").read_bytes().count(b"\n") == count
 
 
 def test_nothing_is_overwritten_unasked(tmp_path: Path) -> None:

@@ -68,6 +68,7 @@ def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> 
     for track, other in list(zip(tracks, others, strict=True))[APART:]:
         assert iou(track.box, other) > 0.5  # it is the other who is followed, with a clear evidence
         assert track.confidence < 0.5
+        assert track.belief < 0.5
         assert track.status is Status.SEARCHING
 
 

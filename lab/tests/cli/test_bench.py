@@ -128,6 +128,36 @@ def sequences(tmp_path: Path) -> Path:
     return folder.parents[1]
 
 
+def test_trackers_on_a_real_sequence_take_turns_on_bgr_frames(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[str, int, tuple[int, ...]]] = []
+
+    class Recorder:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            seen.append((self.name, int(image[0, 0, 0]), tuple(box)))
+
+        def update(self, image: np.ndarray) -> None:
+            assert image.flags.c_contiguous
+            seen.append((self.name, int(image[0, 0, 0]), image.shape))
+
+    monkeypatch.setattr(speed, "OpenCVTracker", Recorder)
+    monkeypatch.setattr(speed, "peer", Recorder)
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found, problems = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    assert not problems
+    names, values, third = zip(*seen, strict=True)
+    assert names == ("nummiaro", "cv2:kcf") * 3
+    assert values == (240, 240, 230, 230, 220, 220)
+    assert third == (*[(40, 30, 40, 50)] * 2, *[(120, 160, 3)] * 4)
+    assert {name: len(times) for name, times in found.items()} == {"nummiaro": 2, "cv2:kcf": 2}
+    longer, _ = speed.in_lockstep(["nummiaro"], sequence, 99)
+    assert len(longer["nummiaro"]) == 3
+
+
 def test_a_tracker_of_opencv_that_fails_is_left_out(
     sequences: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

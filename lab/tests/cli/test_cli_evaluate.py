@@ -113,19 +113,6 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert "no more of this" in Path("failing", "summary.md").read_text()
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
-def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
-    folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
-    shutil.copytree("data/a", folder / "a")
-    shutil.copytree("data/a", Path(os.fsdecode(os.fsencode(folder) + b"/caf\xe9")))
-    (folder / "a/img/0007.png").write_text("nothing")
-    assert go(f"{folder} --tracker mine:Still --workers 1 --out bytes")[0] == 6
-    bad, good = table("bytes")
-    assert "0007.png cannot be read" in bad["error"]
-    assert (good["sequence"], good["error"]) == ("caf\\udce9", "")
-
-
 @pytest.mark.parametrize(
     ("line", "code", "error"),
     [

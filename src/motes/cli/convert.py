@@ -29,15 +29,18 @@ from motes.cli.option_groups import (
     WithGuesses,
     say_rate,
 )
+from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
+from motes.rows.schema import GROUND
 
 if TYPE_CHECKING:
     from motes.correction.history import History
     from motes.formats.recording import FilmFacts, Recording
+    from motes.mot.analytics.real_units import RealUnits
 
 app = App(name="convert", help_format="plaintext")
-FILM = Group("Film (what the file does not contain)", sort_key=2)
+FILM = Group("Film (what the file does not contain)", sort_key=3)
 FORMS = Group("Formats", sort_key=1)
 SAID = 5
 """Kinds of things left out that are named; the others are counted."""
@@ -57,6 +60,7 @@ def convert(
     size: Annotated[str | None, Parameter(group=FILM)] = None,
     fps: Annotated[float | None, Parameter(group=FILM)] = None,
     frames: Annotated[int | None, Parameter(group=FILM)] = None,
+    units: UnitOptions = UnitOptions(),
     label: Annotated[str, Parameter(group=OUTPUT)] = "object",
     identity: Annotated[int | None, Parameter(group=OUTPUT)] = None,
     keyframe_error: KeyframeError = None,
@@ -135,6 +139,9 @@ def convert(
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
+    if plane := units.units():
+        recorded = _measured(recorded, plane, rows, form)
+        known = known and replace(known, units=plane)
     check_place(str(target), form, overwrite)
     point_out_leftovers(target)
     check_beside(target, overwrite)
@@ -267,6 +274,19 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
         head = replace(head, width=facts.width, height=facts.height)
         return dataclasses.replace(recorded, head=head)
     return recorded
+
+
+def _measured(recorded: Recording, plane: RealUnits, rows: Path, form: str) -> Recording:
+    """Return the objects with metres; raise a ConfigError if they have some, or cannot have any."""
+    from motes.formats import registry
+    from motes.formats.aspects import COLUMNS
+    from motes.formats.metres import in_metres
+
+    if COLUMNS not in registry.FORMATS.resolve(form).holds:
+        raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
+    if any(GROUND[0] in each.more for row in recorded for each in row.objects):
+        raise ConfigError(f"{rows} has metres already; omit --scale, --ground and --lens.")
+    return in_metres(recorded, plane)
 
 
 def _only(recorded: Recording, identity: int, rows: Path) -> Recording:

@@ -13,6 +13,7 @@ from motes.cli.draw_rows import object_moments, rows_in, target_moments
 from motes.cli.frame_loop import Sink, Tally, run
 from motes.cli.input_checks import (
     check_not_source,
+    check_order,
     point_out_leftovers,
     point_out_unfinished,
     prepared_folder,
@@ -105,6 +106,7 @@ def draw(
     output, figures, masks = outputs.output, outputs.figures, outputs.masks
     if output is None and figures is None and masks is None:
         raise ConfigError("Nothing is to be made; give -o film.mp4, --figures or --masks FOLDER.")
+    check_order(source, rows)
     for name in (source, str(rows)):
         check_not_source(name, output, figures, masks)
     if outputs.label is not None and (masks is None or masks.suffix.lower() != ".json"):

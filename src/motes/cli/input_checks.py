@@ -18,6 +18,7 @@ from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
 from motes.core.resources import cores
+from motes.rows.schema import FORMS
 
 if TYPE_CHECKING:
     from motes.cli.option_groups import OutputOptions
@@ -161,6 +162,14 @@ def check_not_source(source: str, *outputs: Path | None) -> None:
         raise ConfigError(f"{source} is the source and cannot be an output; choose another name.")
     if any(same_file(*pair) for pair in itertools.combinations(paths, 2)):
         raise ConfigError("Two outputs are the same file; give each its own.")
+
+
+def check_order(source: str, rows: Path) -> None:
+    """Raise a ConfigError if rows are given where the film belongs."""
+    if Path(source).suffix.lower() in FORMS:
+        raise ConfigError(
+            f"The film comes first, then its rows; {source} and {rows} seem to be exchanged."
+        )
 
 
 def point_out_leftovers(*outputs: Path | None) -> None:

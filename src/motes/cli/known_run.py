@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import refuse
+from motes.cli.input_checks import check_order, refuse
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.option_groups import (
@@ -110,6 +110,7 @@ def corrected_run(
     InputError
         If the rows are not of one target, or it is another film.
     """
+    check_order(source, rows)
     known = history_beside(rows)
     preset = options.preset or (known and known.preset) or "default"
     tracker = tracker_config(preset, options.config, options.changes or ())

@@ -95,7 +95,7 @@ def watch(
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
         raise ConfigError(
-            "--histogram is for a file of several cameras; for one, give it to motes track."
+            "--histogram is for a file of several cameras; for one, see Tracker.search of Python."
         )
     where = counting.regions()
     config = watch_config(preset, objects, values, own_code=own_code)

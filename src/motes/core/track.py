@@ -18,8 +18,8 @@ BOX = ("left", "top", "width", "height")
 ELLIPSE = ("x", "y", "a", "b", "theta")
 """Its center and half-axes in pixels, and the angle of a in radians."""
 COLUMNS = (
-    "frame", "time", "id", "label", *BOX, *ELLIPSE, "confidence", "status", "distance",
-    "effective_sample_size", "occluded_by",
+    "frame", "time", "id", "label", *BOX, *ELLIPSE, "confidence", "belief", "status",
+    "distance", "effective_sample_size", "occluded_by",
 )  # fmt: skip
 """The columns of all rows: the keys of `Track.to_dict`."""
 DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
@@ -72,6 +72,9 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     """Distance between the target model and the estimate's region, 0 (same) to 1."""
     effective_sample_size: float = math.nan
     """1 to the number of particles."""
+    belief: float = math.nan
+    """0 to 1: the probability that what is followed is the target, and not a neighbor who looks
+    alike. It is a factor of the confidence. NaN of a tracker that knows of no neighbors."""
     outlier: bool = False
     """Whether a tracker reported a place in this frame that other frames contradict. It is known in
     hindsight only: see `motes.smooth` and `motes.correct`."""
@@ -148,8 +151,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         """Return the columns of a row file, with values that `json.dumps` takes.
 
         The keys are frame, time, id, label, those of the box (left, top, width, height) and of the
-        ellipse (x, y, a, b, theta), confidence, status, distance, effective_sample_size and
-        occluded_by. Numbers are not rounded; one that is not finite is None.
+        ellipse (x, y, a, b, theta), confidence, belief, status, distance, effective_sample_size
+        and occluded_by. Numbers are not rounded; one that is not finite is None.
         """
         sides = zip(BOX, self.box, strict=True)
         return {
@@ -160,6 +163,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             **{name: finite(value) for name, value in sides},
             **{name: finite(value) for name, value in self.ellipse._asdict().items()},
             "confidence": finite(self.confidence),
+            "belief": finite(self.belief),
             "status": str(self.status),
             "distance": finite(self.distance),
             "effective_sample_size": finite(self.effective_sample_size),
@@ -196,6 +200,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             Status(known.get("status", Status.TRACKING)),
             number("distance"),
             number("effective_sample_size"),
+            number("belief"),
             outlier=known.get("outlier") == 1,
             identity=int(known.get("id", 1)),
             label=known.get("label"),

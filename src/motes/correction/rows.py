@@ -19,6 +19,8 @@ from motes.rows.reader import table_of
 from motes.rows.schema import HINDSIGHT, NUMBERS, form_of, head, line
 from motes.video.film import Film
 
+NEEDED = ("frame", "time", "id", "label", *ELLIPSE, "confidence", "status")
+"""The columns without which rows cannot be corrected."""
 LARGEST = 1e9
 """Largest number of a row, in any unit."""
 LEAST_HALF = 1e-3
@@ -58,7 +60,7 @@ class KnownRows:
             text = text[: text.rfind("\n") + 1]
         table = table_of(text, path, self._form)
         self.columns = tuple(table.dtype.names or ())
-        if missing := [name for name in COLUMNS if name not in self.columns]:
+        if missing := [name for name in NEEDED if name not in self.columns]:
             what = f"{path} lacks {', '.join(missing)} among its columns"
             raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
         if len(identities := sorted({*table["id"].tolist()})) > 1:

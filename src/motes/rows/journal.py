@@ -78,6 +78,8 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
 
 
 def _track(row: dict[str, int | float | str | None]) -> Track:
+    if missing := [name for name in COLUMNS if name not in row]:
+        raise KeyError(missing[0])
     mask, label = row.pop("mask", None), row.get("label")
     if label is not None:
         check_label(label)  # a number is a TypeError

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from motes import ConfigError, Ellipse, KnownTarget, SourceError, Track, TrackWriter
+from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
 from motes.cli import (
     DONE,
     NOT_FOUND,
@@ -15,7 +15,6 @@ from motes.cli import (
     counted,
     default_output,
     error_context,
-    load_target,
     log,
 )
 from motes.core import check, deferred, interrupts, read_text
@@ -56,6 +55,13 @@ def watcher(
         yield remote
 
 
+def _target(path: Path) -> KnownTarget:
+    try:
+        return KnownTarget.load(path)
+    except FormatError as error:
+        raise SourceError(str(error)) from None
+
+
 def watch_rig(
     file: str,
     output: str | None,
@@ -67,7 +73,7 @@ def watch_rig(
     own_code: bool = False,
 ) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
-    target = None if histogram is None else load_target(histogram)
+    target = None if histogram is None else _target(histogram)
     text = read_text(Path(file))
     with error_context(Path(file)):
         rig = Rig.parse(text)

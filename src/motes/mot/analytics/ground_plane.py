@@ -39,7 +39,7 @@ class Ground(Config, frozen=True):
     """Pixels in a metre: for a camera that looks straight down, or as an approximation."""
     homography: Homography | None = None
     """Maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything."""
-    points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
+    points: tuple[Pair, ...] | None = None
     """Four or more points on the ground, no three of four on a line, as x, y in the picture and X,
     Y in metres; the homography that fits them best is used."""
 
@@ -47,6 +47,11 @@ class Ground(Config, frozen=True):
         super().__post_init__()
         if sum(way is not None for way in (self.scale, self.homography, self.points)) != 1:
             raise ConfigError("The ground takes exactly one of scale, homography and points.")
+        if self.points is not None and len(self.points) < 4:
+            raise ConfigError(
+                f"The ground needs four points or more, each [x, y, X, Y], and has "
+                f"{len(self.points)}; add some that are far from the others."
+            )
         _matrix(self)
 
     def metres(self, point: Point) -> Point | None:

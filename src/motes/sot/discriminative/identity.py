@@ -1,6 +1,6 @@
 """Whether what is followed is the target or a neighbor: a belief.
 
-The evidence of a place (`evidence.py`) says that something like the target is there; in a crowd it
+The evidence of a place (`expert.py`) says that something like the target is there; in a crowd it
 may be somebody else. So looks of what moves beside the target are kept, and what is followed is
 compared with them and with the target as it was. The belief is the forward pass of a hidden Markov
 model with two states, the target and a neighbor (Rabiner, Proceedings of the IEEE 1989). It only
@@ -24,7 +24,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
-from motes.sot.discriminative.evidence import probability
+from motes.sot.discriminative.expert import probability
 
 GAIN = 8.0
 """Log odds that a frame adds for a difference of 1 between the distances of what is followed to the

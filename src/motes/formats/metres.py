@@ -1,0 +1,38 @@
+"""Places and speeds of objects in metres, for rows that were made without them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import defaultdict
+
+from msgspec.structs import replace
+
+from motes.core.track import Track
+from motes.formats.recording import Recording
+from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
+
+
+def in_metres(recorded: Recording, units: RealUnits) -> Recording:
+    """Return the objects with their places and speeds in metres, in hindsight."""
+    tracks = defaultdict[int, dict[int, Track]](dict)
+    for row in recorded:
+        for each in row.objects:
+            tracks[each.identity][row.frame] = each.track(row.frame, row.time)
+    places = dict[tuple[int, int], GroundPlace]()
+    for identity, seen in tracks.items():
+        span = range(min(seen), max(seen) + 1)
+        found = motion_in_hindsight(units, map(seen.get, span))
+        places |= {(identity, n): place for n, place in zip(span, found, strict=True) if place}
+    nowhere = dict.fromkeys(GroundPlace._fields)
+    frames = [
+        replace(
+            row,
+            objects=tuple(
+                replace(each, more=each.more | (place.columns if place else nowhere))
+                for each in row.objects
+                for place in [places.get((each.identity, row.frame))]
+            ),
+        )
+        for row in recorded
+    ]
+    return dataclasses.replace(recorded, frames=frames)
