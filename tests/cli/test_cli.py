@@ -28,12 +28,13 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import commands
-from motes.cli.frame_loop import Moment
+from motes.cli.frame_loop import Hindsight, Moment
 from motes.cli.help import Help
 from motes.cli.pictures import Figures
-from motes.cli.track_frames import follow
+from motes.cli.track_frames import TargetTally, follow
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
@@ -291,6 +292,17 @@ def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
     Image.new("RGB", SIZE, (200, 0, 200)).save("empty.png")
     assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     assert go("track FILM --histogram h.json --background empty.png -o -")[0] == 0
+
+
+@pytest.mark.parametrize(("frames", "said"), [(25, False), (26, True)])
+def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
+    tally, nan = TargetTally(), float("nan")
+    pixels = np.zeros((9, 9, 3), np.uint8)
+    states = [Status.TRACKING, Status.LOST, *[Status.SEARCHING] * (frames - 1), Status.TRACKING]
+    for i, status in enumerate(states):
+        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), np.eye(5), 0.9, status, nan, nan)
+        tally.add(Moment(Frame(i, i / 25, pixels), Hindsight(track)))
+    assert ("look whether it is the same one" in str(tally)) is said
 
 
 def test_never_found(go: Go) -> None:

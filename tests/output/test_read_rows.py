@@ -148,7 +148,8 @@ def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:
     [
         ("a.csv", "", "its columns are missing"),
         ("a.jsonl", "", "its columns are missing"),
-        ("a.csv", "frame,hue\n0,1\n", "its columns are frame, hue"),
+        ("a.csv", "frame,hue\n0,1\n", "rows have no column hue"),
+        ("a.csv", "frame;x\n0;1,5\n", "its columns are separated by ';'; write commas"),
         ("a.csv", "frame,x,x\n0,1,1\n", "its columns are frame, x, x"),
         ("a.csv", "x,y\n0,1\n", "its columns are x, y"),
         ("a.csv", f"{HEAD}\n{ROW}\n{ROW[:12]}", "row 2 has 3 fields instead of 18"),
