@@ -234,6 +234,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM -o - --events -", 2, "give one of them a file"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),
+        ("FILM --end 2 -o r.csv", 4, "ever found: one is reported with its third frame; give a"),
         ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
@@ -289,6 +290,14 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
     assert line in detector.splitlines()
     Path("s.toml").write_text(text)
     assert go("--dump-config --config s.toml") == (0, text, "")
+
+
+def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
+    for index in range(12):  # another color, not another exposure
+        color = (100, 100, 100) if index < 8 else (200, 60, 60)
+        Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
+    _, _, error = go("*.png -o r.csv")
+    assert error.count("Frame 8: the picture changes all over") == 1
 
 
 def test_the_table_is_by_the_minute() -> None:
