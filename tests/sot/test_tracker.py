@@ -538,6 +538,16 @@ def test_a_known_target_is_found_when_it_comes(
     assert covers(track, region(center))
 
 
+@pytest.mark.parametrize("name", SEARCHERS)
+def test_a_known_target_that_is_there_already(name: str) -> None:
+    tracker = Tracker(CONFIGS[name], 1)
+    tracker.search(FRAMES[0], known(name), background=scene(99, None))
+    for picture in FRAMES[1:]:
+        track = tracker.update(picture)
+    assert track.status is Status.TRACKING
+    assert iou(track.box, region(path(15)).box) > 0.45
+
+
 def test_a_resemblance_of_a_few_frames_is_no_known_target() -> None:
     """It is there for three frames at a time: found at once it would flicker on and off."""
     statuses: dict[int, list[Status]] = {}
