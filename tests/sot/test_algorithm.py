@@ -45,7 +45,7 @@ def test_an_algorithm_keeps_the_state_that_it_names(name: str) -> None:
     ):
         assert type(after) is each.state_type
         assert type(report) is type(info)
-        each.check(after, first if report.track.frame == 0 else last)
+        each.typed(after, first if report.track.frame == 0 else last)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -78,8 +78,6 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     assert len(state.search_particles) == len(tracker.info.weights) == 400
     np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
 
 
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
