@@ -27,9 +27,13 @@ from PIL import Image
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import commands
+from motes.cli.frame_loop import Moment
 from motes.cli.help import Help
+from motes.cli.track_frames import TargetTally
 from motes.core.errors import SourceError
-from motes.core.track import COLUMNS
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import COLUMNS, Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
 from motes.video.prefetch import prefetch
@@ -233,6 +237,17 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
     assert len(table("r.csv")) == 3
     for path in ("o.mp4", f"f/{FIGURES[0]}"):
         assert Path(path).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("frames", "said"), [(25, False), (26, True)])
+def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
+    tally = TargetTally()
+    pixels = np.zeros((9, 9, 3), np.uint8)
+    states = [Status.TRACKING, Status.LOST, *[Status.SEARCHING] * (frames - 1), Status.TRACKING]
+    for i, status in enumerate(states):
+        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), np.eye(5), 0.9, status)
+        tally.add(Moment(Frame(i, i / 25, pixels), [track]))
+    assert ("look whether it is the same one" in str(tally)) is said
 
 
 def test_never_found(go: Go) -> None:

@@ -138,6 +138,15 @@ def test_metres_are_added_to_rows_later(go: Go) -> None:
         assert (code, message in said, len(said.splitlines())) == (2, True, 1), said
 
 
+def test_an_object_of_a_scene_is_checked_and_corrected(go: Go) -> None:
+    """The tracker of its run follows no single target."""
+    assert go("watch film.mkv -o seen.csv")[0] in (0, 4)
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    Path("seen.csv").write_text(Path("rows.csv").read_text())
+    for line in ("check film.mkv seen.csv", "refine film.mkv seen.csv --at 25=70,20,20,20"):
+        assert go(line)[0] == 0
+
+
 def objects(count: int = FRAMES) -> str:
     """Return rows of two objects with names, of which one walks over the line."""
     lines = ["frame,time,id,label,left,top,width,height,confidence,status,occluded_by"]

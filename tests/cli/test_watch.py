@@ -234,6 +234,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM -o - --events -", 2, "give one of them a file"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),
+        ("FILM --end 2 -o r.csv", 4, "ever found: one is reported with its third frame; give a"),
         ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),

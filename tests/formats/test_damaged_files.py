@@ -341,7 +341,7 @@ def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -
 
 LONG = "1" * 200_000
 WRONG = [
-    ("csv", TRACK, TRACK.replace("x,y", "east,north"), "its columns are"),
+    ("csv", TRACK, TRACK.replace("x,y", "east,north"), "rows have no column east, north"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
     ("csv", "0.9,tracking,0.1,99.0\n", "0.9,followed,0.1,99.0\n", "row .: 'followed' is not"),
     ("csv", "1,0.04,12.5,40.0", "1,,12.5,40.0", "row 2: it has no time"),

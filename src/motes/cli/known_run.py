@@ -112,7 +112,8 @@ def corrected_run(
     """
     check_order(source, rows)
     known = history_beside(rows)
-    preset = options.preset or (known and known.preset) or "default"
+    run = known if known is not None and known.places is None else None  # not that of a scene
+    preset = options.preset or (run and run.preset) or "default"
     tracker = tracker_config(preset, options.config, options.changes or ())
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     own = options.given
@@ -124,8 +125,8 @@ def corrected_run(
     if known is not None and known.corrections:
         return table, film.part(known.start, known.end or len(film.times)), known
     seed = options.seed or 0
-    if known is not None and not any(each is not None for each in own.values()):
-        tracker, seed = known.tracker, known.seed
+    if run is not None and not any(each is not None for each in own.values()):
+        tracker, seed = run.tracker, run.seed
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
     mark = first.ellipse if first.ellipse.theta else first.box

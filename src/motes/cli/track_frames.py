@@ -126,6 +126,8 @@ class TargetTally(Tally):
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
         self._events: list[str] = []
+        self._lost_since: float | None = None
+        self._away = 0.0
         self._changes, self._cuts = PictureChanges(), list[str]()
 
     @property
@@ -151,11 +153,14 @@ class TargetTally(Tally):
                 self._range = min(self._range[0], count), max(self._range[1], count)
             if moment.target.status is Status.LOST:
                 self._events.append(f"lost at frame {moment.frame.index}")
+                self._lost_since = moment.frame.time
             if (
                 moment.target.status is Status.TRACKING
                 and self._before.target.status is not Status.TRACKING
             ):
                 self._events.append(f"found at frame {moment.frame.index}")
+                if self._lost_since is not None:
+                    self._away = max(self._away, moment.frame.time - self._lost_since)
         self._before = moment
         return f"{status} {moment.target.confidence:.2f}" if moment.info else status
 
@@ -172,6 +177,8 @@ class TargetTally(Tally):
         parts += self._events[:EVENTS]
         if len(self._events) > EVENTS:
             parts.append(f"{len(self._events) - EVENTS} more changes")
+        if self._away > 1:
+            parts.append("found after more than a second, look whether it is the same one")
         return ", ".join(parts)
 
 

@@ -120,6 +120,8 @@ class SceneTally(Tally):
         if self._came:
             return None
         why = self._scene.left_out
+        if self.frames < 3:
+            why = "one is reported with its third frame; give a film"
         more = "; try another --detector" if why is None else f": {why}"
         return f"No object was ever found{more}."
 

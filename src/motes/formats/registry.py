@@ -34,6 +34,7 @@ from motes.formats.recording import FilmFacts, Recording
 from motes.formats.text import fields_of
 from motes.formats.truth import kind_of
 from motes.formats.visibility import SURE, certain, marked
+from motes.rows.reader import SEPARATED
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
 """A guess in formats that cannot mark it, so that it is not there, and in those that can."""
@@ -277,9 +278,7 @@ def _of_text(head: bytes, path: Path) -> str | None:
         return "csv"
     for mark in ";\t":
         if "frame" in next(csv.reader([first], delimiter=mark), []):
-            raise ValueError(
-                f"its columns are separated by {mark!r}; write commas, and decimal points"
-            )
+            raise ValueError(SEPARATED.format(mark))
     return _of_numbers(first, path)
 
 

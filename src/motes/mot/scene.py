@@ -47,7 +47,7 @@ from motes.video.prefetch import prefetch
 
 DOUBTS = {
     "cut": "the film is cut to another picture",
-    "light": "the light changes",
+    "light": "the light changes, or the camera moves",
     "camera": "the camera moves",
 }
 """What makes counts doubtful, in words."""

@@ -20,6 +20,8 @@ from motes.core.labels import check_label
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
+SEPARATED = "its columns are separated by {!r}; write commas, and decimal points"
+"""What is wrong with a table of a spreadsheet whose numbers have decimal commas."""
 TYPES: dict[str, type] = {
     **dict.fromkeys(WHOLE, np.int64),
     **dict.fromkeys(TEXT, np.str_),
@@ -143,7 +145,13 @@ def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
             "its first column has no title, as row names of R and the index of pandas; write it "
             "with row.names=FALSE or index=False"
         )
-    if "frame" not in names or set(names) - set(TYPES) or len(set(names)) < len(names):
+    for mark in ";\t":
+        if len(names) == 1 and mark in names[0]:
+            raise ValueError(SEPARATED.format(mark))
+    others = [name for name in names if name not in TYPES]
+    if "frame" in names and others:
+        raise ValueError(f"rows have no column {', '.join(others)[:80]}")
+    if "frame" not in names or len(set(names)) < len(names):
         raise ValueError(f"its columns are {', '.join(names)[:80] or 'missing'}")
     rows = []
     for number, row in enumerate(lines, start=1):
