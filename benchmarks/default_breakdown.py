@@ -19,14 +19,10 @@ from unittest.mock import patch
 from motes import Tracker
 from motes.cues.color_posterior import Posterior
 from motes.cues.confined_filter import ConfinedFilter
-from motes.cues.correlation_filter import Correlation
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.search_window import SampleGrid
-from motes.sot.discriminative import prediction, tracker
-from motes.sot.discriminative.light import Light
-from motes.sot.discriminative.localization import Localizer
-from motes.sot.discriminative.report import Reporter
-from motes.sot.discriminative.size_estimate import SizeEstimator
+from motes.sot.discriminative import placing, prediction, tracker
+from motes.sot.discriminative.small_picture import Light
 from motes.sot.discriminative.tracker import Discriminative
 from motes.synthetic.clips import still
 from motes_lab.report import markdown
@@ -42,16 +38,16 @@ PARTS = {
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),
-    "place: particles, evidence": (Localizer, "localize"),
+    "place: particles, evidence": (placing, "localize"),
     "wide: window, features, transform": (ConfinedFilter, "_spectra"),
     "wide: response": (ConfinedFilter, "view"),
     "wide: learned": (ConfinedFilter, "_solve"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
-    "size: weighed": (SizeEstimator, "estimate"),
+    "size: weighed": (tracker, "estimated"),
     "learn: filter": (Correlation, "updated"),
     "learn: colors": (Posterior, "updated"),
     "learn: size": (ScaleFilter, "updated"),
-    "report: mean, covariance": (Reporter, "report"),
+    "report: mean, covariance": (tracker, "report"),
     "rest: Python between all these": (Discriminative, "step"),
 }
 

@@ -19,8 +19,7 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Floats
-from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.evidence import Evidence
+from motes.sot.discriminative.expert import Confined, Evidence
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.video.sources import open_source

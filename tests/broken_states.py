@@ -25,12 +25,11 @@ from motes.core.frame import Frame
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
-from motes.cues.edge_histogram import Edges
-from motes.cues.hog import Hog
+from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.motion import SecondOrder
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling
 from motes.sot.known_target import KnownTarget
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure

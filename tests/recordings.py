@@ -6,8 +6,7 @@ import math
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recording, recording_of
-from motes.rows.journal import ObjectRow
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 
 FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)
 
@@ -15,7 +14,7 @@ FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)
 def turning(frames: int = 40) -> Recording:
     """Return one target that turns and grows on its way; it is absent in the frames 20 to 24."""
     objects = [
-        (frame, ObjectRow(1, ellipse(frame), round(0.5 + frame / 100, 2), Status.TRACKING))
+        placed(frame, ellipse(frame), 1, round(0.5 + frame / 100, 2))
         for frame in range(frames)
         if not 20 <= frame < 25
     ]
@@ -36,6 +35,6 @@ def crowd(label: str | None = "car") -> Recording:
         walker = Ellipse.from_box((200 - 2 * frame, 100 + frame, 16, 48))
         hidden = 10 <= frame < 15
         status = Status.OCCLUDED if hidden else Status.TRACKING
-        objects.append((frame, ObjectRow(1, car, 0.9, Status.TRACKING, label=label)))
-        objects.append((frame, ObjectRow(2, walker, 0.0 if hidden else 0.8, status)))
+        objects.append(placed(frame, car, 1, 0.9, label=label))
+        objects.append(placed(frame, walker, 2, 0.0 if hidden else 0.8, status))
     return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(30)})

@@ -6,9 +6,7 @@ They are in tests/plugins. docs/extend.md shows one of them, and names the other
 from __future__ import annotations
 
 import importlib
-import os
 import re
-import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
@@ -26,7 +24,7 @@ from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
-from motes.formats.registry import FORMATS, format_for
+from motes.formats.registry import FORMATS
 from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
 from motes.mot.scene_config import scene_config
 from motes.sot.discriminative.expert import EXPERTS
@@ -36,7 +34,7 @@ from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from motes.testing import check_cue, check_detector, check_expert, check_motion
 from motes.video.writer import VideoWriter
-from pages import blocks, run_page
+from pages import run_page
 
 PLUGINS = Path(__file__).parent / "plugins"
 PAGE = Path(__file__).parent.parent / "docs/extend.md"
@@ -209,13 +207,6 @@ def test_a_damaged_file_of_a_format(go: Go) -> None:
     assert error.startswith("motes: error: bad.boxes is damaged, or not of the format boxes: ")
 
 
-def test_no_package_is_asked_for_a_format_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_entry_points", None)
-    assert [format_for(name) for name in ("a.csv", "b.json", "c.xml")] == ["csv", "coco", "cvat"]
-    with pytest.raises(TypeError):
-        format_for("a.boxes")
-
-
 def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
     Path("hue.toml").write_text('[hue]\n[fusion]\ntype = "fixed"\n[fusion.weights]\nhue = 2.0\n')
     code, output, error = go(
@@ -329,34 +320,6 @@ def test_scenes_take_them_too(installed: Path) -> None:
     assert scene_config().tracker.extra_cues == {}
 
 
-def test_watching_with_a_detector(go: Go) -> None:
-    code, _, error = go("watch FILM --detector bright --set detector.level=120 -o objects.csv")
-    assert code == 0, error
-    assert Path("objects.csv").exists()
-
-
-def test_a_start_of_its_own(installed: Path, film: tuple[str, str]) -> None:
-    """As users run it: another process, with the packages on its path."""
-    path = os.pathsep.join([str(installed), *sys.path])
-    code = "import sys; from motes.cli import main; sys.exit(main())"
-    line = [sys.executable, "-c", code, "track", film[0], "--init", film[1], "--preset"]
-    line += ["nummiaro", "--set", "hue.bins=12", "--dump-config"]
-    environment = os.environ | {"PYTHONPATH": path}
-    done = subprocess.run(line, capture_output=True, text=True, env=environment)
-    assert done.returncode == 0, done.stderr
-    assert "[hue]\nbins = 12" in done.stdout
-
-
-def test_the_page_shows_one_package_and_names_all() -> None:
-    shown = {block.title: block.text for block in blocks(PAGE) if block.title}
-    assert shown["motes_hue.py"] == (PLUGINS / "motes_hue/motes_hue.py").read_text()
-    [table] = [block.text for block in blocks(PAGE) if "[project]" in block.text]
-    assert table in (PLUGINS / "motes_hue/pyproject.toml").read_text()
-    text = PAGE.read_text(encoding="utf-8")
-    for package in PLUGINS.iterdir():
-        assert package.name in text, package.name
-
-
 @pytest.mark.slow
 def test_the_page_runs(
     installed: Path,
@@ -408,13 +371,6 @@ def test_a_format_that_is_none(site: Path) -> None:
     install(site, "motes-odd", {"motes.formats": {"odd": "pathlib:Path"}})
     with pytest.raises(PluginError, match=r"odd is no motes\.formats\.registry\.Format\."):
         FORMATS.resolve("odd")
-
-
-def test_a_broken_package_without_a_name(site: Path) -> None:
-    install(site, "motes-odd", {"motes.motions": {"odd": "nowhere:X"}})
-    (site / "motes_odd-0.1.dist-info/METADATA").unlink()
-    with pytest.raises(PluginError, match=r"The motion model 'odd' of nowhere:X cannot be loaded"):
-        configure(preset("nummiaro"), {"motion": {"type": "odd"}})
 
 
 @pytest.mark.parametrize(

@@ -99,17 +99,6 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
     assert run >= (1 if page.stem in ("README", "detectors") else 3)
 
 
-def test_make_targets_exist() -> None:
-    makefile = (ROOT / "Makefile").read_text()
-    for page in (README, ROOT / "CONTRIBUTING.md", ROOT / "docs/gallery.md"):
-        targets = re.findall(
-            r"(?:^ *|`)make ([a-z]+)", page.read_text(encoding="utf-8"), re.MULTILINE
-        )
-        assert targets, page
-        for target in targets:
-            assert re.search(rf"^{target}:", makefile, re.MULTILINE), (page, target)
-
-
 @pytest.mark.slow
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (code,) = (b.text for b in blocks(README) if b.language == "python")
@@ -136,13 +125,6 @@ def test_python_code_of_watch_runs(folder: Path, capsys: pytest.CaptureFixture[s
     (code,) = (block.text for block in blocks(ROOT / "docs/watch.md") if block.language == "python")
     exec(code, {})
     assert "TRACKING" in capsys.readouterr().out.splitlines()[30]
-
-
-def test_linked_files_exist() -> None:
-    links = re.findall(r"\]\((?!http)([^)]+)\)", README.read_text(encoding="utf-8"))
-    assert links
-    for link in links:
-        assert (ROOT / link.partition("#")[0]).exists(), link
 
 
 def test_readme_is_read_in_three_minutes() -> None:

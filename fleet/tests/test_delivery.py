@@ -7,7 +7,6 @@ import json
 import socket
 import sqlite3
 import threading
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -15,13 +14,12 @@ from typing import Any
 
 import pytest
 
-from brokers import Broker, Listener, SlowBroker, free_port, wait_until
-from motes import ConfigError, Event, FormatError, Line, Regions, Zone
+from brokers import Broker, Listener, SlowBroker, wait_until
+from motes import ConfigError, FormatError
 from motes_fleet.delivery import delivery, mqtt, webhook
 from motes_fleet.delivery.delivery import Delivery, DeliveryError
 from motes_fleet.delivery.event_queue import MessageQueue
 from motes_fleet.delivery.mqtt import Mqtt, topic_of
-from motes_fleet.delivery.sent_events import state
 from motes_fleet.delivery.webhook import Webhook
 
 
@@ -321,17 +319,6 @@ def test_a_silent_broker_does_not_hold_up_the_end(
     wait_until(lambda: threading.active_count() <= threads)
 
 
-def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:
-    said: list[str] = []
-    with MessageQueue(tmp_path / "q") as queue:
-        sending = Delivery(queue, Mqtt(f"mqtt://127.0.0.1:{free_port()}/a"), said.append)
-        wait_until(lambda: said)
-        queue.put(["x"], ["for another"])
-        sending.close()
-    assert len(said) == 1
-    assert "cannot be reached: Connection refused. Events wait" in said[0]
-
-
 @pytest.mark.parametrize(
     ("address", "what"),
     [
@@ -345,15 +332,3 @@ def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:
 def test_addresses_of_mqtt_that_make_no_sense(address: str, what: str) -> None:
     with pytest.raises(ConfigError, match=what):
         topic_of(address)
-
-
-def test_the_state_has_every_total() -> None:
-    places = Regions(
-        (Line((0, 0, 0, 9), "Gate 1", ("in", "out")),), (Zone((0, 0, 9, 0, 9, 9), "hof/ä"),)
-    )
-    crosses = Event(1, 0.1, "crosses", 1, 0, 0, 0, "Gate 1", "in", label="car")
-    enters = Event(1, 0.1, "enters", 1, 0, 0, 0, "hof/ä")
-    totals = Counter(event.total for event in (crosses, enters, enters))
-    assert json.loads(state(3, totals, places)) == {
-        "objects": 3, "gate_1_in": 1, "gate_1_out": 0, "hof_ue4_enters": 2, "hof_ue4_leaves": 0
-    }  # fmt: skip

@@ -179,28 +179,9 @@ def test_a_page_where_there_is_no_window(
     shown.close()
 
 
-def test_no_screen_no_window(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.setattr(live_picture, "sys", SimpleNamespace(platform="linux"))
-    monkeypatch.setitem(sys.modules, "cv2", Screen(works=True))
-    shown = view()
-    assert isinstance(shown, Page)
-    shown.close()
-
-
 def test_an_empty_host_opens_nothing_to_others() -> None:
     with pytest.raises(ConfigError, match="The host is empty"):
         Server("", 0, lambda request: None)
-
-
-def test_a_port_that_is_taken_is_one_clear_line() -> None:
-    server = Server("127.0.0.1", 0, lambda request: reply(request, "text/plain", b"hello")).start()
-    port = urlsplit(server.address).port or 0
-    with pytest.raises(ConfigError, match="choose another host or port"):
-        Server("127.0.0.1", port, lambda request: None)
-    with urllib.request.urlopen(server.address) as answer:
-        assert answer.read() == b"hello"
-    server.close()
 
 
 @pytest.fixture

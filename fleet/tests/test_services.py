@@ -35,12 +35,6 @@ def frames(count: int) -> list[tuple[Any, Box]]:
     return [(frame.pixels, truths[0].ellipse.box) for frame, truths in crowd(SIZE, (24, 30), count)]
 
 
-@pytest.mark.parametrize("numbers", [[], [1.0, 2.0, 3.0], [1.0] * 5])
-def test_a_shape_without_corners_is_refused(numbers: list[float]) -> None:
-    with pytest.raises(ConfigError, match="corners of a rectangle"):
-        cvat_agent.box_of(numbers)
-
-
 def test_the_box_of_a_polygon_is_around_it() -> None:
     box = cvat_agent.box_of([5.0, 1.0, 9.0, 3.0, 4.0, 8.0])
     assert box == Box(4, 1, 5, 7)
@@ -144,11 +138,6 @@ def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[
     assert capfd.readouterr().err == ""  # also of the client that hung up
 
 
-def test_a_port_that_label_studio_cannot_have(videos: Path) -> None:
-    with pytest.raises(ConfigError, match="choose another host or port"):
-        label_studio.Backend("127.0.0.1", 99999, videos, "default")
-
-
 def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> None:
     inner = videos / "upload"
     long = "/data/" + 5000 * "a"
@@ -191,12 +180,6 @@ def test_a_turned_rectangle_is_where_it_was_drawn(videos: Path) -> None:
     assert iou(seen, Box(x, y, width, height)) > 0.9
 
 
-@pytest.mark.parametrize("config", ["", "<View><Video name='a' value='$b'/></View>"])
-def test_other_projects_are_refused(config: str, videos: Path) -> None:
-    with pytest.raises(ConfigError, match="labeling configuration"):
-        label_studio.predict(json.dumps({"tasks": [], "label_config": config}).encode(), videos)
-
-
 def test_a_target_ends_where_its_rectangle_is_switched_off(videos: Path) -> None:
     truths = [truth for _, truth in frames(8)]
     asked = request(truths[0], 1)
@@ -206,16 +189,6 @@ def test_a_target_ends_where_its_rectangle_is_switched_off(videos: Path) -> None
     answer = label_studio.predict(json.dumps(asked).encode(), videos)
     last = answer["results"][0]["result"][0]["value"]["sequence"][-1]
     assert (last["frame"], last["enabled"]) == (5, False)
-
-
-@pytest.mark.parametrize("name", ["x", "width", "rotation", "frame"])
-def test_huge_numbers_are_refused(name: str, videos: Path) -> None:
-    for number in ("1e308", "-1e308", "1e20", "9" * 400, "NaN"):
-        asked = request(Box(10, 10, 20, 20), 1)
-        (key,) = asked["params"]["context"]["result"][0]["value"]["sequence"]
-        key[name] = "here"
-        with pytest.raises(ConfigError):
-            label_studio.predict(json.dumps(asked).replace('"here"', number).encode(), videos)
 
 
 def _slow(_: WorkerLine, body: bytes, files: Path, preset: str) -> bytes:

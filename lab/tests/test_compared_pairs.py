@@ -10,7 +10,6 @@ import pytest
 
 import evaluations
 from motes_lab.adapters.registry import TrackerSpec, resolve
-from motes_lab.cli import main
 from motes_lab.datasets.shortened import ShortSequence, shortened
 from motes_lab.finished_jobs import run
 from motes_lab.papers.pairs import compared, compared_pairs
@@ -32,15 +31,6 @@ def outcomes(shifts: dict[str, Sequence[float]]) -> list[Outcome]:
     ]
 
 
-def test_a_film_is_shortened_from_its_first_target_on() -> None:
-    film = evaluations.sequence(frames=20, absent=[0, 1, 5])
-    short = shortened(film, 4, 3)
-    assert short is not None
-    assert (short.start, short.every, short.frames) == (2, 3, 4)
-    assert np.isnan(short.boxes[:, 0]).tolist() == [False, True, False, False]
-    assert shortened(evaluations.sequence(frames=3, absent=[0, 1, 2]), 4, 1) is None
-
-
 def test_a_difference_has_an_interval_and_a_margin() -> None:
     shifts: dict[str, Sequence[float]] = {"a": [0, 0, 0], "same": [0, 0, 0], "worse": [5, 5, 6]}
     table = compared(outcomes(shifts), "set", "iou", "")
@@ -51,13 +41,6 @@ def test_a_difference_has_an_interval_and_a_margin() -> None:
     gap = np.mean([(20 - s) / (20 + s) - 1 for s in (5, 5, 6)])
     assert worse[5] == f"{gap:+.3f}"
     assert worse[7] == "not shown"
-
-
-def test_od_has_the_number_of_lost_tracks() -> None:
-    """A track is lost if its OD exceeds 0.8 in any frame."""
-    table = compared(outcomes({"a": [0, 1, 0], "b": [0, 25, 25]}), "set", "od", "")
-    assert table.head[3:6] == ("mean OD", "tracks lost", "F1 of lost")
-    assert [row[4].text for row in table.rows] == ["0.0", "2.0"]
 
 
 def test_a_small_difference_that_is_not_sure_is_not_alike() -> None:
@@ -99,14 +82,3 @@ def test_a_film_that_fails_is_a_problem(tmp_path: Path) -> None:
         "mean_shift, nummiaro on Gone, 2 passes"
     ]
     assert result.tables[""].rows[0][1].text == "1"
-
-
-def test_nothing_to_compare(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    evaluations.pictures(tmp_path / "Book" / "img", 3)
-    (tmp_path / "Book" / "groundtruth_rect.txt").write_text("1,1,9,9\n" * 3)
-    for trackers, why in ((["nummiaro"], "two trackers or more"), (["a", "nummiaro"], "a")):
-        assert main(["experiment", "pairs", str(tmp_path), *trackers]) == 2
-        assert why in capfd.readouterr().err
-    line = ["experiment", "pairs", str(tmp_path), "nummiaro", "mean_shift", "--sequence", "x*"]
-    assert main(line) == 2
-    assert "--sequence x* fits none of Book" in capfd.readouterr().err

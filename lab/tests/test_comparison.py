@@ -12,8 +12,7 @@ import pytest
 from motes import ConfigError, FormatError, SourceError
 from motes_lab.cli import main
 from motes_lab.metrics.statistics import unpaired_difference
-from motes_lab.mot_scores import COMBINED
-from motes_lab.report.comparison import comparison, default_reference, optimism, trackers, versions
+from motes_lab.report.comparison import comparison, default_reference, optimism, trackers
 from motes_lab.report.tables import NO_VALUE, Table
 from motes_lab.saved_scores import SavedScores
 from motes_lab.scores import COLUMNS
@@ -66,24 +65,6 @@ def test_trackers_are_compared_on_the_sequences_of_both(runs: list[Path]) -> Non
     assert numbers(table, "won") == [3, 1]
 
 
-def test_where_less_is_better_the_smaller_number_wins(runs: list[Path]) -> None:
-    before, after, check = (SavedScores.load(run, column="ece") for run in runs)
-    table = trackers([before], "cv2:csrt")
-    assert numbers(table, "difference") == pytest.approx([-0.26667, 0], abs=1e-4)
-    assert numbers(table, "won") == [3, 1]
-    assert numbers(versions(before, [after]), "won") == [2, 0, 0]
-    table = optimism(before, [check], "cv2:csrt")
-    assert numbers(table, "optimism") == pytest.approx([-0.21667], abs=1e-4)
-    assert "has a negative optimism" in table.note
-
-
-def test_a_version_is_compared_with_itself(runs: list[Path]) -> None:
-    before, after = map(SavedScores.load, runs[:2])
-    table = versions(before, [after])
-    assert [row[1].text for row in table.rows] == ["default", "cv2:csrt", "cv2:nano"]
-    assert numbers(table, "difference") == pytest.approx([0.1 / 3, 0, 0], abs=1e-9)
-
-
 def test_optimism_is_the_lead_that_is_gone(runs: list[Path]) -> None:
     choice, _, check = map(SavedScores.load, runs)
     (row,) = optimism(choice, [check], "cv2:csrt").rows
@@ -105,16 +86,6 @@ def test_the_interval_of_two_groups() -> None:
     )
     assert np.isnan(unpaired_difference(first, np.ones(1))[1])
     assert np.isnan(unpaired_difference(first, np.zeros(0))).all()
-
-
-def test_failed_passes_and_other_columns(tmp_path: Path, runs: list[Path]) -> None:
-    path = runs[0] / "results.csv"
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([lines[0], lines[1] + "it failed", *lines[2:], ""]))
-    values = SavedScores.load(runs[0]).values["default"]
-    assert set(values.dropna().index) == {"b", "c"}
-    half = SavedScores.load(runs[1], column="precision_20")
-    assert half.values["default"]["a"] == pytest.approx(0.45)
 
 
 @pytest.mark.parametrize(
@@ -165,22 +136,6 @@ def test_a_tracker_without_numbers_in_a_column(tmp_path: Path) -> None:
         list(comparison([run], "sure"))
     (row,) = trackers([run], "lost").rows
     assert [cell.text for cell in row[1:]] == ["sure", "0", *[NO_VALUE] * 4, "0 of 0"]
-
-
-def test_the_row_of_all_sequences_together_is_not_one_of_them(tmp_path: Path) -> None:
-    path = saved(tmp_path / "run", {"a": {"one": [0.5], COMBINED: [0.9]}}, "mot") / "results.csv"
-    assert list(SavedScores.load(path.parent, column="auc").values.index) == ["one"]
-    path.write_text(path.read_text().replace("mot", "ope"))
-    assert list(SavedScores.load(path.parent).values.index) == ["one", COMBINED]
-
-
-def test_a_tracker_alone_is_compared_with_other_runs_only(tmp_path: Path) -> None:
-    alone, other = (saved(tmp_path / name, {"a": {"one": [0.5]}}) for name in ("run", "again"))
-    first, second = SavedScores.load(alone), SavedScores.load(other)
-    with pytest.raises(ConfigError, match="run has a alone; give a run to compare it with"):
-        list(comparison([first], "a"))
-    (result,) = comparison([first, second], "a")
-    assert [*result.tables] == ["versions"]
 
 
 @pytest.mark.parametrize(

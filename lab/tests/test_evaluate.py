@@ -6,7 +6,6 @@ import os
 import pickle
 import re
 import sys
-import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,9 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
 
 import arena
-from arena import at_home, tracks
+from arena import at_home
 from motes import (
     PRESETS,
     Box,
@@ -32,7 +29,7 @@ from motes import (
     configure,
     preset,
 )
-from motes.core import LocalPool, slug, to_toml
+from motes.core import LocalPool, to_toml
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
@@ -64,17 +61,6 @@ ABSENT = [np.nan] * 4
 def test_one_pass_starts_where_the_target_first_is() -> None:
     film = sequence([ABSENT, [1, 2, 3, 4], [5, 6, 7, 8]])
     assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
-
-
-def test_starts_moved_by_a_pixel() -> None:
-    film = sequence([ABSENT, [10, 20, 30, 40]])
-    assert starts("pixel", film, 200, 100) == [
-        ("pixel", "0", 1, (10, 20, 30, 40)),
-        ("pixel", "-1", 1, (9, 19, 30, 40)),
-        ("pixel", "+1", 1, (11, 21, 30, 40)),
-    ]
-    corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
-    assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
 
 
 class _Scripted(TrackerAdapter):
@@ -180,12 +166,6 @@ EVERYONE = [
 ]
 
 
-def test_every_preset_is_a_tracker_to_evaluate() -> None:
-    for name in PRESETS:
-        assert tracker_spec(name).name == name
-        assert tracker_spec(name).configuration == to_toml(preset(name))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
@@ -214,15 +194,6 @@ def test_contestants_follow(name: str, home: Path) -> None:
     assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
-def test_stochastic_contestants(name: str, home: Path) -> None:
-    assert tracker_spec(name).stochastic
-    one, same, other = ([a.ellipse for a in answers(name, seed)] for seed in (1, 1, 2))
-    assert one == same
-    assert one != other
-
-
 def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     Path("a.toml").write_text("particles = 42\n")
     Path("b.toml").write_text('preset = "nummiaro:adaptive"\nparticles = 42\n')
@@ -239,20 +210,14 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
             "maggio:O-RO",
             "neither such a name here nor a module maggio; did you mean maggio",
         ),
-        ("cv2:mill", "did you mean cv2:mil?"),
         ("motes:scene", "It follows many objects, and this dataset has one."),
-        ("trackers:sort", "It follows many objects, and this dataset has one."),
         ("zzz", "known are default"),
         ("no.toml", "cannot be read: No such file"),
         ("bad.toml", "is not valid TOML"),
         ("key.toml", "did you mean 'particles'"),
-        ("base.toml", "did you mean 'nummiaro'"),
-        ("number.toml", "preset is 3"),
         ("gone:thing", "nor a module gone; known are"),
-        ("mine:gone", "cannot be imported: AttributeError"),
         ("mine:nothing", "nothing of mine is a int, which is not callable"),
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
-        ("broken:thing", "cannot be imported: SyntaxError"),
         ("leaving:thing", "cannot be imported: SystemExit"),
     ],
 )
@@ -288,29 +253,6 @@ def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPat
         assert os.environ.get("OPENBLAS_NUM_THREADS") == before
 
 
-def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:
-    other = types.SimpleNamespace(__version__="4.9", setNumThreads=lambda _: None)
-    monkeypatch.setitem(sys.modules, "cv2", other)
-    entries, problems = resolve(["cv2:csrt", "cv2:mosse"])
-    assert not entries
-    for problem in problems:
-        assert "4.9 has no cv2:" in problem.what
-
-
-def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("loud.py").write_text("print('hello')\nraise ValueError('two\\nlines')")
-    _, problems = resolve(["loud:Tracker"])
-    assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
-    assert capfd.readouterr() == ("", "hello\n")
-
-
-def test_a_changed_callable_is_another_configuration(home: Path) -> None:
-    before = tracker_spec("mine:Still").configuration
-    assert tracker_spec("mine:Still").configuration == before
-    Path("mine.py").write_text(arena.TRACKERS + "\n# changed\n")
-    assert tracker_spec("mine:Still").configuration != before
-
-
 REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
 
 
@@ -338,16 +280,6 @@ def test_what_callables_return(
     assert answer.ellipse == ellipse
     assert answer.lost == lost
     np.testing.assert_equal(answer.confidence, confidence)
-
-
-@pytest.mark.parametrize(
-    ("covariance", "position"),
-    [(np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)), (np.zeros((5, 5)), (np.nan,) * 3)],
-)
-def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
-    answer = _odd(Track(1, 0.1, REGION, covariance, 0.7, Status.TRACKING, 0.1, 9))
-    np.testing.assert_equal(answer.covariance, position)
-    np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
 
 
 @pytest.mark.slow
@@ -400,13 +332,6 @@ def _odd(value: Any) -> Answer:
     return answer
 
 
-def test_callables_must_make_trackers(home: Path) -> None:
-    Path("odd.py").write_text(ODD)
-    sys.modules.pop("odd", None)
-    with pytest.raises(ConfigError, match=r"odd:mute makes a int without init\(\)"):
-        tracker_spec("odd:mute").begin(0).init(*film()[0])
-
-
 # OpenCV's
 
 
@@ -451,15 +376,6 @@ def test_peers_get_whole_pixels_and_bgr(
 
 
 # Runs
-
-
-@given(st.text(), st.text())
-@example("a/b", "a%2Fb")
-@example("x" * 300, "x" * 301)
-def test_slugs_differ_and_are_folders(one: str, other: str) -> None:
-    assert (slug(one) == slug(other)) == (one == other)
-    assert re.fullmatch(r"[\w.+~%-]*", slug(one), re.ASCII)
-    assert len(slug(one)) < 200
 
 
 @pytest.fixture
@@ -625,22 +541,6 @@ def test_failures_have_their_reasons(
 def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
     out, _ = bad_day
     arena.wait_for(lambda: arena.all_gone(out.parent / "processes"))
-
-
-@pytest.mark.slow
-def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
-    out, errors = bad_day
-    for name in ("mine:Still on a", "mine:Still on video-20", "mine:Seeded on a"):
-        assert errors[f"{name}, ope"] == {}
-    assert sorted(tracks(out)) == [
-        "tracks/mine%3ASeeded/a/ope-0.csv",
-        "tracks/mine%3ASeeded/a/ope-1.csv",
-        "tracks/mine%3ASeeded/a/ope-2.csv",
-        "tracks/mine%3AStill/a/ope-0.csv",
-        "tracks/mine%3AStill/video-20/ope-0.csv",
-    ]
-    moved = load_trace(out / "tracks" / "mine%3ASeeded" / "a" / "ope-2.csv").ellipses[:, 0]
-    np.testing.assert_allclose(np.diff(moved), 0.2)
 
 
 @pytest.mark.slow

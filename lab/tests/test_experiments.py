@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import contextlib
-import csv
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import arena
 import oracles
 from crowds import write_crowd
-from motes import ConfigError, Ellipse, FormatError, SourceError, Tracker, synthetic
-from motes_lab.cli import experiment, main
+from motes import Ellipse, SourceError, Tracker, synthetic
+from motes_lab.cli import main
 from motes_lab.datasets.sot import Problem
-from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv, save
-from motes_lab.metrics.statistics import Difference, over
+from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv
+from motes_lab.metrics.statistics import over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
 from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
-from motes_lab.report.tables import Cell, Table, difference, number, percent
+from motes_lab.report.tables import Cell, Table, number, percent
 
 SIZE = (80, 64)
-COMMANDS = [name for name in experiment.app if not name.startswith("-")]
 
 
 def last(steps: Experiment) -> Result:
@@ -105,39 +101,6 @@ def test_edges_over_fewer_pixels_are_compared_as_brute_force_does(sampling: str)
     assert value(row["rho"]) == pytest.approx(rho, abs=1e-6)  # the arctangent is a polynomial
 
 
-@pytest.mark.slow
-def test_all_pixels_are_like_themselves_and_take_all_the_time() -> None:
-    frame, (target,) = synthetic.still((640, 480), target=(60, 100), frames=1)[0]
-    view = View(frame, target.ellipse, still=True)
-    for name, table in last(ng_delp_table1.table1([view])).tables.items():
-        rows = cells(table)
-        full = rows["all pixels"]
-        assert [value(full[key]) for key in ("rho", "distance", "likelihood")] == pytest.approx(
-            [1, 0, 1], abs=1e-7
-        )
-        assert value(full["against all"]) == 1
-        shares = [value(rows[key]["against all"]) for key in ("half", "quarter", "lattice of 64")]
-        assert 0.7 > shares[0] > shares[1] > shares[2] > 0, name
-        assert value(full["µs"]) > value(rows["half"]["µs"]) > 0.1
-
-
-@pytest.mark.slow
-def test_films_give_means_and_deviations_over_the_regions_that_are_tracked() -> None:
-    seen = [small_view(seed=seed) for seed in range(3)]
-    alone = [
-        value(cells(last(ng_delp_table1.table1([view])).tables["color"])["quarter"]["rho"])
-        for view in seen
-    ]
-    film = [view._replace(still=False) for view in seen]
-    film.insert(1, View(seen[0].frame, None, still=False))
-    film.append(View(seen[0].frame, Ellipse(-90, -90, 8, 8), still=False))  # shows nothing
-    table = last(ng_delp_table1.table1(film)).tables["color"]
-    rho = cells(table)["quarter"]["rho"]
-    assert rho.value == pytest.approx(np.mean(alone))
-    assert rho.more["standard deviation"] == pytest.approx(np.std(alone, ddof=1))
-    assert "in 4 of 5 pictures" in table.title
-
-
 # Pictures and regions
 
 
@@ -161,18 +124,10 @@ def test_a_film_is_followed(film: Path) -> None:
         assert view.region == tracker.update(view.frame).ellipse
 
 
-def test_a_picture_comes_once(film: Path) -> None:
-    picture = str(next((film / "img").iterdir()))
-    (view,) = ng_delp_table1.followed(picture, (60, 38, 30, 40))
-    assert view.still
-    assert view.region == Ellipse.from_box((60, 38, 30, 40))
-    with pytest.raises(ConfigError, match="center outside"):
-        next(ng_delp_table1.followed(picture, (600, 38, 30, 40)))
-
-
 # Ng and Delp, figure 3
 
 
+@pytest.mark.slow
 def test_the_likelihoods_are_those_of_the_equations() -> None:
     result = last(ng_delp_figure3.figure3())
     rows = result.tables[""].rows
@@ -225,44 +180,6 @@ TABLE = Table(
 )
 
 
-def test_csv_holds_all_digits_and_deviations_in_columns_of_their_own() -> None:
-    assert list(csv.reader(as_csv(TABLE).splitlines())) == [
-        ["name", "size", "size, standard deviation", "share"],
-        ["a, b", "2", "1.41421", "0.5"],
-        ["c", "7", "", ""],
-        ["all", "many", "", "0.333333"],
-    ]
-
-
-def test_csv_holds_both_ends_of_an_interval() -> None:
-    found = Cell("a"), *difference(Difference(0.5, -0.25, 1.25))
-    table = Table(
-        "Title",
-        ("name", "difference", "95 % interval"),
-        [found, (Cell("b"), Cell(""), Cell(""))],
-    )
-    assert list(csv.reader(as_csv(table).splitlines())) == [
-        ["name", "difference", "95 % interval", "95 % interval, upper end"],
-        ["a", "0.5", "-0.25", "1.25"],
-        ["b", "", "", ""],
-    ]
-
-
-@pytest.mark.slow
-def test_saving(tmp_path: Path) -> None:
-    result = Result({"one": TABLE, "two": TABLE}, last(ng_delp_figure3.figure3()).draw)
-    save(result, tmp_path, "it")
-    names = ["it.md", "it-one.csv", "it-two.csv", "it.png"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
-    text = (tmp_path / "it.md").read_text()
-    assert text.count("### Title") == 2
-    assert "| a, b | 2.00 ± 1.41 | 50% |" in text
-    with Image.open(tmp_path / "it.png") as image:
-        assert image.width >= 800
-    with pytest.raises(FormatError, match="cannot be written"):
-        save(result, tmp_path / "nowhere", "it")
-
-
 # The command line
 
 
@@ -272,65 +189,22 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
     return code, *capfd.readouterr()
 
 
-def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    code, out, error = go(capfd, "")
-    assert (code, error) == (0, "")
-    assert [line.split()[0] for line in out.splitlines()] == COMMANDS
-    assert max(map(len, out.splitlines())) <= 80
-
-
-def test_progress_has_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    texts: list[str] = []
-
-    class Shown:
-        def __init__(self, **_: object) -> None: ...
-
-        def status(self, text: object) -> Any:
-            texts.append(str(text))
-            return contextlib.nullcontext(self)
-
-        def update(self, text: object) -> None:
-            texts.append(str(text))
-
-    def steps() -> Experiment:
-        yield Result({}, progress="clip 1", share=0.25)
-        yield Result({}, progress="clip 2", share=0.4)
-        yield Result({}, progress="clip 3")
-
-    now = iter([100.0, 120.0, 180.0])
-    monkeypatch.setattr("motes_lab.experiment.time.monotonic", lambda: next(now))
-    monkeypatch.setattr("rich.console.Console", Shown)
-    assert ResultOptions().show("it", steps()) == 0
-    assert texts == [
-        "measuring",
-        "measuring: clip 1, about 60 s left",
-        "measuring: clip 2, about 2 min left",
-        "measuring: clip 3",
-    ]
-
-
 @pytest.mark.parametrize(
     ("line", "code", "why"),
     [
         ("ng-delp-tabel1", 2, "did you mean ng-delp-table1?"),
-        ("ng-delp-tabel1 film.mp4 --init 1,2,3,4", 2, "did you mean ng-delp-table1?"),
         ("magic", 2, "known are ng-delp-table1, "),
-        ("ng-delp-table1 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
         ("ng-delp-table1 nowhere.mp4", 2, "--init"),
         ("ng-delp-table1 film.mp4 --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("nummiaro-figure9 nowhere.mp4 --init 1,2,30,40", 3, "no file or folder nowhere.mp4"),
-        ("pairs . nummiaro mean_shift --seeds -1", 2, "--seeds is -1"),
-        ("pairs nowhere nummiaro mean_shift", 3, "no file or folder nowhere"),
         ("pairs nowhere nummiaro mean_shift --first-pixel 2", 2, "--first-pixel takes 0, 1"),
         ("pairs bare nummiaro mean_shift", 3, "no sequence in bare"),
         ("zhao-figure9 crowds", 3, "has 2 sequences; give the folder of one."),
-        ("zhao-figure9 nowhere", 3, "no file or folder nowhere"),
         (
             "zhao-figure9 bad",
             3,
             "No sequence of bad can be used. sequence bad: it has no seqinfo.ini",
         ),
-        ("zhao-figure9 crowds/a --detector dog", 2, "A detector is mog2"),
         ("ng-delp-figure3 --sedes 2", 2, "Unknown option"),
     ],
 )

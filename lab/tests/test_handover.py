@@ -10,12 +10,11 @@ import pytest
 from crowds import rows, write_crowd
 from motes import Box, Detection
 from motes.synthetic import Clip, Target
-from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.papers import cut_films, handover, known_person, rooms_on_film
 from motes_lab.papers.cut_films import Entry, Found, Moment, entries, moments_of, part
 from motes_lab.papers.handover import score
-from motes_lab.papers.rooms_on_film import Passage, passages_of, rig, until_known
+from motes_lab.papers.rooms_on_film import Passage, passages_of, until_known
 
 VIEWS = range(60), range(40, 100)
 
@@ -125,16 +124,3 @@ def test_an_identity_is_known_if_the_last_one_here_is_the_first_there() -> None:
     assert until_known(answers(5, 6), passage) == 1
     assert until_known(answers(6, 5), passage) is None
     assert until_known(answers(), passage) is None
-
-
-def test_doors_are_at_the_strip() -> None:
-    left, right = rig(APART, 50, linked=True).camera
-    assert left.place[0].box == pytest.approx((45 - 6.75, 0, 6.75, 50))
-    assert right.place[0].box == pytest.approx((0, 0, 6.75, 50))
-    assert len(rig(APART, 50, linked=True).passage) == 1
-    assert not rig(APART, 50, linked=False).passage
-
-
-def test_rooms_and_one_known_person_are_two_experiments(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["experiment", "handover", ".", "--apart", "--known"]) == 2
-    assert "--apart goes without --known" in capfd.readouterr().err

@@ -10,8 +10,7 @@ import pytest
 
 import evaluations
 from motes import ConfigError
-from motes_lab.cli import main
-from motes_lab.papers.maggio_figure3 import Marks, figure3, parse_marks, sharpness_of, thirds
+from motes_lab.papers.maggio_figure3 import Marks, figure3, parse_marks, sharpness_of
 
 TRUTH = Path(__file__).parent / "truth" / "covered.toml"
 
@@ -24,11 +23,6 @@ def test_the_marks_by_eye() -> None:
     for text in ("covered = [[1, 2], [3, 4]]", "covered = [[1]]\nclear = [[1, 2], [5, 6]]"):
         with pytest.raises(ConfigError):
             parse_marks(text, "bad.toml")
-
-
-def test_thirds_are_the_least_and_the_greatest_parts() -> None:
-    values = np.repeat([3.0, 1.0, np.nan, 2.0, 5.0, 4.0, 6.0], 5)
-    assert thirds(values) == [((5, 9), (15, 19)), ((20, 24), (30, 34))]
 
 
 def test_a_blurred_region_is_less_sharp() -> None:
@@ -50,14 +44,3 @@ def test_marked_parts_are_compared(tmp_path: Path) -> None:
     _, fixed = table.rows
     assert [cell.text for cell in fixed[1:3]] == ["maggio", "2"]
     assert [cell.text for cell in fixed[3:8]] == ["2", "2", "0.34", "0.34", "+0.00"]
-
-
-@pytest.mark.parametrize("name", ["nummiaro", "maggio:C", "ng_delp", "mean_shift"])
-def test_presets_without_both_cues_are_refused(
-    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    folder = tmp_path / "Book"
-    evaluations.pictures(folder / "img", 3)
-    (folder / "groundtruth_rect.txt").write_text("1,1,9,9\n" * 3)
-    assert main(["experiment", "maggio-figure3", name, "--film", str(folder)]) == 2
-    assert "does not fuse color and orientation" in capfd.readouterr().err

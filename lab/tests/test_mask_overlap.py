@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes import Box
 from motes_lab.cli import main
 from motes_lab.mask_overlap import box_of
 
@@ -86,7 +85,3 @@ def test_wrong_masks_are_named(
     assert "0003.png cannot be read" in said()
     third.unlink()
     assert "has 3 masks for 4 frames; give one for each" in said()
-
-
-def test_an_empty_mask_has_a_box_without_size() -> None:
-    assert box_of(np.zeros((5, 5), np.bool_)) == Box(0, 0, 0, 0)

@@ -84,18 +84,6 @@ def test_success_as_in_the_benchmark(overlaps: list[float]) -> None:
     assert abs(sum(curve) / 21 - sum(overlaps) / len(overlaps)) <= 1 / 20
 
 
-@given(st.lists(st.floats(0, 100), min_size=1, max_size=20))
-def test_precision_as_in_the_benchmark(distances: list[float]) -> None:
-    curve = [sum(d <= pixels for d in distances) / len(distances) for pixels in range(51)]
-    assert metrics.precision_curve(np.array(distances)) == pytest.approx(np.array(curve))
-
-
-def test_curves_of_no_frames() -> None:
-    assert np.isnan(metrics.success_curve(np.empty(0))).all()
-    assert np.isnan(metrics.precision_curve(np.empty(0))).all()
-    assert math.isnan(metrics.success_auc(np.empty(0)))
-
-
 # Overlap distance
 
 
@@ -112,27 +100,6 @@ def raster_od(one: Ellipse, other: Ellipse, size: int = 1500) -> float:
         inside.append((along / a) ** 2 + (across / b) ** 2 <= 1)
     together = np.count_nonzero(inside[0]) + np.count_nonzero(inside[1])
     return 1 - 2 * np.count_nonzero(inside[0] & inside[1]) / together
-
-
-def od(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    return float(metrics.overlap_distances(np.array([one]), np.array([other]))[0])
-
-
-@pytest.mark.parametrize(
-    ("ellipse", "truth", "distance"),
-    [
-        ((5, 5, 4, 2, 0.3), (5, 5, 4, 2, 0.3), 0),
-        ((5, 5, 2, 4, 0.3 + math.pi / 2), (5, 5, 4, 2, 0.3), 0),  # the same, called otherwise
-        ((0, 0, 2, 2, 0), (0, 0, 1, 1, 0), 1 - 2 / 5),  # areas 4 and 1, in common 1
-        ((0, 0, 1, 1, 0), (0, 0, 2, 2, 0), 1 - 2 / 5),
-        ((0, 0, 4, 1, 0), (0, 0, 4, 4, 0), 1 - 2 * 4 / 20),
-        ((10, 0, 2, 2, 0), (0, 0, 2, 2, 0), 1),
-        ((0, 0, 1e9, 1e9, 0), (0, 0, 1, 1, 0), 1),
-    ],
-)
-def test_od_by_hand(ellipse: tuple[float, ...], truth: tuple[float, ...], distance: float) -> None:
-    assert od(ellipse, truth) == pytest.approx(distance, abs=2e-3)
-    assert 0 <= od(ellipse, truth) <= 1
 
 
 @pytest.mark.slow
@@ -157,23 +124,6 @@ ellipses = st.tuples(
 )  # fmt: skip
 
 
-@given(ellipses, ellipses, st.floats(-1000, 1000), st.floats(0.1, 10), st.floats(-4, 4))
-def test_od_does_not_depend_on_the_place(
-    one: tuple[float, ...], other: tuple[float, ...], shift: float, scale: float, turn: float
-) -> None:
-    def moved(ellipse: tuple[float, ...]) -> tuple[float, ...]:
-        x, y, a, b, theta = ellipse
-        cos, sin = math.cos(turn), math.sin(turn)
-        place = scale * (x * cos - y * sin) + shift, scale * (x * sin + y * cos) - shift
-        return (*place, scale * a, scale * b, theta + turn)
-
-    here = od(one, other)
-    assert 0 <= here <= 1
-    assert od(moved(one), moved(other)) == pytest.approx(here, abs=2e-3)
-    assert od(other, one) == pytest.approx(here, abs=0.01)
-    assert od(one, one) == pytest.approx(0, abs=1e-9)
-
-
 def test_od_of_what_is_no_ellipse() -> None:
     good, nan = [5, 5, 4, 2, 0], [np.nan] * 5
     rows = np.array([nan, [5, 5, 0, 2, 0], [5, 5, np.inf, 2, 0], good, nan])
@@ -182,27 +132,6 @@ def test_od_of_what_is_no_ellipse() -> None:
         metrics.overlap_distances(rows, truths), [1, 1, 1, np.nan, np.nan], equal_nan=True
     )
     assert metrics.overlap_distances(np.empty((0, 5)), np.empty((0, 5))).shape == (0,)
-
-
-def test_od_of_many_frames_is_that_of_each() -> None:
-    rng = np.random.default_rng(1)
-    rows = rng.uniform(5, 20, (71, 5))  # more than one chunk, and a rest
-    truths = rows + rng.normal(0, 2, rows.shape)
-    alone = [od(tuple(p), tuple(q)) for p, q in zip(rows, truths, strict=True)]
-    assert metrics.overlap_distances(rows, truths) == pytest.approx(np.array(alone))
-
-
-def test_first_lost() -> None:
-    assert metrics.first_lost(np.array([0.1, 0.8, 0.81, 0.2, 0.9])) == 2
-    assert metrics.first_lost(np.array([0.1, np.nan, 0.8])) is None
-    assert metrics.first_lost(np.empty(0)) is None
-
-
-@given(st.lists(ellipses, max_size=5))
-def test_enclosing_boxes(rows: list[tuple[float, ...]]) -> None:
-    boxes = metrics.enclosing_boxes(np.array(rows, np.float64).reshape(-1, 5))
-    expected = [Ellipse(*row).box for row in rows]
-    assert boxes == pytest.approx(np.array(expected, np.float64).reshape(-1, 4))
 
 
 # Calibration
@@ -260,20 +189,7 @@ def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
 
 
-def test_difference_of_too_few_pairs() -> None:
-    assert np.isnan(paired_difference(np.empty(0), np.empty(0))).all()
-    one = paired_difference(np.array([0.5]), np.array([0.2]))
-    assert one.mean == pytest.approx(0.3)
-    assert np.isnan(one[1:]).all()
-
-
 # Time
-
-
-def test_time_quantiles() -> None:
-    assert metrics.time_quantiles(np.arange(1, 102) / 1000) == pytest.approx((51, 96))
-    assert metrics.time_quantiles(np.array([0.002, 0.001])) == pytest.approx((1.5, 1.95))
-    assert np.isnan(metrics.time_quantiles(np.empty(0))).all()
 
 
 def test_wilsons_interval() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 import sys
@@ -19,7 +18,6 @@ from numpy.typing import NDArray
 from arena import at_home
 from crowds import TRACKERS, rows, write_crowd
 from motes import (
-    BackgroundDetector,
     Box,
     ConfigError,
     Detection,
@@ -30,23 +28,17 @@ from motes import (
 from motes.core import LocalPool
 from motes_lab.adapters.mot import (
     AssociationAdapter,
-    DetectorAdapter,
     FoundObject,
     SequenceInfo,
-    import_peers,
 )
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows
-from motes_lab.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
+from motes_lab.mot_scores import MotEvaluation, MotOutcome
 from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes_lab.protocols.sot import Start
-from motes_lab.report.mot_sections import details, overall, tables
-from motes_lab.report.sections import per_sequence
 from motes_lab.runner import Pass, plan, run, unfinished
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "evaluate.md"
-MANY = DOCUMENT.read_text(encoding="utf-8").partition("## Many objects")[2]
 INFO = SequenceInfo("film", 12, 25, 160, 120)
 
 
@@ -82,20 +74,6 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
 # Trackers
 
 
-def test_detections_and_boxes_are_0_based(crowd: MotSequence) -> None:
-    """What is handed on unchanged comes back unchanged."""
-    found, given = followed(crowd, "many:Echo"), crowd.detections
-    assert given is not None
-    np.testing.assert_array_equal(found.rows.boxes, given.boxes)
-    assert found.rows.ids.tolist() == [0, 1] * 12
-    assert found.rows.frames.tolist() == given.frames.tolist()
-    assert set(found.rows.scores.tolist()) == {0.5}
-    assert found.seconds.shape == (12,)
-    assert (found.seconds > 0).all()
-    x = given.listed(0)[0][1].x
-    assert x == given.boxes[0, 0] - 1
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
 def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
@@ -108,14 +86,6 @@ def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) ->
         np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
 
 
-def test_our_scene_follows_two_that_walk(crowd: MotSequence) -> None:
-    found = followed(crowd, "motes:scene").rows
-    late = 2  # three frames make an object
-    assert found.ids.tolist() == [1, 2] * (12 - late)
-    assert crowd.detections is not None
-    np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
-
-
 def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
     """Who is undetected is followed by colors for 0.12 s: two frames at 25 a second, none at 5."""
     assert crowd.detections is not None
@@ -125,16 +95,6 @@ def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
     )
     assert 9 in fast.frames
     assert 9 not in slow.frames
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
-def test_peers_wait_for_a_second(crowd: MotSequence, rate: float, tracks: int) -> None:
-    pytest.importorskip("trackers")
-    assert crowd.detections is not None
-    gap = crowd.detections.where(~np.isin(crowd.detections.frames, range(5, 9)))
-    found = followed(replace(crowd, rate=rate, detections=gap), "trackers:sort").rows
-    assert len(np.unique(found.ids)) == tracks
 
 
 @pytest.mark.parametrize("name", ["motes:scene", "trackers:sort"])
@@ -152,13 +112,6 @@ def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", None)
     with pytest.raises(MissingDependencyError, match=r"motes-lab\[peers\]"):
         mot_tracker_spec("trackers:sort")
-
-
-def test_an_older_package_does_not_have_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(SORTTracker=object))
-    monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace())
-    with pytest.raises(MissingDependencyError, match="newer versions of the package trackers"):
-        import_peers("trackers:botsort")
 
 
 def test_peers_that_measure_the_camera_get_frames_in_bgr(
@@ -195,16 +148,6 @@ def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
     entry = with_detector([mot_tracker_spec("many:Seeded")], "many:Corner")[0]
     assert entry.begin(3).update is not None
     assert followed(crowd, "many:Seeded", "many:Corner", seed=5).rows.boxes[0, 0] == 6
-
-
-def test_the_background_detector(home: Path) -> None:
-    [entry] = with_detector([mot_tracker_spec("many:Echo")], "background")
-    assert entry.configuration.startswith(
-        mot_tracker_spec("many:Echo").configuration + "; background"
-    )
-    contestant = entry.begin(0)
-    assert isinstance(contestant, DetectorAdapter)
-    assert isinstance(contestant._detector, BackgroundDetector)
 
 
 @pytest.mark.parametrize(
@@ -285,16 +228,6 @@ def test_what_a_callable_may_not_say(crowd: MotSequence, value: Any) -> None:
         say(crowd, value)
 
 
-def test_an_identity_is_there_once(crowd: MotSequence) -> None:
-    with pytest.raises(ConfigError, match="returned an id twice"):
-        say(crowd, [(1, (1, 2, 3, 4), 1), (1, (5, 2, 3, 4), 1)])
-
-
-def test_a_callable_that_makes_no_tracker(crowd: MotSequence) -> None:
-    with pytest.raises(ConfigError, match=r"many:useless makes a int without update\(\)"):
-        followed(crowd, "many:useless")
-
-
 def test_names(home: Path) -> None:
     entries, problems = resolve(
         ["many:Echo", "many:Seeded", "nummiaro", "trackers:sor", "no:Such", "results=no",
@@ -320,15 +253,6 @@ def test_names(home: Path) -> None:
         strict=True,
     ):
         assert expected in what
-
-
-def test_the_documents_callable(crowd: MotSequence, home: Path) -> None:
-    [code] = re.findall(r"^```python\n(.*?)^```$", MANY, re.DOTALL | re.MULTILINE)
-    (home / "naive.py").write_text(code)
-    found = followed(crowd, "naive:Naive").rows
-    assert crowd.detections is not None
-    np.testing.assert_array_equal(found.boxes, crowd.detections.boxes)
-    assert found.ids.tolist() == [0, 1] * 12
 
 
 # Tracks
@@ -408,12 +332,6 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
 # Results
 
 
-def test_the_documents_columns() -> None:
-    table = MANY[MANY.index("| column of results.csv |") :].splitlines()[2:]
-    names = [line.split("|")[1].strip() for line in table if line.startswith("|")]
-    assert tuple(", ".join(names).split(", ")) == COLUMNS
-
-
 def outcome(
     tracker: str, crowd: MotSequence, found: int | None, seed: int = 0, seconds: float = 0.002
 ) -> MotOutcome:
@@ -444,17 +362,6 @@ OUTCOMES = [
 ]
 
 
-def test_results_of_one_pass() -> None:
-    scores = outcome("a", LONG, 15).scores
-    assert tuple(scores) == COLUMNS[5:-1]
-    assert scores["mota"] == pytest.approx(0.5)
-    assert scores["idf1"] == pytest.approx(2 / 3)
-    assert scores["hota"] == pytest.approx(0.5)  # sqrt(1/2 · 1/2)
-    assert (scores["false_negatives"], scores["false_positives"]) == (15, 0)
-    assert (scores["frames"], scores["objects"], scores["boxes"]) == (30, 1, 30)
-    assert (scores["ms_median"], scores["fps"]) == pytest.approx((2, 500))
-
-
 def test_what_does_not_count_is_left_out() -> None:
     """A sign, and a static person that the tracker follows."""
     others = rows((1, 2, 90, 6, 20, 30, 0, 1), (1, 3, 50, 6, 20, 30, 1, 7))
@@ -480,72 +387,4 @@ def test_sequences_are_combined_and_not_averaged() -> None:
     assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
 
 
-def test_results_csv(tmp_path: Path) -> None:
-    write_results(tmp_path, MotEvaluation(OUTCOMES))
-    with (tmp_path / "results.csv").open(newline="") as file:
-        lines = list(csv.DictReader(file))
-    names = [(line["tracker"], line["sequence"], line["seed"]) for line in lines]
-    assert names == [
-        ("good", "long", "0"), ("good", "short", "0"),
-        ("lucky", "long", "0"), ("lucky", "long", "1"),
-        ("lucky", "short", "0"), ("lucky", "short", "1"),
-        ("bad", "long", "0"), ("bad", "short", "0"),
-        ("good", "COMBINED", "0"), ("lucky", "COMBINED", "0"), ("lucky", "COMBINED", "1"),
-        ("bad", "COMBINED", "0"),
-    ]  # fmt: skip
-    assert {line["protocol"] for line in lines} == {"mot"}
-    assert [line["mota"] for line in lines[-4:]] == ["0.875", "0.625", "0.75", "1"]
-    assert [line["frames"] for line in lines[-4:]] == ["40", "40", "40", "30"]
-    assert (lines[7]["error"], lines[7]["mota"]) == ("It broke.", "")
-    assert (lines[8]["error"], lines[8]["fps"]) == ("", "500")
-    write_results(tmp_path, MotEvaluation([]))
-    assert (tmp_path / "results.csv").read_text() == ",".join(COLUMNS) + "\n"
-
-
 # Report
-
-
-@pytest.mark.slow
-def test_tables() -> None:
-    evaluation = MotEvaluation(OUTCOMES)
-    table = overall(evaluation)
-    by_tracker = {row[0].text: dict(zip(table.head, row, strict=True)) for row in table.rows}
-    assert by_tracker["good"]["MOTA"].text == "0.875"
-    assert by_tracker["lucky"]["MOTA"].text == "0.688 ± 0.088"
-    assert by_tracker["lucky"]["FN"].text == "12.5 ± 3.5"
-    assert by_tracker["good"]["FN"].text == "5"
-    assert by_tracker["bad"]["sequences"].text == "1 of 2"
-    assert by_tracker["bad"]["FN"].best
-    assert not by_tracker["good"]["FN"].best
-    assert by_tracker["bad"]["MOTA"].best
-    assert by_tracker["good"]["ms"].text == "2.00"
-    table = per_sequence(evaluation, "mot")
-    assert [row[0].text for row in table.rows + list(table.foot)] == ["long", "short", "all"]
-    assert table.rows[1][3].text == "failed"
-    assert table.foot[0][1].value == pytest.approx(math.sqrt(35 / 40 * (30 + 5 / 2) / 35))
-    head, listed = details(evaluation).head, details(evaluation).rows
-    assert [(row[0].text, row[1].text) for row in listed][:2] == [
-        ("good", "long"),
-        ("good", "short"),
-    ]
-    assert len(listed) == 5
-    assert dict(zip(head, listed[3], strict=True))["MOTA"].text == "0.500 ± 0.707"
-
-
-def test_the_best_are_marked() -> None:
-    """In every column, where a tracker does all badly."""
-    x = [5, 6, 5, 90, 90, 5, 5, *[900] * 23]
-    lines = [(i, 1 + (i > 5), x[i - 1], 6, 20, 30) for i in range(1, 31)]
-    bad = MotOutcome(
-        LONG, replace(OUTCOMES[0].item, tracker="bad"), Tracks(rows(*lines), np.ones(30))
-    )
-    table = overall(MotEvaluation([bad, outcome("good", LONG, 30)]))
-    worse, better = table.rows
-    assert [cell.best for cell in worse] == [False] * len(worse)
-    assert [cell.best for cell in better] == [False] * 2 + [True] * (len(better) - 2)
-    assert [table.title for table in tables(MotEvaluation(OUTCOMES))] == [
-        "All sequences",
-        "HOTA on each sequence",
-        "Each tracker on each sequence",
-        "Time of an update",
-    ]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
@@ -33,32 +33,6 @@ def line(identity: int, frames: range, x: float = 0, shift: float = 0) -> list[t
 # By hand
 
 
-def test_by_hand() -> None:
-    """Object 1 changes its track in frame 3, and is missed in frame 4; object 2 never seen."""
-    truth = rows(*line(1, range(1, 6)), *line(2, range(1, 6), x=50))
-    results = rows(
-        *line(7, range(1, 3)),
-        (3, 8, 0, 0, 10, 5),  # half of it: still a match
-        (5, 8, 0, 0, 10, 10),
-        (4, 9, 90, 0, 10, 10),
-    )
-    found = tally(truth, results, 5)
-    assert (found.truths, found.results, found.objects, found.frames) == (10, 5, 2, 5)
-    assert (found.matches, found.false_positives, found.false_negatives) == (4, 1, 6)
-    assert (found.switches, found.fragmentations) == (1, 1)
-    assert (found.mostly_tracked, found.mostly_lost) == (0, 1)
-    assert found.mota == pytest.approx(1 - (6 + 1 + 1) / 10)
-    assert found.motp == pytest.approx(3.5 / 4)
-    assert found.identified == 2
-    assert (found.idp, found.idr, found.idf1) == pytest.approx((2 / 5, 2 / 10, 4 / 15))
-    # Up to 0.5, four hits: those of 7 share 2 of 5 boxes, those of 8 as many; beyond, 8 has one.
-    assert found.hits.tolist() == [4] * 10 + [3] * 9
-    assert found.assa == pytest.approx([2 / 5] * 10 + [(2 * 2 / 5 + 1 / 6) / 3] * 9)
-    assert found.deta == pytest.approx([4 / 11] * 10 + [3 / 12] * 9)
-    assert found.loca == pytest.approx([3.5 / 4] * 10 + [1] * 9)
-    assert found.hota == pytest.approx(np.sqrt(found.deta * found.assa))
-
-
 def test_errors_by_hand() -> None:
     """Tracks 5 and 6 change persons in frame 3, and back in frame 4; 7 is nobody, 8 on person 1."""
     truth = rows(*line(1, range(1, 6)), *line(2, range(1, 6), x=50), *line(3, range(1, 6), x=52))
@@ -72,46 +46,6 @@ def test_errors_by_hand() -> None:
     assert (found.ghosts, found.doubled) == (2, 1)
     assert (found.merged, found.late) == (5, 1)  # 3 stands in the box of 2 or of 5
     assert errors(truth, rows(*line(5, range(1, 6)))).handovers == 0
-
-
-def test_the_track_of_before_is_kept() -> None:
-    """In frame 2 another track fits better, but its own fits well enough."""
-    truth = rows(*line(1, range(1, 3)))
-    results = rows(*line(5, range(1, 3), shift=3), *line(6, range(2, 3)))
-    found = tally(truth, results, 2)
-    assert (found.switches, found.matches) == (0, 2)
-    assert found.motp == pytest.approx(70 / 130)
-
-
-def test_frames_without_results_interrupt_nothing() -> None:
-    """As TrackEval has it; a frame in which only others are found does."""
-    truth = rows(*line(1, range(1, 4)))
-    found = rows(*line(1, range(1, 4, 2)))
-    assert tally(truth, found, 3).fragmentations == 0
-    assert_equal(tally(truth, found, 3), theirs(truth, found, 3))
-    other = rows(*line(1, range(1, 4, 2)), *line(2, range(2, 3), x=50))
-    assert tally(truth, other, 3).fragmentations == 1
-
-
-def test_what_counts_is_as_in_the_motchallenge() -> None:
-    """A pedestrian, one that does not count, a static person, a car, and a box on each."""
-    here = [(1, i, 20 * i, 0, 10, 10) for i in range(5)]
-    labels = [(1, 1), (0, 1), (1, 7), (1, 3), (0, 8)]
-    truth = rows(*(line + label for line, label in zip(here, labels, strict=True)))
-    kept, results = evaluated_rows(truth, rows(*here), DISTRACTORS)
-    assert kept.ids.tolist() == [0]
-    assert results.ids.tolist() == [0, 1, 3]  # two false positives
-    unlabeled = rows(*((*line, flag, -1) for line, (flag, _) in zip(here, labels, strict=True)))
-    kept, results = evaluated_rows(unlabeled, rows(*here), DISTRACTORS)
-    assert kept.ids.tolist() == [0, 2, 3]
-    assert len(results.ids) == 5
-
-
-def test_a_box_goes_to_whom_it_fits_best() -> None:
-    """A static person beside a pedestrian takes nothing away from him."""
-    truth = rows((1, 1, 0, 0, 10, 10, 1, 1), (1, 2, 3, 0, 10, 10, 1, 7))
-    assert len(evaluated_rows(truth, rows((1, 5, 1, 0, 10, 10)), DISTRACTORS)[1].ids) == 1
-    assert len(evaluated_rows(truth, rows((1, 5, 2, 0, 10, 10)), DISTRACTORS)[1].ids) == 0
 
 
 # As TrackEval
@@ -157,15 +91,6 @@ def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> Non
     for benchmark, distractors in (("MOT17", DISTRACTORS), ("MOT20", (*DISTRACTORS, 6))):
         found = ours(truth, results, FRAMES, distractors)
         assert_equal(found, theirs(truth, results, FRAMES, benchmark))
-
-
-@pytest.mark.slow
-@given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
-def test_combined_as_trackeval(pairs: list[tuple[MotRows, MotRows]]) -> None:
-    # For sequences without any truth, TrackEval's MOTA depends on whether they are combined.
-    assume(any(len(truth.ids) for truth, _ in pairs))
-    total = reduce(add, (tally(truth, results, FRAMES) for truth, results in pairs))
-    assert_equal(total, combined([theirs(*pair, FRAMES) for pair in pairs]))
 
 
 def test_real_sequences_as_trackeval(data: Path, tmp_path: Path) -> None:

@@ -79,13 +79,6 @@ def test_vit_follows_what_its_network_sees() -> None:
     assert adapter.update(Frame(10, 1, np.zeros((240, 320, 3), np.uint8))).lost
 
 
-def test_a_network_of_another_kind_is_refused() -> None:
-    """OpenCV reads it, and fails on the first frame."""
-    name = vit()
-    _, (problem,) = resolve([f"cv2:nano={name},{name}"])
-    assert "cannot use vit.onnx or vit.onnx; give BACKBONE,HEAD of NanoTrack" in problem.what
-
-
 def test_the_default_tracker_takes_part_with_a_network() -> None:
     pytest.importorskip("onnx")
     pytest.importorskip("onnxruntime")

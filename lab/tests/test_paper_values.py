@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from motes import PRESETS
 from scripts import script
 
 values = script("docs/generate/paper_values.py")
@@ -24,19 +23,3 @@ def test_the_printed_preset_has_every_value_that_its_paper_prints(name: str) -> 
             assert found is not None, each
         else:
             assert found == each.meant, each
-
-
-def test_what_differs_is_bold() -> None:
-    rows = [line.split(" | ") for line in values.table().splitlines()]
-    [margin] = [row for row in rows if "`presence.margin`" in row]
-    assert margin[-2:] == ["0", "**0.7** |"]
-    [sigma] = [row for row in rows if row[1:3] == ["N 10", "not given"]]
-    assert sigma[-2:] == ["0.1", "0.1 |"]
-    assert not [row for row in rows if row[1:3] == ["ZP 4", "400"]]  # as printed
-    assert values.as_text({"type": "every_pixel"}) == "every pixel"
-    assert [values.as_text(each) for each in (None, True, 0.5)] == ["–", "yes", "0.5"]
-
-
-def test_watch_follows_by_another_preset() -> None:
-    assert "`nummiaro:adaptive`: 100 samples and color alone" in values.watched()
-    assert list(PRESETS["nummiaro:adaptive"].cues) == ["color"]

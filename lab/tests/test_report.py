@@ -14,7 +14,7 @@ from motes_lab.datasets.sot import Problem
 from motes_lab.protocols.trace import TrackerOutput
 from motes_lab.report import sections
 from motes_lab.report.markdown import write_report
-from motes_lab.report.tables import NO_VALUE, best, number, three_digits
+from motes_lab.report.tables import best, number
 from motes_lab.scores import PROTOCOL_NAMES, Outcome
 
 NASTY = "<script>alert(1)</script> $x$ | `y` _z & \"q\" 'r'"
@@ -112,54 +112,6 @@ def test_reports_of_odd_runs(tmp_path: Path, outcomes: list[Outcome]) -> None:
     for one in outcomes:
         assert f"| {one.item.tracker} |" in text
         assert one.item.sequence in text
-
-
-def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
-    runs = [outcome("a", sequence(), said(0.5), 0, name) for name in ("pixel", "ope")]
-    text = report(tmp_path / "out", runs, [])
-    heads = re.findall("^## (.*)$", text, re.MULTILINE)
-    assert heads == ["One pass (OPE)", "Starts moved by a pixel"]
-
-
-def test_the_table_of_losses() -> None:
-    dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
-    runs = [
-        outcome("a", sequence(frames=82), trace(shifted(dx), covariance=(1, 0, 1))),
-        outcome("b", sequence(frames=82), trace(shifted([0.0] * 82))),
-    ]
-    table = sections.recovery(Evaluation(runs), "ope")
-    assert [[cell.text for cell in row] for row in table.rows] == [
-        ["a", "2", "0.500", "81", f"{1 / 81:.3f}"],
-        ["b", "0", NO_VALUE, "0", NO_VALUE],
-    ]
-
-
-def test_problems_are_named_once() -> None:
-    book, cup = sequence(), sequence("Cup")
-    runs = [
-        outcome("a", book, "broken", 1),
-        outcome("a", book, "slow", 0, "pixel", "+1"),
-        outcome("a", book, said(1)),
-        outcome("a", cup, "broken", 0),
-        outcome("a", cup, "broken", 1),
-        outcome("b", cup, "broken"),
-    ]
-    told = [Problem("sequence X", "empty")]
-    assert sections.problems(told, runs) == [
-        *told,
-        Problem("a on Book, ope, seed 1", "broken"),
-        Problem("a on Book, pixel +1, seed 0", "slow"),
-        Problem("a, b on Cup, 3 passes", "broken"),
-    ]
-
-
-def test_numbers_for_people() -> None:
-    assert number(None).text == number(float("nan")).text == NO_VALUE
-    assert number(0.12345).text == "0.123"
-    assert [three_digits(v).text for v in (0.0123456, 0.5, 9.996, 12.34, 1234.5, 0.0)] == [
-        *("0.0123", "0.500", "10.0", "12.3", "1234", "0")
-    ]
-    assert three_digits(float("nan")).text == NO_VALUE
 
 
 def test_a_score_of_nothing_is_not_the_best() -> None:

@@ -13,74 +13,11 @@ from evaluations import Floats, outcome, sequence, shifted, trace
 from motes import Ellipse, FormatError
 from motes.core import iou
 from motes_lab.aggregate import Evaluation
-from motes_lab.datasets.sot import Sequence
 from motes_lab.protocols.trace import save_trace
 from motes_lab.report.sections import comparisons
 from motes_lab.scores import COLUMNS, Outcome, score, write_results
 
 # A pass
-
-
-def test_score_by_hand() -> None:
-    """Two of four frames fit; one is half a width away (IoU 1/3), one far off."""
-    said = trace(shifted([0, 0, 10, 40]), [1, 0.9, 0.6, 0.2], [False, False, False, True])
-    found = score(said, sequence(frames=4))
-    thresholds_passed = 20 + 20 + 7 + 0  # 1/3 exceeds 0, 0.05 … 0.3
-    assert found["auc"] == pytest.approx(thresholds_passed / 84)
-    assert found["precision_20"] == 3 / 4
-    assert found["iou"] == pytest.approx((1 + 1 + 1 / 3 + 0) / 4)
-    assert found["lost_frame"] == 3
-    assert (found["lost_recall"], found["lost_precision"], found["lost_f1"]) == (1, 1, 1)
-    # Confidence 1 and 0.9 in one bin, both right; 0.6 and 0.2 in two, both wrong.
-    assert found["ece"] == pytest.approx((2 * 0.05 + 0.6 + 0.2) / 4)
-    assert (found["ms_median"], found["ms_95"]) == pytest.approx((2, 2))
-    assert found["fps"] == pytest.approx(500)
-    assert found["frames"] == 4
-    # Two ellipses side by side by half their width: the share of a disk beyond its chord.
-    common = 2 / math.pi * (math.acos(0.5) - 0.5 * math.sqrt(0.75))
-    assert found["od"] == pytest.approx((0 + 0 + 1 - common + 1) / 4, abs=2e-3)
-
-
-def test_score_without_a_target() -> None:
-    """Frames without a target count for what is said about being lost, and for nothing else."""
-    there = sequence(frames=4, absent=[1, 2])
-    said = trace(shifted([0, 0, 0, 0]), [1, 1, 0, 1], [False, False, True, False])
-    found = score(said, there)
-    assert (found["auc"], found["iou"], found["precision_20"]) == pytest.approx((20 / 21, 1, 1))
-    assert found["od"] == pytest.approx(0, abs=1e-9)
-    assert found["lost_frame"] is None
-    assert (found["lost_recall"], found["lost_precision"]) == (0.5, 1)
-    assert found["ece"] == pytest.approx((3 * abs(2 / 3 - 1) + 0) / 4)
-
-
-def test_score_of_a_pass_that_sees_no_target() -> None:
-    nothing = Sequence("Fog", "fog.mp4", np.full((3, 4), np.nan), np.full((3, 5), np.nan))
-    found = score(trace(shifted([0, 0, 0]), lost=[False, True, True]), nothing)
-    assert [found[name] for name in ("auc", "precision_20", "iou", "od", "lost_frame")] == [
-        None
-    ] * 5
-    assert found["lost_recall"] == pytest.approx(2 / 3)
-
-
-def test_score_of_no_region() -> None:
-    """A tracker that gives nothing is as wrong as can be."""
-    found = score(trace(shifted([0, math.nan])), sequence(frames=2))
-    assert (found["iou"], found["precision_20"]) == (0.5, 0.5)
-    assert found["od"] == pytest.approx(0.5)
-    assert found["lost_frame"] == 1
-
-
-def test_score_of_a_tracker_that_says_nothing() -> None:
-    found = score(trace(shifted([0, 90])), sequence(frames=2))
-    assert found["ece"] is None
-    assert (found["lost_recall"], found["lost_f1"]) == (0, 0)
-    assert found["lost_precision"] is None
-
-
-def test_score_from_a_later_start() -> None:
-    found = score(trace(shifted([0, 0, 90]), start=7), sequence(frames=10))
-    assert found["lost_frame"] == 9
-    assert found["frames"] == 3
 
 
 def test_score_frame_by_frame() -> None:
@@ -107,22 +44,6 @@ def test_score_frame_by_frame() -> None:
     assert found["precision_20"] == pytest.approx(sum(d <= 20 for d in distances) / 57)
     assert found["lost_recall"] == pytest.approx(hits / missed)
     assert found["lost_precision"] == pytest.approx(hits / said)
-
-
-def test_score_of_losses() -> None:
-    """Lost twice, once for good."""
-    dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
-    found = score(trace(shifted(dx)), sequence(frames=82))
-    assert (found["losses"], found["recovered"]) == (2, 1)
-
-
-def test_score_of_coverage() -> None:
-    """What counts is neither the start nor an absent target nor a tracker that is lost."""
-    dx, lost = [50.0, 0, 4.8, 5.0, 0, 50], [False, False, False, False, False, True]
-    said = trace(shifted(dx), lost=lost, covariance=(4.0, 0.0, 1.0))
-    assert score(said, sequence(frames=6))["coverage"] == 0.75
-    assert score(said, sequence(frames=6, absent=[1]))["coverage"] == pytest.approx(2 / 3)
-    assert score(trace(shifted(dx)), sequence(frames=6))["coverage"] is None
 
 
 # results.csv
@@ -214,16 +135,6 @@ def test_mean_over_sequences_then_seeds() -> None:
     assert found.mean("a", "ope", "auc", ["Ant"]) == pytest.approx((UNIT / 2, 0))
 
 
-def test_mean_over_what_was_finished() -> None:
-    found = Evaluation(two_trackers())
-    assert found.attempted("b", "ope") == ["Book", "Ant", "Cow"]
-    assert found.finished("b", "ope") == ["Book", "Ant"]
-    mean, deviation = found.mean("b", "ope", "auc")
-    assert mean == pytest.approx(UNIT * (0.9 + 0.5) / 2)
-    assert math.isnan(deviation)  # of a single seed
-    assert math.isnan(found.mean("b", "ope", "auc", ["Cow"]).mean)
-
-
 def test_a_sequence_with_one_failed_seed_is_not_finished() -> None:
     book = sequence("Book")
     found = Evaluation([outcome("a", book, trace(fits(9))), outcome("a", book, "broken", 1)])
@@ -251,13 +162,6 @@ def test_comparisons_are_over_common_sequences() -> None:
     assert (tracker.text, won.text, drawn.text) == ("b", "1 of 2", "1")
     assert mean.value == pytest.approx(UNIT * ((0.9 - 0.75) + 0) / 2)
     assert interval.text == f"+0.000 to {UNIT * 0.15:+.3f}"
-
-
-def test_comparisons_of_what_cannot_be_compared() -> None:
-    book = sequence()
-    outcomes = [outcome("a", book, "broken"), outcome("b", book, trace(fits(3)))]
-    (row,) = comparisons(Evaluation(outcomes), "ope").rows
-    assert [cell.text for cell in row] == ["b", *["–"] * 4]
 
 
 def test_lost_status_is_over_all_frames() -> None:
@@ -304,19 +208,6 @@ def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
     assert share == pytest.approx((0.5, math.sqrt(0.5)))
     assert (c["losses"], c["known"]) == (0, 0)
     assert math.isnan(found.share("c", "ope", "recovered", "losses").mean)
-
-
-def test_calibration_counts_passes_alike() -> None:
-    long, short = sequence("Long", 20), sequence("Short", 2)
-    found = Evaluation(
-        [
-            outcome("a", long, trace(fits(20), 0.95)),
-            outcome("a", short, trace(fits(0, 2), 0.95)),
-            outcome("b", long, trace(fits(20))),
-        ]
-    )
-    assert found.calibration("a", "ope").mean == pytest.approx(0.45)
-    assert math.isnan(found.calibration("b", "ope").mean)
 
 
 @pytest.mark.parametrize("frames", [19, 21])

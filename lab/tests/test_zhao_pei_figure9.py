@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from evaluations import TARGET, pictures, sequence
-from motes import Box, Detection, Detector, Frame, Scene
+from motes import Detection, Detector, Frame, Scene
 from motes.core import iou
 from motes.mot import LOOKALIKE_OVERLAP, Association
 from motes_lab.cli import main
@@ -53,11 +52,6 @@ def test_objects_are_followed_from_their_third_frame_on(tmp_path: Path) -> None:
     assert [cell.text for cell in table.foot[0]] == ["all", "24", "20", "20", "0.833"]
 
 
-def test_what_is_followed_elsewhere_is_not_detected_accurately(tmp_path: Path) -> None:
-    assert counted(crowd(tmp_path, shift=7))[1][-1] == [2, 2, 0]  # IoU 13 / 27
-    assert counted(crowd(tmp_path / "b", shift=6))[1][-1] == [2, 2, 2]  # 14 / 26
-
-
 def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
     seen: list[Frame] = []
 
@@ -86,21 +80,6 @@ def test_the_hidden_are_followed_and_the_lost_are_not(tmp_path: Path) -> None:
     assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 16 + [[2, 0, 0]] * 2
 
 
-def test_frames_without_objects_have_no_ratio(tmp_path: Path) -> None:
-    each = crowd(tmp_path)
-    later = each.truth.where(each.truth.frames > 6)
-    result, counts = counted(
-        MotSequence(each.name, each.source, each.frames, each.rate, later, each.detections)
-    )
-    assert counts[4:8] == [[0, 2, 0]] * 2 + [[2, 2, 2]] * 2
-    assert [row[4].text for row in result.tables[""].rows[4:8]] == ["–", "–", "1.000", "1.000"]
-    assert result.draw is not None
-    (axes,) = result.draw().axes
-    _, followed, right = (np.asarray(line.get_ydata(), float) for line in axes.lines)
-    np.testing.assert_array_equal(followed, [np.nan] * 6 + [1] * 6)
-    np.testing.assert_array_equal(right, [np.nan] * 6 + [1] * 6)
-
-
 def test_as_many_are_right_as_can_be() -> None:
     rng = np.random.default_rng(0)
     for _ in range(60):
@@ -117,16 +96,6 @@ def test_as_many_are_right_as_can_be() -> None:
 def some(rng: np.random.Generator, count: int) -> MotRows:
     """Return so many boxes in one frame, near to each other."""
     return rows(*((1, i, *rng.integers(0, 8, 2), 20, 20) for i in range(count)))
-
-
-def test_one_object_is_a_crowd(tmp_path: Path) -> None:
-    film = sequence(frames=4, absent=[1], source=pictures(tmp_path / "img", 4))
-    each = zhao_pei_figure9.as_mot_sequence(film)
-    assert (each.name, each.source, each.frames, each.rate) == (film.name, film.source, 4, 25)
-    assert [each.truth.listed(i) for i in range(4)] == [
-        [(1, Box(*TARGET), 1.0)], [], [(1, Box(*TARGET), 1.0)], [(1, Box(*TARGET), 1.0)]
-    ]  # fmt: skip
-    assert counted(each)[1] == [[1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]]  # nothing moves
 
 
 # The command line

@@ -13,9 +13,7 @@
 
 from __future__ import annotations
 
-from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.evidence import Evidence
-from motes.sot.discriminative.expert import Expert
+from motes.sot.discriminative.expert import Confined, Evidence, Expert
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
@@ -36,8 +34,7 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-from motes.sot.filtering.resampling import Multinomial, Resampling, Systematic, Weights
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling, Multinomial, Resampling, Systematic, Weights
 
 __all__ = [
     "Adaptation",

@@ -9,7 +9,6 @@ import pytest
 from clips import spoil
 from motes.cli import main
 from motes.video import Film
-from motes_studio.document import Document, DrawnTarget, renumbered
 from motes_studio.server import SOON
 from studios import BOX, FRAMES, begin, film, looking, running
 
@@ -65,14 +64,3 @@ def test_damage_that_is_met_is_no_error(folder: Path, tmp_path: Path) -> None:
         answer = client.get(f"/api/sessions/{begin(client)}/frames/21.jpg")
     assert answer.status_code == SOON
     assert answer.json()["error"].startswith("film.mkv is damaged; it is read as a whole")
-
-
-def test_frames_keep_their_times_when_others_are_lost() -> None:
-    before = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
-    now = [0.0, 0.1, 0.4, 0.5]
-    region = 1.0, 1.0, 5.0, 5.0
-    target = DrawnTarget(
-        1, "a", "#000000", "default", None, 0, 0, 5, ((2, 3),), keys={0: region, 4: region}
-    )
-    (found,) = renumbered(Document((target,)), before, now).targets
-    assert (found.first, found.last, [*found.keys], found.absent) == (0, 3, [0, 2], ((1, 2),))

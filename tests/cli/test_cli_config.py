@@ -11,7 +11,7 @@ import pytest
 from motes.cli import main
 from motes.core.config import from_dict, to_dict
 from motes.mot.pipeline_config import WatchConfig
-from motes.sot.presets import DESCRIPTIONS, PRESETS, TrackerConfig, preset
+from motes.sot.presets import PRESETS, TrackerConfig, preset
 
 Go = Callable[[str], tuple[int, str, str]]
 ENTRY = re.compile(r"^ *([\w.]+) = (.+?)  \[.*\]$", re.M)
@@ -29,13 +29,6 @@ def go(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> G
     return run
 
 
-def test_presets_are_listed_with_their_meanings(go: Go) -> None:
-    code, out, _ = go("")
-    assert code == 0
-    for name, text in DESCRIPTIONS.items():
-        assert re.search(rf"^{re.escape(name)} +{re.escape(text)}$", out, re.M)
-
-
 @pytest.mark.parametrize("name", ["default", "nummiaro", "zhao_pei", "maggio:O-ROH", "mean_shift"])
 def test_the_keys_of_a_preset_are_its_configuration(go: Go, name: str) -> None:
     out = go(name)[1]
@@ -43,19 +36,6 @@ def test_the_keys_of_a_preset_are_its_configuration(go: Go, name: str) -> None:
     values = {"type": to_dict(PRESETS[name])["type"], **tomllib.loads(used)}
     assert from_dict(values, TrackerConfig) == PRESETS[name]
     assert f"\n{next(iter(ENTRY.findall(out)))[0]} = " in out
-
-
-def test_every_choice_is_listed_with_its_keys(go: Go) -> None:
-    out = go("nummiaro")[1]
-    assert 'motion.type = "constant_velocity"  ["random_walk", "constant_velocity", ' in out
-    for tag, key in (
-        ("second_order", "motion.acceleration"),
-        ("ellipse_walk", "motion.eccentricity"),
-    ):
-        section = out.partition(f'\nmotion.type = "{tag}": ')[2].partition("\n\n")[0]
-        assert f"  {key} = " in section
-    assert "\norientation (not used; to add it, set one of its keys): Histogram" in out
-    assert "\n  orientation.bins = 36  [integer, 4 to 180]\n      Number of bins" in out
 
 
 def test_only_a_key_and_those_inside(go: Go) -> None:
@@ -88,13 +68,3 @@ def test_unknown_names(go: Go, line: str, message: str) -> None:
     code, out, error = go(line)
     assert (code, out) == (2, "")
     assert message in error
-
-
-@pytest.mark.parametrize("columns", [20, 40, 80])
-def test_lines_fit_the_terminal(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], columns: int
-) -> None:
-    monkeypatch.setenv("COLUMNS", str(columns))
-    for arguments in ([], ["maggio"]):
-        assert main(["config", *arguments]) == 0
-        assert max(map(len, capsys.readouterr().out.splitlines())) <= columns

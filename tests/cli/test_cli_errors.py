@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -43,33 +42,20 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     ("line", "said"),
     [
         ("track film.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),
-        ("track film.mkv -x", "Unknown option: -x. See motes track --help."),
-        ("track film.mkv --no-such=3", "Unknown option: --no-such"),
-        ("track film.mkv --overla", "Did you mean --overlay?"),
-        ("track film.mkv --frames 3", "Did you mean --keyframes?"),
         ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         (
             "track film.mkv --particles",
             "a key of the configuration; write --set particles=",
         ),
-        ("track film.mkv --motion.noise.size 0.1", "write --set motion.noise.size=VALUE."),
         ("watch film.mkv --detector.history=2", "write --set detector.history=VALUE."),
-        ("refine film.mkv r.csv --scale 200", "Unknown option: --scale."),
-        ("convert r.csv s.csv --particles 9", "Unknown option: --particles."),
         ("track film.mkv --set particles", "--set takes KEY=VALUE, as in motion.noise.size=0.1"),
-        ("track film.mkv --set =3", "--set takes KEY=VALUE, as in motion.noise.size=0.1; got '=3'"),
         ("track film.mkv --set a.b=1 --set a=2", "--set gives a twice, or keys inside it too"),
-        ("track film.mkv --set a=2 --set a.b=1", "--set gives a itself and a key inside it"),
-        ("track film.mkv --preset nummiaro --set motion.nois=1", "did you mean 'noise'?"),
         ("track film.mkv --preset numiaro --set motion.nois=1", "did you mean 'nummiaro'?"),
         ("track film.mkv --preset nummiaro --set motion=3", "motion: got 3; it takes keys."),
         ("track film.mkv --set motion.noise.size=1", "no key 'motion'; preset nummiaro has it."),
-        ("track film.mkv --preset mean_shift --set hog.bins=9", "takes no cue 'hog'"),
         ("watch film.mkv --set detectr.history=3", "did you mean 'detector'?"),
-        ("watch film.mkv --set tracker.particle=3", "did you mean 'particles'?"),
         ("watch -", "for standard input give /dev/stdin."),
-        ("track - --init 1,2,3,4", "for standard input give /dev/stdin."),
     ],
 )
 def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
@@ -102,11 +88,6 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
     assert "defect" not in error
 
 
-def test_a_film_is_no_folder_of_the_studio(go: Go) -> None:
-    code, error = go("studio film.mkv")
-    assert (code, "film.mkv is not a folder; give that of the films." in error) == (3, True), error
-
-
 def test_a_missing_package_is_named() -> None:
     """As of a Python in which motes is found, but was not installed."""
     code = (
@@ -115,17 +96,6 @@ def test_a_missing_package_is_named() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
     assert done.stderr.startswith("motes: error: The installation is not whole: ")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("columns", ["0", "junk", "9" * 30])
-def test_help_at_any_width(columns: str) -> None:
-    environment = {**os.environ, "COLUMNS": columns, "TERM": "dumb"}
-    command = f"{MOTES} track --help"
-    found = subprocess.run(command, shell=True, env=environment, capture_output=True, text=True)
-    assert (found.returncode, found.stderr) == (0, "")
-    assert "--config," in found.stdout
-    assert len(found.stdout) < 100_000
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -109,16 +108,6 @@ def test_a_disk_that_is_full_in_the_end(
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_nothing_is_said_of_what_is_not_there(
-    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fill(monkeypatch, "o.mp4")
-    code, error = go(f"{command} -o r.csv --overlay o.mp4")
-    assert (code, "wrote" in error) == (5, False)
-    assert os.listdir() == ["film.mkv"]
-
-
-@pytest.mark.parametrize("command", COMMANDS)
 def test_later_runs_name_what_is_unfinished_and_leave_it(go: Go, command: str) -> None:
     left = PartialFile("o.mp4", ".mp4")
     left.close()
@@ -141,13 +130,6 @@ def test_a_link_to_the_source_is_no_output(go: Go, command: str) -> None:
     assert Path("film.mkv").read_bytes() == before
 
 
-def test_links_to_one_file_are_no_two_outputs(go: Go) -> None:
-    Path("r.csv").touch()
-    Path("e.jsonl").hardlink_to("r.csv")
-    code, error = go("watch film.mkv -o r.csv --events e.jsonl --overwrite")
-    assert (code, "Two outputs are the same file" in error) == (2, True)
-
-
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("name", ["o.mp4.partial.mkv", "o.mp4.partial.mp4"])
 def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str, name: str) -> None:
@@ -168,9 +150,3 @@ def test_a_folder_in_which_nothing_is_made_is_removed(go: Go) -> None:
     Path("mine").mkdir()
     assert go("track film.mkv --init 20,10,20,20 --figures mine -o rows.csv")[0] == 5
     assert Path("mine").exists()
-
-
-def test_a_source_folder_takes_no_figures(go: Go) -> None:
-    Path("images").mkdir()
-    code, error = go("track images --init 20,10,20,20 --figures images")
-    assert (code, "images is the source and cannot be an output" in error) == (2, True)

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from motes.cli.app import commands
-from motes.sot.presets import PRESETS
 
 FUNCTION = """
 complete_line() {
@@ -35,8 +34,3 @@ def test_files_and_presets_are_completed(tmp_path: Path) -> None:
     assert done.stderr == ""
     said = done.stdout.splitlines()
     assert said == ["film.mp4"] * 11 + ["nummiaro:adaptive"] * 3, [*zip(lines, said, strict=True)]
-
-
-def test_every_preset_can_be_completed() -> None:
-    argument = commands([])["config"].assemble_argument_collection()[0]
-    assert argument.get_choices(force=True) == tuple(PRESETS)

@@ -5,9 +5,6 @@ from __future__ import annotations
 import errno
 import json
 import os
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,9 +13,7 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.core.geometry import Ellipse
 from motes.formats import runs
-from motes.sot.segmentation import Segmenter
 
 Go = Callable[[str], tuple[int, str]]
 SIZE = (120, 160)
@@ -60,15 +55,6 @@ def overlap(mask: np.ndarray, x: float) -> float:
     return float((mask & shape(x)).sum() / (mask | shape(x)).sum())
 
 
-def test_masks_follow_the_colors_and_not_the_ellipse() -> None:
-    segmenter = Segmenter()
-    for i in range(4):
-        ellipse = Ellipse(60 + 3 * i, 60, 20.5, 20.5)
-        mask = segmenter.update(picture(60 + 3 * i, i), ellipse)
-        assert overlap(mask, 60 + 3 * i) > 0.85  # the ellipse itself has less
-    assert not segmenter.update(picture(60, 0), Ellipse(-500, 60, 20, 20)).any()
-
-
 def test_a_folder_and_a_document(go: Go) -> None:
     code, said = go(f"{DRAW} masks")
     assert (code, "wrote masks." in said) == (0, True), said
@@ -87,37 +73,6 @@ def test_a_folder_and_a_document(go: Go) -> None:
     assert go("convert masks.json again.json")[0] == 0
     again = json.loads(Path("again.json").read_text())
     assert again["annotations"][-1]["segmentation"] == last["segmentation"]
-
-
-KILLED = """
-import os, signal, sys
-from motes.cli import main
-
-sync, calls = os.fsync, []
-
-def kill(file):
-    calls.append(file)
-    if len(calls) == int(sys.argv[1]):
-        os.kill(os.getpid(), signal.SIGKILL)
-    sync(file)
-
-os.fsync = kill  # each whole file is synchronized before it gets its name
-main(sys.argv[2:])
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("masks", "written"), [("masks", 3), ("masks.json", 1)])
-def test_a_part_never_has_the_name_of_the_whole(go: Go, masks: str, written: int) -> None:
-    words = [sys.executable, "-c", KILLED, str(written), *DRAW.split(), masks]
-    assert subprocess.run(words, capture_output=True, check=False).returncode == -signal.SIGKILL
-    assert not Path(masks).exists()
-    (left,) = Path().rglob("*.partial-*")
-    code, said = go(f"{DRAW} {masks}")
-    assert (code, f"convert {masks}.rows.jsonl -o {masks}" in said) == (5, True), said
-    assert f"{left} is an unfinished {masks}" in said
-    assert go(f"convert {masks}.rows.jsonl -o {masks}")[0] == 0
-    assert Path(masks).exists()
 
 
 def test_a_full_disk_keeps_the_rows_of_the_masks(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:

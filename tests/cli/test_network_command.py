@@ -33,14 +33,6 @@ class Quiet(SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
-class Terminal(StringIO):
-    """A terminal at which an answer has been typed."""
-
-    def isatty(self) -> bool:
-        """Return that it is one."""
-        return True
-
-
 @pytest.fixture
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Publish a network on a server, as the only one; yield the folder of its files."""
@@ -114,14 +106,6 @@ def test_a_file_of_that_name_goes_before(
     Path("pair").touch()
     assert published.paths_of(("pair",)) == ("pair",)
     assert published.paths_of(("pair", "other")) == ("pair", "other")
-
-
-@pytest.mark.parametrize(("answer", "got"), [("y", True), ("Yes", True), ("n", False), ("", False)])
-@pytest.mark.usefixtures("served")
-def test_it_asks(answer: str, got: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n" if answer else ""))
-    assert main(["network", "get", "pair"]) == 0
-    assert kept() == ["pair"] * got
 
 
 @pytest.mark.usefixtures("served")
@@ -209,13 +193,3 @@ def test_the_folder_is_where_the_system_has_caches(
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
     assert folder_of("pair") == Path(folder, "motes", "networks", "pair")
-
-
-def test_known_networks_are_complete() -> None:
-    """Addresses are of one version, which cannot change, and files have other names each."""
-    for network in published.PUBLISHED.values():
-        assert network.license
-        for file in network.files:
-            assert file.url.startswith("https://")
-            assert any(len(part) == 40 for part in file.url.split("/"))
-            assert (len(file.sha256), file.name[-5:]) == (64, ".onnx")

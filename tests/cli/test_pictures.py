@@ -9,16 +9,9 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
-from motes.cli.annotated_video import AnnotatedVideo, painted_scene
-from motes.cli.frame_loop import Moment
 from motes.core.frame import Frame
-from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.regions import Line, Regions
-from motes.output.path_pictures import heatmap, paths
-from motes.output.scene_overlay import color_of
-from motes.output.slit_scan import COLORS, COLUMNS, LONGEST, MARGIN, SCALE, SIDE, SlitScan
-from motes.video.sources import open_source
-from motes.video.writer import VideoWriter
+from motes.output.path_pictures import heatmap
+from motes.output.slit_scan import COLORS, COLUMNS, MARGIN, SCALE, SIDE, SlitScan
 from red_box import walk
 from sightings import seen
 
@@ -80,15 +73,6 @@ def test_beside_each_mark_is_what_was_counted() -> None:
     assert scan.picture().shape == (SCALE * 100, alone + COLUMNS * SIDE, 3)
 
 
-def test_a_long_run_keeps_a_slit_scan_short() -> None:
-    scan = SlitScan((0, 0, 3, 0))
-    small = np.zeros((2, 4, 3), np.uint8)
-    for index in range(LONGEST + 100):
-        scan.add(Frame(index, float(index), small))
-    assert scan.picture().shape[0] <= SCALE * LONGEST
-    assert scan.picture().shape[0] >= SCALE * LONGEST / 2
-
-
 def test_a_heatmap_is_red_where_feet_have_been() -> None:
     gray = np.full((100, 160, 3), 90, np.uint8)
     seconds = np.zeros((100, 160))
@@ -97,34 +81,6 @@ def test_a_heatmap_is_red_where_feet_have_been() -> None:
     assert warm[50, 40, 0] - warm[50, 40, 2] > 100
     assert (warm[50, 120] == 90).all()
     assert (heatmap(gray, np.zeros((100, 160))) == gray).all()
-
-
-def test_paths_have_the_colors_of_their_identities() -> None:
-    picture = paths(np.full((100, 160, 3), 90, np.uint8), {3: [(20, 50), (80, 50)], 4: [(90, 20)]})
-    assert tuple(picture[50, 40]) == color_of(3)
-    assert tuple(picture[20, 90]) == color_of(4)
-    assert (picture[80, 20] == 54).all()  # the frame, darker
-
-
-def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
-    regions, folder = Regions((Line((50, 0, 50, 99), label=("in", "out")),)), tmp_path / "f"
-    with VideoWriter(tmp_path / "a.mkv", 4) as writer:
-        writer.write(frame(0))
-    counter = EventCounter(regions)
-    with open_source(tmp_path / "a.mkv") as film:
-        drawn = AnnotatedVideo(tmp_path / "o.mkv", film, 1, painted_scene(regions), overwrite=False)
-        with drawn:
-            for index in range(8):
-                tracks = [seen(index, (42 + 4 * index, 30))]
-                picture = Frame(index, index / 4, np.full((96, 160, 3), 200, np.uint8))
-                events = counter.update(tracks)
-                drawn.write(Moment(picture, tracks=tracks, events=events, single=False))
-    with open_source(tmp_path / "o.mkv") as result:
-        pictures = [each.pixels.astype(int) for each in result]
-    corner = [(each[:24, :90] < 120).mean() for each in pictures]
-    assert corner[0] > 0.01  # the time
-    assert corner[-1] > 1.5 * corner[0]  # and a line of totals
-    assert not folder.exists()
 
 
 def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,12 +18,10 @@ from motes.cli.outputs import Events
 from motes.cli.watch_loop import counted_moments, table
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
+from motes.core.track import COLUMNS, GROUND, Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.mot.scene import Scene
-from motes.output.scene_overlay import color_of, draw_scene
-from motes.rows.schema import COLUMNS, GROUND
 from motes.video.writer import VideoWriter
 from red_box import walk
 from sightings import seen, told
@@ -189,16 +187,6 @@ def test_who_stays_in_a_zone(go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_detections_of_a_file_and_default_output(go: Go) -> None:
-    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
-    Path("det.txt").write_text("\n".join(text))
-    code, out, _ = go("FILM --detector det.txt")
-    assert code == 0
-    assert out.splitlines()[0] == ",".join(COLUMNS)
-    assert len(out.splitlines()) > 12
-
-
-@pytest.mark.slow
 def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))
@@ -237,40 +225,22 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
             2,
             "mog2, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
         ),
-        ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
-        ("FILM --zone 1,2,9,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
-        ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --set termination.max_agee=1", 2, "did you mean 'max_age'"),
-        ("FILM --set initiation.min-hits=0", 2, "initiation.min_hits"),
-        ("FILM --set detector.histry=9", 2, "did you mean 'history'"),
-        ("FILM --detector people --set detector.least=0.1", 2, "no key 'detector.least'"),
         ("FILM --detector people --set detector.trial=1", 2, "known keys: type."),
         ("FILM --set detector.least=0.6", 2, "least < most"),
-        ("FILM --set detector.history=0", 2, "detector.history"),
-        ("FILM --like 1,2,3,4 --detector yolo", 2, "mog2, people, faces"),
-        ("--dump-config --config nothing.toml", 3, "nothing.toml"),
-        ("-o r.csv", 2, "no source"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
-        ("FILM --preset mean_shift", 2, "particle filters"),
-        ("FILM -o r.text", 2, ".csv, .jsonl, .parquet, .txt, .json"),
         ("FILM -o - --events -", 2, "give one of them a file"),
-        ("FILM -o FILM", 2, "cannot be an output"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),
-        ("nothing.mp4 -o r.csv", 3, "nothing.mp4"),
-        ("FILM --places nothing.toml", 3, "nothing.toml"),
-        ("FILM -o no/r.csv", 5, "There is no folder no"),
         ("FILM --end 2 -o r.csv", 4, "ever found: one is reported with its third frame; give a"),
         ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
         ("FILM --classes ,", 2, "--classes names no class; give some, such as person,car."),
         ("FILM --least 5", 2, "--least is 5; this detector has scores from 0 to 1."),
-        ("FILM --least -1", 2, "--least is -1"),
         ("FILM --reconnect 5", 2, "--reconnect is for live sources, which"),
-        ("FILM --events e.csv", 2, "events are lines of JSON; name it .jsonl"),
         ("FILM --events ftp://x/y", 2, "--events ftp://x/y: such addresses are not known; give"),
     ],
 )
@@ -322,35 +292,6 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
     assert go("--dump-config --config s.toml") == (0, text, "")
 
 
-@pytest.mark.slow
-def test_a_dumped_run_is_the_same_again(go: Go) -> None:
-    """And what a detector is told changes what is found: half of who comes in is too little."""
-    strict, loose = (f"--set detector.least={least}" for least in (0.028, 0.01))
-    Path("s.toml").write_text(go(f"{strict} --dump-config")[1])
-    rows = go(f"FILM -o - {loose}")[1]
-    assert go("FILM -o - --config s.toml")[1] == go(f"FILM -o - {strict}")[1] != rows
-    assert go("FILM -o - --config s.toml --set detector.least=0.01")[1] == rows
-    assert len(rows.splitlines()) > 30
-
-
-@pytest.mark.slow
-def test_nothing_is_overwritten_unasked(go: Go) -> None:
-    Path("r.csv").write_text("mine")
-    code, _, error = go("FILM -o r.csv")
-    assert code == 5
-    assert "--overwrite" in error
-    assert Path("r.csv").read_text() == "mine"
-    assert go("FILM -o r.csv --overwrite")[0] == 0
-
-
-def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
-    for index in range(12):  # another color, not another exposure
-        color = (100, 100, 100) if index < 8 else (200, 60, 60)
-        Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
-    _, _, error = go("*.png -o r.csv")
-    assert error.count("Frame 8: the picture changes all over") == 1
-
-
 def test_the_table_is_by_the_minute() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
     places = [
@@ -371,21 +312,6 @@ def test_the_table_is_by_the_minute() -> None:
         "minute 1: crosses gate out 1",
         "in all: appears 1, crosses gate in 1, crosses gate out 1",
     ]
-
-
-def test_a_scene_is_drawn_on_a_copy() -> None:
-    pixels = np.full((100, 200, 3), 90, np.uint8)
-    places = Regions((Line((5, 5, 5, 90)),))
-    drawn = draw_scene(pixels, [seen(0, (100, 60), identity=3)], {3: [(90, 55), (100, 55)]}, places)
-    assert (pixels == 90).all()
-    assert tuple(drawn[60, 100]) == color_of(3)  # the lower edge of its box
-    assert tuple(drawn[55, 95]) != (90, 90, 90)  # where it came from
-    assert drawn[50, 5].min() > 200
-    assert drawn[46:50, 10].min(axis=1).max() > 200  # its stroke
-    assert (drawn[:, 150:] == 90).all()
-    assert len({color_of(i) for i in range(200)}) == 200
-    away = draw_scene(pixels, [seen(0, (1e9, -1e9))], {})
-    assert away.shape == pixels.shape
 
 
 @pytest.mark.slow
@@ -424,21 +350,3 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     code, _, error = go("still.mkv --classes walker")
     assert code == 2
     assert "--classes: This detector knows no classes; give a trained one." in error
-
-
-@pytest.mark.slow
-def test_a_detector_of_ones_own(go: Go) -> None:
-    Path("my_red.py").write_text(
-        "import numpy as np\n"
-        "def red(frame):\n"
-        "    y, x = np.nonzero(frame.pixels[:, :, 0] > 160)\n"
-        "    if not x.size:\n"
-        "        return []\n"
-        "    return [(x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1, 0.9, 'box')]\n"
-    )
-    code, _, error = go("FILM --detector my_red:red -o - --line 80,96,80,0")
-    assert code == 0, error
-    assert "crosses line 1 out box 1" in error
-    code, _, error = go("FILM --detector my_red:blue -o r.csv")
-    assert (code, "Traceback" in error) == (2, False)
-    assert "The detector my_red:blue cannot be made: AttributeError" in error

@@ -16,11 +16,10 @@ from kinds import CONFIGS
 from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.mot.analytics.regions import Regions
-from motes.mot.scene_config import DetectionSelection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed
@@ -156,28 +155,17 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
     ("changes", "message"),
     [
         ({"particels": 5}, "no key 'particels'; did you mean 'particles'?"),
-        ({"motion": {"nois": 1}}, "no key 'motion.nois'; did you mean 'noise'?"),
         ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
-        ({"qqqq": 5}, "no key 'qqqq'; known keys: "),
         ({"kernels": 5}, "no key 'kernels'; known keys: "),  # kernel is one of color
         ({"confined": {"weight": 0}}, "Config has no key 'confined'; preset default has it."),
-        ({"type": "mean_shift", "motion": 5}, "no key 'motion'; known keys: "),
         ({"particles": "many"}, "Config particles: got 'many'; it takes integer, 1 to 1,000,000."),
-        ({"particles": -1}, "Config particles: got -1; it takes integer, 1 to 1,000,000."),
-        (
-            {"motion": {"noise": {"size": "x"}}},
-            "Config motion.noise.size: got 'x'; it takes number, 0 to 1.",
-        ),
         ({"motion": 3}, "Config motion: got 3; it takes keys."),
         ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
-        ({"fusion": {"weights": 0}}, "Config fusion.weights: got 0; it takes keys."),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
-        ({"type": "magic"}, "type: Invalid value 'magic'"),
         (
             {"color": {"bins": [8, 8]}},
             "Config color.bins: got [8, 8]; it takes list of 3: integer, 1 to 64.",
         ),
-        ({"color": {"bins": [8, 0, 8]}}, "Config color.bins[1]: got 0; it takes integer, 1 to 64."),
         (
             {"motion": {"type": "random_walk", "velocity": 1}},
             "'motion.velocity'; known keys: noise, type.",
@@ -185,10 +173,6 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
         (
             {"likelihood": {"sigma": math.nan}},
             "likelihood.sigma: got nan; it takes number, 0.001 to 1,000,000.",
-        ),
-        (
-            {"likelihood": {"sigma": math.inf}},
-            "likelihood.sigma: got inf; it takes number, 0.001 to 1,000,000.",
         ),
     ],
 )
@@ -203,11 +187,6 @@ def test_a_configuration_may_begin_at_the_name_of_a_preset() -> None:
     assert configure("maggio", {"particles": 5}) == configure(preset("maggio"), {"particles": 5})
     with pytest.raises(ConfigError, match="did you mean 'maggio'"):
         configure("magio", {"particles": 5})
-
-
-def test_a_key_of_another_preset_is_told() -> None:
-    with pytest.raises(ConfigError, match="no key 'motion'; preset nummiaro has it"):
-        configure(preset("default"), {"motion": {"noise": {"position": 1}}})
 
 
 def test_values_become_what_the_field_says() -> None:
@@ -277,15 +256,6 @@ def test_flags(text: str, value: Any) -> None:
     assert from_flag(text) == value
 
 
-@pytest.mark.parametrize("text", ["cat,dog", "cat, dog", "['cat', 'dog']"])
-def test_a_list_of_names_may_have_commas_alone(text: str) -> None:
-    found = from_dict({"classes": from_flag(text)}, DetectionSelection)
-    assert found.classes == ("cat", "dog")
-    assert from_dict({"classes": from_flag("cat")}, DetectionSelection).classes == ("cat",)
-    with pytest.raises(ConfigError, match="classes: got ''; it takes list: text"):
-        from_dict({"classes": from_flag("")}, DetectionSelection)
-
-
 @pytest.mark.parametrize("value", [{"points": [0, 0, 9, 9]}, 3])
 def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
     """[line] in place of [[line]]."""
@@ -321,9 +291,3 @@ def test_deep_toml_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")
     assert from_flag(deep) == deep
-
-
-def test_a_value_that_is_no_utf8_is_named() -> None:
-    """Options may be any bytes."""
-    with pytest.raises(ConfigError, match=r"Invalid value 'caf\\udce9'"):
-        configure(preset("nummiaro"), {"motion": {"type": from_flag("caf\udce9")}})

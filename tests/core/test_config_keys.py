@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-import re
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -14,10 +13,8 @@ from msgspec import Meta
 
 import motes
 from motes.core.config import Config, Count, Positive, Share
-from motes.core.config_keys import all_keys, alternatives, keys, meanings
+from motes.core.config_keys import all_keys, keys, meanings
 from motes.core.type_words import words
-from motes.mot.pipeline_config import WatchConfig
-from motes.sot.presets import PRESETS
 
 
 class Small(Config, frozen=True, tag="small"):
@@ -76,11 +73,6 @@ def test_all_keys_include_those_of_every_choice() -> None:
     assert "maybe.type" not in found
 
 
-def test_alternatives() -> None:
-    assert alternatives(Small | Large | None) == [Small, Large]
-    assert alternatives(float) == alternatives(dict[str, Small]) == []
-
-
 @pytest.mark.parametrize(
     ("kind", "text"),
     [
@@ -120,13 +112,3 @@ def test_every_field_of_every_configuration_has_a_meaning() -> None:
     for kind in found:
         missing = {field.name for field in msgspec.structs.fields(kind)} - set(meanings(kind))
         assert not missing, f"{kind.__qualname__}: write a text below {missing}"
-
-
-def test_every_meaning_is_a_sentence_that_stands_alone() -> None:
-    listed = [*keys(WatchConfig), *(key for each in PRESETS.values() for key in keys(type(each)))]
-    found = {(key.path, key.meaning) for key in all_keys(listed) if key.meaning}
-    assert len(found) > 200
-    for path, meaning in found:
-        assert meaning.endswith("."), f"{path}: {meaning}"
-        begins = re.match(r"([a-z]|(Of|As|At|By|Over|Range|That|Those|Who)\b)", meaning)
-        assert not begins, f"{path}: {meaning}"

@@ -99,8 +99,3 @@ def test_nobody_answers() -> None:
         port = taken.getsockname()[1]
     with pytest.raises(SourceError, match="Connection refused; check the connection"):
         download(f"http://127.0.0.1:{port}/whole", len(CONTENT), DIGEST)
-
-
-def test_no_name_is_found() -> None:
-    with pytest.raises(SourceError, match=r"cannot be loaded from nowhere\.invalid: "):
-        download("http://nowhere.invalid/whole", len(CONTENT), DIGEST)

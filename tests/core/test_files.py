@@ -51,12 +51,6 @@ def test_files_and_links_of_others_are_left_alone(
         taken.unlink()
 
 
-def test_the_former_names_of_partial_files_are_free(tmp_path: Path) -> None:
-    (tmp_path / "a.json.partial").write_text("mine")
-    write_whole(tmp_path / "a.json", b"new")
-    assert (tmp_path / "a.json.partial").read_text() == "mine"
-
-
 def test_what_a_link_leads_to_is_written(tmp_path: Path) -> None:
     (tmp_path / "far").mkdir()
     for name in ("there", "missing"):
@@ -93,16 +87,6 @@ def test_rows_never_empty_a_file_that_appeared(tmp_path: Path) -> None:
     assert (tmp_path / "r.csv").read_text() == "precious"
     open_rows(tmp_path / "r.csv", overwrite=True).close()
     assert (tmp_path / "r.csv").read_text() == ""
-
-
-def test_a_target_that_appeared_is_not_replaced(tmp_path: Path) -> None:
-    partial = PartialFile(tmp_path / "o.mp4", ".mp4")
-    partial.write(b"new")
-    (tmp_path / "o.mp4").write_text("precious")
-    with pytest.raises(FileExistsError):
-        partial.finish(overwrite=False)
-    assert (tmp_path / "o.mp4").read_text() == "precious"
-    assert partial.path.read_bytes() == b"new"
 
 
 def test_leftovers_are_those_of_one_target(tmp_path: Path) -> None:

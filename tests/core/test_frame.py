@@ -102,10 +102,6 @@ def test_floats(kind: type) -> None:
     np.testing.assert_array_equal(as_rgb((RGB / 255).astype(kind)), RGB)
 
 
-def test_truth_values() -> None:
-    np.testing.assert_array_equal(as_rgb(np.array([[True, False]]))[0, :, 0], [255, 0])
-
-
 @pytest.mark.parametrize(
     "image",
     [
@@ -142,17 +138,13 @@ def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
         (None, "no picture, but None"),
         (np.zeros(5, np.uint8), "shape"),
         (np.zeros((4, 4, 2), np.uint8), "shape"),
-        (np.zeros((4, 4, 5), np.uint8), "shape"),
-        (np.zeros((2, 4, 4, 3), np.uint8), "shape"),
         (np.zeros((0, 4, 3), np.uint8), "shape"),
         (np.zeros((4, 4, 3), np.int64), "int64"),
-        (np.zeros((4, 4, 3), np.int8), "int8"),
         (np.zeros((4, 4, 3), complex), "complex"),
         (np.full((4, 4, 3), "x"), "Convert it"),
         (np.full((4, 4), 255.0), "0 to 1"),
         (np.full((4, 4), -0.1), "0 to 1; got -0.1 to -0.1"),
         (np.full((4, 4), np.nan), "NaN"),
-        (np.full((4, 4), np.inf), "0 to 1"),
     ],
 )
 def test_no_images(image: Any, message: str) -> None:

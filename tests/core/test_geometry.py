@@ -26,11 +26,6 @@ def test_box_and_inscribed_ellipse_agree(box: Box) -> None:
     np.testing.assert_allclose(Ellipse.from_box(box).box, box, atol=1e-9)
 
 
-def test_a_box_covers_its_pixels() -> None:
-    ellipse = Ellipse.from_box((10, 20, 5, 3))  # columns 10 to 14, rows 20 to 22
-    assert (ellipse.x, ellipse.y, ellipse.a, ellipse.b) == (12, 21, 2.5, 1.5)
-
-
 @given(ellipses)
 def test_box_is_the_tightest_around_the_outline(ellipse: Ellipse) -> None:
     outline = ellipse.polygon(20000)
@@ -57,13 +52,6 @@ def test_angles_run_from_x_towards_y() -> None:
     assert np.cov(box.T)[0, 1] > 0  # to the right and down
 
 
-@given(ellipses)
-def test_area_is_the_outline_polygon_s(ellipse: Ellipse) -> None:
-    x, y = (ellipse.polygon(2000) - [ellipse.x, ellipse.y]).T
-    shoelace = abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) / 2
-    assert ellipse.area == pytest.approx(shoelace, rel=1e-4)
-
-
 @pytest.mark.parametrize(
     "region",
     [
@@ -85,16 +73,11 @@ def test_every_form_of_a_region(region: Any) -> None:
     [
         ((1, 2), "has 4 numbers"),
         ((1, 2, 3, 4, 5, 6), "got 6"),
-        ((), "got 0"),
         ((1, 2, 0, 4), "has no area"),
-        ((1, 2, 3, -4), "has no area"),
         ((1, 2, math.nan, 4), "not finite"),
         ((math.inf, 2, 3, 4), "not finite"),
         ((1, 2, 3, 4, math.nan), "not finite"),
-        ("1,2,3,4", "A region is"),
         (None, "A region is"),
-        (("a", 1, 2, 3), "A region is"),
-        (7, "A region is"),
         (np.zeros((4, 4)), "A region is"),
         ([10**400, 0, 5, 5], "A region is x,y,width,height"),  # beyond all floats
     ],
@@ -150,12 +133,6 @@ def test_overlap_is_symmetric_and_bounded(first: Box, second: Box) -> None:
     assert 0 <= value <= 1 + 1e-9
     assert value == float(iou(second, first))
     assert float(iou(first, first)) == pytest.approx(1)
-
-
-def test_overlap_broadcasts() -> None:
-    rows = np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1]])
-    np.testing.assert_allclose(iou(rows, (0, 0, 4, 4)), [1, 1 / 3, 0])
-    assert iou(rows[:, None], rows[None]).shape == (3, 3)
 
 
 @pytest.mark.parametrize(

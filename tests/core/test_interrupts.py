@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import os
 import pty
 import signal
@@ -20,9 +19,7 @@ from typing import Any
 
 import pytest
 
-from clips import clip
 from motes import open_source, synthetic
-from motes.cli.exit_codes import UNWRITABLE
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
@@ -94,52 +91,6 @@ def test_track_ends_as_with_ctrl_c(film: tuple[str, str], tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["watch", "track --init 20,20,16,12"])
-def test_a_pipe_that_has_sent_nothing(tmp_path: Path, command: str) -> None:
-    name, *options = command.split()
-    fifo = tmp_path / "film.ts"
-    os.mkfifo(fifo)
-    line = [name, fifo, *options, "-o", tmp_path / "r.csv"]
-    with started(*line) as process, fifo.open("wb"):  # which waits until it is read
-        time.sleep(0.1)
-        process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=60)
-    assert (process.returncode, error) == (130, "")
-
-
-@pytest.mark.slow
-def test_a_pipe_that_is_silent_after_half_a_film(tmp_path: Path) -> None:
-    data = clip(tmp_path / "film.ts", 60).read_bytes()
-    rows = tmp_path / "r.csv"
-    theirs, ours = os.pipe()
-    line = ["track", "/dev/stdin", "--init", "20,20,16,12", "-o", rows]
-    with started(*line, stdin=theirs) as process:
-        os.write(ours, data[: len(data) // 2])
-        wait_for_rows(process, rows)
-        process.send_signal(signal.SIGTERM)
-        _, error = process.communicate(timeout=60)
-    os.close(ours)
-    assert process.returncode == 143, error
-    assert error.startswith("motes: terminated after ")
-    assert "Traceback" not in error
-
-
-@pytest.mark.slow
-def test_several_objects_and_their_document(film: tuple[str, str], tmp_path: Path) -> None:
-    document, events = tmp_path / "o.json", tmp_path / "e.jsonl"
-    overlay = tmp_path / "o.mkv"
-    line = ["watch", film[0], "-o", document, "--events", events, "--overlay", overlay]
-    with started(*line) as process:
-        wait_for(process, lambda: any(f.stat().st_size for f in tmp_path.glob("o.mkv.partial-*")))
-        process.send_signal(signal.SIGTERM)
-        _, error = process.communicate()
-    assert process.returncode == 143, error
-    assert "terminated after" in error
-    assert json.loads(document.read_text())["images"]
-    assert overlay.exists()
-
-
-@pytest.mark.slow
 def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
@@ -159,51 +110,6 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
     assert process.returncode == 129
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
-
-
-@pytest.mark.slow
-def test_a_demo_that_is_stopped_leaves_nothing(tmp_path: Path) -> None:
-    folder = tmp_path / "demo"
-    with started("demo", "--out", folder, stdout=subprocess.PIPE) as process:
-        wait_for(process, lambda: any(folder.glob(".demo-*/*")))
-        process.send_signal(signal.SIGTERM)
-        out, error = process.communicate()
-    assert process.returncode == 143, error
-    assert "terminated after 0 films" in error
-    assert not out
-    assert not folder.exists()
-
-
-@pytest.mark.slow
-def test_a_demo_whose_process_dies_says_so_and_ends(tmp_path: Path) -> None:
-    folder = tmp_path / "demo"
-    with started("demo", "--out", folder, stdout=subprocess.PIPE) as process:
-        wait_for(process, lambda: any(folder.glob(".demo-*/*")))
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-        for child in children:
-            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                os.kill(int(child), signal.SIGKILL)
-        out, error = process.communicate(timeout=100)
-    assert process.returncode == UNWRITABLE, error
-    assert error.startswith("motes: error: The film ")
-    assert error.endswith(
-        "is not made. Its process ended with SIGKILL (was there too little memory?).\n"
-    )
-    assert (out, error.count("\n")) == ("", 1)
-    assert not folder.exists()
-
-
-@pytest.mark.slow
-def test_a_sighup_that_nohup_ignores_stays_ignored(film: tuple[str, str], tmp_path: Path) -> None:
-    rows = tmp_path / "r.csv"
-    with started(
-        *["track", film[0], "--init", film[1], "-o", rows, "--end", "60"],
-        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
-    ) as process:
-        wait_for_rows(process, rows)
-        process.send_signal(signal.SIGHUP)
-        process.communicate()
-    assert (process.returncode, rows.read_bytes().count(b"\n")) == (0, 61)
 
 
 # Within this process

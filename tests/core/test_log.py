@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -49,13 +47,3 @@ def test_changes_of_status_and_warnings_are_logged(
     caplog.clear()
     motes.correct(path, {0: (20, 20, 20, 20)}, "nummiaro")
     assert f"{path}: {problems}." in [record.getMessage() for record in caplog.records]
-
-
-@pytest.mark.slow
-def test_nothing_is_printed_unasked() -> None:
-    code = (
-        "import motes, numpy as np; pixels = np.zeros((72, 96, 3), np.uint8)\n"
-        "scene = motes.Scene(lambda frame: [(np.nan, 1, 9, 9)]); scene.update(pixels)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("", "")

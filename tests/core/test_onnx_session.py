@@ -16,7 +16,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from forks import in_a_child
-from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
+from motes.core.errors import MissingDependencyError, MotesError, SourceError
 from motes.core.onnx_session import LARGEST, Session, Tensor
 from onnx_trackers import mean_colors, save_pair
 
@@ -57,6 +57,12 @@ def test_a_file_says_what_its_model_takes_and_gives(backbone: Path, tmp_path: Pa
     assert other.metadata == {"author": "us"}
 
 
+def test_it_runs_in_so_many_threads(backbone: Path) -> None:
+    for threads, used in ((1, 1), (2, 2), (None, 0)):  # 0 is as many as there are cores
+        options = Session(str(backbone), threads)._session.get_session_options()
+        assert options.intra_op_num_threads == used
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
 def test_a_child_of_fork_runs_it_with_threads_of_its_own(backbone: Path) -> None:
     session = Session(str(backbone), threads=2)
@@ -75,11 +81,6 @@ def test_a_model_runs_with_pictures_of_any_size(backbone: Path) -> None:
     np.testing.assert_array_equal(first, kept)  # it has not been written over
     with pytest.raises(SourceError, match=r"backbone\.onnx does not run"):
         session.run({"input": np.zeros((1, 4, 255, 255), np.float32)})
-
-
-def test_a_fixed_size_stays_fixed_unless_it_is_opened(backbone: Path) -> None:
-    with pytest.raises(SourceError, match="does not run"):
-        Session(str(backbone)).run({"input": np.zeros((1, 3, 127, 127), np.float32)})
 
 
 @pytest.mark.parametrize("opened", [False, True])
@@ -138,12 +139,6 @@ def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
         (tmp_path / "cut.onnx").write_bytes(good[:length])
         with pytest.raises(MotesError):
             Session(str(tmp_path / "cut.onnx"))
-
-
-def test_a_provider_is_asked_for_by_name(backbone: Path) -> None:
-    assert Session(str(backbone), provider="CPUExecutionProvider").run({"input": PIXELS})
-    with pytest.raises(ConfigError, match=r"no provider 'Gpu'; .* has .*CPUExecutionProvider"):
-        Session(str(backbone), provider="Gpu")
 
 
 def test_without_onnx_runtime_the_remedy_is_named(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import os
-import random
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +15,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import broken_states
 from broken_states import CONFIGS, PLAIN, changed, check, example, part, places
 from motes.core.errors import FormatError
 from motes.sot.tracker import FORMAT, Tracker
@@ -194,11 +192,3 @@ def test_a_copy_goes_on_by_itself(name: str, twice: Any) -> None:
     assert [other.update(frame).ellipse for frame in frames[1:]] == first
     begun = tracker.init(frames[0], region((31, 36))), other.init(frames[0], region((31, 36)))
     assert begun[0].ellipse == begun[1].ellipse
-
-
-def test_a_mutation_is_the_same_again() -> None:
-    saved = example("nummiaro", "lost")
-    first, again = (
-        [broken_states.mutate(random.Random(seed), saved) for seed in range(20)] for _ in "12"
-    )
-    assert first == again

@@ -10,10 +10,8 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.rows.schema import BOX, COLUMNS
+from motes.core.track import BOX, COLUMNS, Status, Track
 
 ELLIPSE = Ellipse(30.0, 40.0, 10.0, 5.0)
 TRACK = Track(7, 0.28, ELLIPSE, np.zeros((5, 5)), 0.875, Status.TRACKING, 0.1, 50.0)
@@ -25,18 +23,6 @@ def test_a_track_is_one_line() -> None:
     line += "box=(20.5, 35.5, 20.0, 10.0), "
     assert str(TRACK) == repr(TRACK) == line.format(1) + "confidence=0.88)"
     assert str(OBJECT) == line.format(3) + "confidence=0.88, occluded_by=4, label='car')"
-
-
-def test_a_frame_is_one_line() -> None:
-    frame = Frame(7, 0.28, np.zeros((1000, 2000, 3), np.uint8))
-    assert str(frame) == repr(frame) == "Frame(index=7, time=0.280 s, 2000x1000)"
-
-
-def test_lines_take_numbers_of_numpy() -> None:
-    numbers = Ellipse(*np.array(ELLIPSE, np.float32))
-    index: Any = np.int64(7)
-    track = Track(index, np.float64(0.28), numbers, *_rest())
-    assert str(track) == str(TRACK)
 
 
 def test_corners() -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
+from motes.correction import join, suspects
+from motes.correction.coordinates import Coordinates
+from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 
@@ -29,17 +34,6 @@ def test_it_is_the_posterior_of_all_observations() -> None:
     mean = covariance @ (np.where(valid, seen[:, 0], 0) / r)
     assert path.mean[:, 0] == pytest.approx(mean, abs=1e-4)
     assert path.variance[:, 0] == pytest.approx(covariance.diagonal(), rel=1e-3)
-
-
-def test_a_gap_is_a_bridge() -> None:
-    n, q = 21, 0.3
-    seen, valid = np.zeros((n, 1)), np.zeros(n, bool)
-    exact = {0: np.array([0.0]), n - 1: np.array([10.0])}
-    motion = Dynamics(np.zeros(1), np.array([q]), np.array([1.0]))
-    path = smooth(seen[None], valid[None], ones(n)[None], exact, motion, None)
-    t = np.arange(n)
-    assert path.mean[:, 0] == pytest.approx(t / 2, abs=1e-3)
-    assert path.variance[:, 0] == pytest.approx(q * t * (n - 1 - t) / (n - 1), abs=1e-3)
 
 
 def test_the_pass_that_is_nearer_to_its_keyframe_counts_more() -> None:
@@ -94,13 +88,6 @@ def test_a_target_that_rests_and_runs_does_not_jump() -> None:
     assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [50, 51, 52]
 
 
-def test_a_target_that_leaps_from_place_to_place_is_followed() -> None:
-    rng = np.random.default_rng(2)
-    places = np.repeat([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]], 30, axis=0)
-    seen = places + rng.normal(0, 0.1, places.shape)
-    assert not outliers(seen, np.ones(len(seen), bool), 13.82).any()
-
-
 def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     n = 40
     agree = np.ones(n, bool)
@@ -134,3 +121,39 @@ def test_absent_frames_have_no_pass() -> None:
     follows = support(np.full((2, 30), 0.9), np.ones(30, bool), (True, True), absent)
     assert not follows.used[:, absent].any()
     assert follows.used[:, ~absent].all()
+
+
+def test_frames_between_two_supports_are_bridged_where_nothing_was_absent() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        supported, absent = rng.random((2, 12)) < ((0.3,), (0.1,))
+        found = join._bridged(supported, absent & ~supported)
+        for frame in range(12):
+            before = [other for other in range(frame) if supported[other]]
+            after = [other for other in range(frame + 1, 12) if supported[other]]
+            between = before and after and not (absent & ~supported)[before[-1] : after[0]].any()
+            assert found[frame] == (not supported[frame] and bool(between))
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.4])
+def test_variances_are_compared_in_the_units_of_each_region(theta: float) -> None:
+    """Half the region with a quarter of the variances is as sure; so is each coordinate."""
+    rows = np.array([[50, 40, 16, 8, theta]] * 3 + [[50, 40, 8, 4, theta]] * 2)
+    variances = np.array([[4, 4, 2, 2, 0.1]] * 3 + [[4, 4, 0.5, 0.5, 0.1]] * 2)
+    space = Coordinates.of([Ellipse(*row) for row in rows.tolist()], rows)
+    assert space.relative(rows, variances) == pytest.approx(np.ones((5, 5 if theta else 4)))
+    variances[4, 2:] *= 3
+    assert space.relative(rows, variances)[4] == pytest.approx([1, 1, 3, 3, 3][: space.dimensions])
+
+
+def test_how_far_a_target_drifts_goes_by_its_size() -> None:
+    keys = np.array([True, False, False, False])
+    small = np.array([[50, 40, 9, 4, 0.3]] * 4)
+
+    def drifted(times: float) -> Floats:
+        ellipses = small * [1, 1, times, times, 1]
+        course = Course(ellipses, ellipses, np.ones(4), [Status.TRACKING] * 4, ~keys)
+        return suspects._drifted(course, keys)
+
+    assert (np.diff(drifted(1.0), axis=0) > 0).all()
+    assert drifted(3.0) == pytest.approx(drifted(1.0) * [9, 9, 9, 9, 1])

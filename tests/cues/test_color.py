@@ -154,28 +154,7 @@ def test_more_points_approach_every_pixel(profile: Profile) -> None:
     assert errors[2] < 0.01
 
 
-@given(st.integers(8, 3000))
-def test_lattice_points_cover_the_disk_evenly(points: int) -> None:
-    lattice = sunflower(points)
-    assert lattice.shape == (2, points)
-    r = np.sort(np.hypot(*lattice))
-    assert r[-1] < 1
-    # As many points as area within every radius, to one half.
-    np.testing.assert_allclose(r**2 * points, np.arange(points) + 0.5, atol=1e-3)
-    assert np.abs(lattice.mean(axis=1)).max() < 2 / math.sqrt(points)
-
-
 # Distances
-
-
-def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
-    """A lattice's own error is in the candidates only."""
-    picture, where = frame(mosaic(6, 90, 90)), Ellipse(40, 45, 37, 26, 0.4)
-    cue, region = Color(), np.array([where])
-    exact = Color(sampling=EveryPixel()).histograms(picture, region)[0]
-    of_model = np.abs(cue.learn(picture, where).histogram - exact).sum()
-    of_reading = np.abs(cue.histograms(picture, region)[0] - exact).sum()
-    assert of_model < of_reading / 2
 
 
 # Mean shift

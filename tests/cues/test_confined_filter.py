@@ -131,16 +131,6 @@ def test_learning_from_a_window_beside_the_target_equals_learning_at_it() -> Non
         assert response > 0.5
 
 
-def test_from_a_smaller_share_of_a_frame_it_changes_less() -> None:
-    model, other = first(), Frame(0, 0.0, scene(9))
-    view = FILTER.view(model, other, TARGET)
-    changes = []
-    for share in (1.0, 0.1):
-        learned = FILTER.updated(model, other, view, TARGET, share)
-        changes.append(np.abs(learned.filter - model.filter).sum())
-    assert changes[1] < 0.5 * changes[0]
-
-
 Complexes = NDArray[np.complexfloating[Any, Any]]
 
 

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes import kernels
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Spectra
@@ -19,10 +17,11 @@ from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,
     CorrelationModel,
+    ScaleFilter,
     peak_near,
     sample_response,
 )
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.fourier import vertex
 from motes.cues.search_window import (
     CELL_SIZE,
     FINEST,
@@ -34,10 +33,8 @@ from motes.cues.search_window import (
     features,
     grid,
 )
-from motes.sot.presets import configure, preset
 from oracles import mosaic
 
-Floats = NDArray[np.float64]
 TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
 
 
@@ -67,13 +64,6 @@ def seen(model: CorrelationModel, frame: Frame) -> Spectra:
 
 
 # The window
-
-
-def test_a_window_of_one_sample_a_pixel_is_the_picture() -> None:
-    pixels = mosaic(1, 60, 80)
-    out = np.empty((3, 20, 30), np.float32)
-    kernels.search_window.cut(pixels, (12.0, 7.0), (1.0, 0.0), (0.0, 1.0), out)
-    np.testing.assert_array_equal(out, np.moveaxis(pixels[7:27, 12:42], 2, 0))
 
 
 def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
@@ -229,19 +219,6 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     assert abs(row - plane.shape[0] // 2) <= 1
 
 
-def test_the_first_filter_is_kept() -> None:
-    cue = Correlation(sharpness=1 / 12)
-    model = cue.learn(textured(), TARGET)
-    other = Frame(0, 0.0, mosaic(5, 150, 200))
-    taught = cue.updated(model, seen(model, other), 1.0)
-    (plane, there), (_, elsewhere) = (
-        cue.responses(taught, seen(model, frame)) for frame in (textured(), other)
-    )
-    assert peak_near(there, 0.0, 0.0) > 0.9
-    assert peak_near(elsewhere, 0.0, 0.0) < 0.3
-    assert plane.max() == pytest.approx(cue.anchor, abs=0.15)
-
-
 def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
     first = np.zeros((10, 12), np.float32)
     first[5, 8] = 0.7
@@ -286,14 +263,6 @@ def test_the_sizes_filter_sees_growth(steps: int) -> None:
     assert abs(int(response.argmax()) - cue.count // 2 - steps) <= 1
 
 
-def test_a_size_once_learned_is_the_last_one() -> None:
-    cue, grown = ScaleFilter(), textured(zoom=1.12)
-    first = cue.learn(textured(), TARGET)
-    seen = cue.spectra(first, grown, TARGET)
-    model = cue.updated(first, seen, 1.0)
-    assert int(cue.response(model, seen).argmax()) == cue.count // 2
-
-
 @pytest.mark.parametrize("cue", [Correlation(), Posterior()])
 @pytest.mark.parametrize("turn", [0.0, np.pi / 2])
 def test_a_target_is_seen_wherever_it_went(cue: Any, turn: float) -> None:
@@ -332,19 +301,15 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
 
 
-def test_what_learns_by_itself_takes_no_strategy() -> None:
-    changes: Any = {"correlation": {}, "adaptation": {"type": "per_cue", "cues": {}}}
-    config: Any = configure(preset("nummiaro"), changes)
-    assert list(config.strategies) == ["color"]
-    changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
-    with pytest.raises(
-        ConfigError, match=r"correlation.*has a learning_rate of its own; leave it out there\.$"
-    ):
-        configure(preset("nummiaro"), changes)
-
-
 def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:
     tiny = grid(4, 4)
     per_pixel = tiny.width / (8 * CELL_SIZE)
     assert per_pixel == pytest.approx(1, abs=0.1)
     assert tiny.columns / per_pixel == pytest.approx(8 + 2 * LEAST_MARGIN)
+
+
+@pytest.mark.parametrize("top", [-0.4, 0.0, 0.3])
+def test_the_top_of_a_parabola_is_found_between_its_values(top: float) -> None:
+    low, best, high = (5 - 3 * (place - top) ** 2 for place in (-1, 0, 1))
+    assert vertex(low, best, high) == pytest.approx(top)
+    assert vertex(2.0, 2.0, 2.0) == 0  # all alike: it is where it was looked for

@@ -6,15 +6,14 @@ import math
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
-from motes.cues.edge_histogram import Edges
-from motes.cues.sampling import EveryPixel, Lattice, Sampling, sunflower
+from motes.cues.gradients import Edges
+from motes.cues.sampling import EveryPixel, Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     MIDDLE,
@@ -36,8 +35,6 @@ from oracles import (
 )
 
 Floats = NDArray[np.float64]
-
-samplings = pytest.mark.parametrize("sampling", [*SHARES.values(), Lattice()], ids=repr)
 
 
 def normalized(weights: Floats, bins: NDArray[np.int64], count: int) -> Floats:
@@ -96,18 +93,6 @@ def test_lattice(pixels: Any, ellipse: Ellipse, points: int) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("slope", "bin_number"), [((0, 1), 0), ((-1, 1), 2), ((1, 0), 4), ((1, 1), 6)]
-)
-@samplings
-def test_straight_edges(slope: tuple[int, int], bin_number: int, sampling: Sampling) -> None:
-    """The two directions across an edge are one; horizontal edges come first."""
-    for sign in (1, -1):
-        picture = edge((sign * slope[0], sign * slope[1]))
-        histogram = Edges(sampling=sampling).histograms(picture, rows(MIDDLE))[0]
-        assert histogram[bin_number] > 0.9
-
-
 def test_weak_edges_are_left_out_and_are_no_angle() -> None:
     """Equation 14 sets their angle to 0, which would count them as vertical edges."""
     pixels = edge((0, 1)).pixels.copy()
@@ -115,13 +100,6 @@ def test_weak_edges_are_left_out_and_are_no_angle() -> None:
     histogram = Edges(sampling=EveryPixel()).histograms(frame(pixels), rows(MIDDLE))[0]
     assert histogram[0] > 0.9
     assert histogram[4] == 0
-
-
-def test_the_threshold_is_exceeded_not_reached() -> None:
-    """A step of 25 gray values has a strength of exactly 100."""
-    for contrast, last in ((25, 1), (26, 0)):
-        histogram = Edges().histograms(edge((1, 0), contrast), rows(MIDDLE))[0]
-        assert histogram[8] == last
 
 
 # Distances

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
-from motes.cues.edge_histogram import Edges
-from motes.cues.hog import Hog
+from motes.cues.gradients import Edges, Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
 from motes.cues.structure_tensor import Orientation
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
@@ -45,6 +44,7 @@ def read(cue: Any, sampling: Sampling) -> Any:
     return msgspec.structs.replace(cue, sampling=sampling)
 
 
+@pytest.mark.slow
 @all_cues
 @given(pictures, st.lists(regions, min_size=1, max_size=4), regions)
 def test_distances(cue: Any, pixels: Any, candidates: list[Ellipse], target: Ellipse) -> None:
@@ -91,14 +91,6 @@ def test_nothing_is_seen_outside_and_in_no_ellipse(cue: Any, sampling: Sampling)
     lost = each.learn(picture, WHERE._replace(x=90.0))
     assert not lost.histogram.any()
     np.testing.assert_array_equal(each.distances(lost, picture, rows(nothing, WHERE)), 1)
-
-
-@pytest.mark.parametrize("cue", [Color(), Edges(), Hog(), Orientation()], ids=repr)
-def test_whole_numbers_are_read_as_any(cue: Any) -> None:
-    picture, region = frame(mosaic(0, 60, 80)), Ellipse(40, 30, 9, 7, 0)
-    model = cue.learn(picture, region)
-    whole, real = (cue.distances(model, picture, np.array([region], kind)) for kind in (int, float))
-    np.testing.assert_array_equal(whole, real)
 
 
 # Planes

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
-from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
+from motes.cues.gradients import DERIVATIVE, SMOOTH, Hog
 from motes.cues.sampling import EveryPixel, Lattice, Sampling, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
@@ -109,20 +109,6 @@ def test_lattice(pixels: Any, ellipse: Ellipse, count: int, form: tuple[int, int
 # What a histogram says
 
 
-@samplings
-@pytest.mark.parametrize(
-    ("slope", "number"),
-    [((-1, 0), 0), ((-1, -1), 1), ((0, -1), 2), ((1, 0), 4), ((1, 1), 5), ((0, 1), 6)],
-)
-def test_straight_edges(slope: tuple[int, int], number: int, sampling: Sampling) -> None:
-    """A gradient points to the bright side; the first bin is centered on the -x axis."""
-    upright, turned = Hog(rotation_normalized=False, sampling=sampling), Hog(sampling=sampling)
-    assert upright.histograms(edge(slope), rows(MIDDLE))[0, number] > 0.9
-    assert turned.histograms(edge(slope), rows(MIDDLE))[0, 0] > 0.9
-    darker = upright.histograms(edge(slope, contrast=-50), rows(MIDDLE))[0]
-    assert darker[(number + 4) % 8] > 0.9
-
-
 @pytest.mark.parametrize("cells", [1, 3])
 def test_quarter_turns(cells: int) -> None:
     """A target turned with its ellipse keeps its histogram, if that is turned too."""
@@ -134,16 +120,6 @@ def test_quarter_turns(cells: int) -> None:
         model = cue.learn(frame(pixels), where)
         distance = cue.distances(model, frame(quarter), rows(left))[0]
         assert bool(distance < 1e-3) is turned
-
-
-def test_cells_turn_with_the_ellipse() -> None:
-    pixels = np.full((60, 60, 3), 60, np.uint8)
-    pixels[14:17, 28:33] = 200  # above the middle: half a turn of the axes and it is below
-    for sampling in (EveryPixel(), Lattice(points=4096)):
-        cue = Hog(cells=3, sampling=sampling)
-        ellipses = [Ellipse(30, 30, 24, 24, turn * math.pi / 2) for turn in range(4)]
-        found = cue.histograms(frame(pixels), rows(*ellipses)).reshape(4, 9, 8).sum(axis=2)
-        assert found.argmax(axis=1).tolist() == [1, 3, 7, 5]
 
 
 # Distances

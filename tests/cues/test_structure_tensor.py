@@ -31,7 +31,6 @@ from oracles import (
     between_pixels,
     edges,
     frame,
-    gray_blocks,
     lattice_places,
     mosaic,
     on_a_border,
@@ -153,15 +152,6 @@ def test_filters_are_gaussians_and_a_derivative(scale: float, window: float) -> 
         assert (len(taps) - 1) ** 2 >= 2.4**2 * wanted  # so far that little is cut off
 
 
-@given(st.floats(0.7, 200))
-def test_blocks_are_as_large_as_the_scale_allows(scale: float) -> None:
-    filters = filters_of(scale, 1.0)
-    sigma = scale / filters.step
-    assert sigma >= min(0.9, scale)
-    assert len(filters.smooth) <= 6  # the cost of a block does not depend on the target's size
-    assert filters.step == max(step for step in range(1, 300) if step == 1 or scale / step >= 0.9)
-
-
 # The structure tensor
 
 
@@ -196,28 +186,6 @@ def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: in
     check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
 
 
-@pytest.mark.parametrize("step", SCALES)
-def test_nearly_all_of_a_plane_is_compared(step: int) -> None:
-    """The test before this one would also pass if it were sure of nothing."""
-    filters = filters_of(SCALES[step], 1.0)
-    pixels = mosaic(0, 40, 50)
-    assert check_plane(computed(pixels, filters), tensors(pixels, filters), 36) > 0.98
-
-
-@pytest.mark.parametrize("step", SCALES)
-@pytest.mark.parametrize("slope", [(3, 0), (0, 2), (1, 2), (2, -1), (3, 1), (-1, -3), (3, -2)])
-def test_a_pure_slope(slope: tuple[int, int], step: int) -> None:
-    """Where the gradient is g everywhere, J = g g^T: C = |g|^4, the orientation that of g."""
-    y, x = np.mgrid[:42, :42]
-    values = slope[0] * x + slope[1] * y
-    found = computed(gray(values - values.min()), filters_of(SCALES[step], 1.0), 180)
-    middle = slice(6, -6), slice(6, -6)
-    square = (slope[0] ** 2 + slope[1] ** 2) * step**2  # a block's slope is that over its side
-    np.testing.assert_allclose(found.certainty[middle], square**2, rtol=1e-4)
-    expected = int(math.degrees(math.atan2(slope[1], slope[0]) % math.pi) + 90) % 180
-    assert (found.bins[middle] == expected).all()
-
-
 @given(pictures, scales, st.data())
 def test_a_part_of_a_plane_is_computed_as_in_the_whole(
     pixels: Pixels, scale: float, data: st.DataObject
@@ -232,22 +200,6 @@ def test_a_part_of_a_plane_is_computed_as_in_the_whole(
     )
     part = computed(pixels, filters, part=(left, top, right, bottom))
     assert_same(part, computed(pixels, filters), (slice(top, bottom), slice(left, right)))
-
-
-def test_blocks_are_means_of_luma() -> None:
-    """The oracle by hand, also where the picture ends within a block."""
-    pixels = np.zeros((3, 5, 3), np.uint8)
-    pixels[0, 0], pixels[0, 4], pixels[2, 4] = (256 - 1, 0, 0), (0, 128, 0), (0, 0, 64)
-    red, green, blue = 255 * 77 / 256, 128 * 150 / 256, 64 * 29 / 256
-    expected = [[red / 4, 0, green / 2], [0, 0, blue]]
-    np.testing.assert_allclose(gray_blocks(pixels, 2), expected)
-    np.testing.assert_allclose(gray_blocks(pixels, 2, 1)[0], [red, red / 2, 0, green, green])
-    for step in SCALES:
-        # A filter of one tap is none: what is left is the gradient of two blocks' difference.
-        one, half = np.ones(1, np.float32), np.array([0, 0.5], np.float32)
-        plain = Filters(step, np.array([1, 0], np.float32), half, one)
-        picture = mosaic(8, 7, 8)
-        check_plane(computed(picture, plain), tensors(picture, plain), 36)
 
 
 def turn(y: Any, x: Any) -> Floats:
@@ -273,28 +225,7 @@ def test_angles(points: list[tuple[float, float]]) -> None:
     assert np.abs(off).max() < 1.2e-5
 
 
-def test_the_angle_of_nothing_is_finite() -> None:
-    zeros = np.array([0.0, -0.0], np.float32)
-    found = turn(np.repeat(zeros, 2), np.tile(zeros, 2))
-    assert np.isfinite(found).all()
-    assert np.isin(found, [0, -np.pi, np.pi]).all()
-
-
 # Which bin
-
-
-@given(st.floats(-90, 90, exclude_max=True), st.sampled_from([4, 7, 36, 90]))
-@example(-89.0, 36)
-@example(89.0, 36)
-@example(-1.0, 36)
-@example(44.0, 4)
-def test_gratings_fall_into_their_bin(degrees: float, bins: int) -> None:
-    place = (degrees / 180 + 0.5) * bins
-    assume(abs(place - round(place)) * 180 / bins > 0.5)
-    cue = Orientation(bins=bins, kept_fraction=1.0)
-    for pixels in (grating(degrees), 255 - grating(degrees), grating(degrees + 180)):
-        found = cue.learn(frame(pixels), Ellipse(30, 30, 25, 25)).histogram
-        np.testing.assert_allclose(found, triangle(np.eye(bins)[int(place)], 0), atol=1e-3)
 
 
 # Histograms
@@ -351,13 +282,6 @@ def test_histograms(
     )
     np.testing.assert_allclose(histograms[0], triangle(raw, shift), atol=1e-6)
     assert histograms.sum() == pytest.approx(1) or not histograms.any()
-
-
-def test_the_triangle() -> None:
-    """The oracle by hand."""
-    one = np.array([0, 0, 0, 1.0, 0, 0, 0, 0])
-    np.testing.assert_allclose(triangle(one, 0), [0, 0, 0.25, 0.5, 0.25, 0, 0, 0])
-    np.testing.assert_allclose(triangle(one, 0.5), [0, 0.125, 0.375, 0.375, 0.125, 0, 0, 0])
 
 
 def drawn(cue: Orientation, picture: Frame, ellipse: Ellipse, threshold: float) -> Floats:
@@ -473,23 +397,6 @@ def test_nothing_is_ever_nan(
 TARGET = Ellipse(60, 58, 40, 25, 0.0)
 
 
-@samplings
-@pytest.mark.parametrize("start", [0.0, 0.5, -1.4])
-def test_a_rotated_histogram_turns_with_its_ellipse(sampling: Sampling, start: float) -> None:
-    cue = Orientation(form="rotated", sampling=sampling)
-    model = cue.learn(texture(TARGET._replace(theta=start)), TARGET._replace(theta=start))
-    with_it, fixed = [], []
-    for degrees in range(0, 181, 10):
-        turned = TARGET._replace(theta=start + math.radians(degrees))
-        # Of the same size whatever its angle: only the histogram's turning is left.
-        still = rows(turned, Ellipse(60, 58, 25, 25, start))
-        with_it.append(cue.distances(model, texture(turned), still[:1])[0])
-        fixed.append(cue.distances(model, texture(turned), still[1:])[0])
-    assert max(with_it) < (0.05 if isinstance(sampling, EveryPixel) else 0.1)
-    assert min(fixed[3:15]) > 0.35
-    assert max(fixed) > 0.8
-
-
 def test_a_spectrum_does_not_depend_on_the_angle() -> None:
     """Of the picture or of the ellipse: a circle's is all the same."""
     circle = Ellipse(60, 58, 30, 30)
@@ -574,21 +481,6 @@ def test_the_scale_changes_when_the_target_has(factor: float) -> None:
     assert settled.threshold == plain.learn(picture, now).threshold
 
 
-def test_small_changes_add_up() -> None:
-    """The scale is compared with the one in use, not with the last frame's size."""
-    picture = texture(TARGET)
-    cue = Orientation(scale=0.06)
-    model = first = cue.learn(picture, TARGET)
-    seen = set()
-    for step in range(1, 31):
-        factor = 1.01**step
-        now = TARGET._replace(a=TARGET.a * factor, b=TARGET.b * factor)
-        model = cue.update_reading(model, picture, now)
-        seen.add(model.scale)
-        assert model.scale == pytest.approx(first.scale * factor, rel=HYSTERESIS + 0.01)
-    assert len(seen) in (3, 4)
-
-
 @pytest.mark.parametrize("scale", [0.05, 0.1])
 @pytest.mark.parametrize("zoom", [2.0, 3.0])
 @forms
@@ -609,27 +501,6 @@ def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form
 
 
 # Planes
-
-
-def test_a_plane_is_computed_once() -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue = Orientation(scale_selection=False)
-    wide = rows(Ellipse(40, 30, 30, 20), Ellipse(30, 30, 12, 9, 0.3))
-    model = cue.learn(picture, Ellipse(40, 30, 30, 20))
-    [plane] = planes(picture)
-    cue.distances(model, picture, wide)
-    cue.update_reading(model, picture, Ellipse(30, 30, 12, 9, 0.3))
-    cue.observe(model, picture, Ellipse(45, 30, 12, 9, 0.3))
-    replaced(cue, form="fourier").learn(picture, Ellipse(40, 30, 30, 20))
-    assert [id(one) for one in planes(picture)] == [id(plane)]
-    # What it does not cover, another scale and other bins need another one.
-    cue.distances(model, picture, rows(Ellipse(60, 30, 30, 20)))
-    [moved] = planes(picture)
-    assert moved is not plane
-    replaced(cue, bins=18).learn(picture, Ellipse(40, 30, 30, 20))
-    replaced(cue, scale=0.2).learn(picture, Ellipse(40, 30, 30, 20))
-    assert len(planes(picture)) == 3
-    assert planes(picture)[0] is moved
 
 
 def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:

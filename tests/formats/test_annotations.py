@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -14,16 +12,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from crowds import from_files
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status, Track
-from motes.formats import runs
 from motes.formats.coco import write as coco
 from motes.formats.cvat import write as cvat
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header, ObjectRow, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from sightings import seen
 
@@ -43,7 +39,7 @@ def frames() -> dict[int, list[Track]]:
 
 
 def pictures(tracks: Mapping[int, Sequence[Track]]) -> list[FrameRow]:
-    return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
+    return [FrameRow(index, index / 4, tuple(here)) for index, here in tracks.items()]
 
 
 def journal(folder: Path, kept: Sequence[FrameRow]) -> Recording:
@@ -80,12 +76,6 @@ def test_coco(tmp_path: Path) -> None:
     assert {each["iscrowd"] for each in found} == {0}
     assert [each["segmentation"] for each in found] == [[]] * 5
     assert [each["area"] for each in found] == [121, 121, 88, 121, 121]
-
-
-def test_images_of_a_folder_keep_their_names(tmp_path: Path) -> None:
-    kept = journal(tmp_path, [FrameRow(0, 0.0, (), "left/a1.jpg"), FrameRow(3, 0.1, (), "b.jpg")])
-    images = json.loads(b"".join(coco(kept)))["images"]
-    assert [each["file_name"] for each in images] == ["left/a1.jpg", "b.jpg"]
 
 
 def test_an_outline_is_cut_to_the_picture() -> None:
@@ -132,12 +122,6 @@ def test_cvat(tmp_path: Path) -> None:
     assert all(box.get("keyframe") == "1" for track in tracks.values() for box in track)
 
 
-def test_nothing_at_all(tmp_path: Path) -> None:
-    nothing = journal(tmp_path, [FrameRow(0, 0.0, ())])
-    assert json.loads(b"".join(coco(nothing)))["annotations"] == []
-    assert ElementTree.fromstring(b"".join(cvat(nothing))).find("track") is None
-
-
 @pytest.fixture
 def dataset(tmp_path: Path) -> Path:
     """Return a folder with all forms, laid out as datumaro wants each of them."""
@@ -151,65 +135,9 @@ def dataset(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def boxes(form: Any) -> list[tuple[int, int, bool, list[float]]]:
-    """Return frame from 0, identity, whether it is hidden, and box of what datumaro has read."""
-    found = []
-    for item in form:
-        for each in item.annotations:
-            if each.type.name == "bbox" and not each.attributes.get("outside"):
-                which, hidden = each.attributes["track_id"], each.attributes["occluded"]
-                frame = int(item.id.split("_")[-1])
-                found.append((frame, which, hidden, [float(part) for part in each.get_bbox()]))
-    return sorted(found)
-
-
-EXPECTED = [
-    (4, 1, False, [15, 30, 11, 11]), (4, 2, False, [45, 20, 11, 11]),
-    (5, 1, False, [0, 30, 8, 11]), (5, 2, True, [47, 20, 11, 11]), (8, 1, False, [15, 30, 11, 11]),
-]  # fmt: skip
-
-
 def datumaro() -> Any:
     reason = "datumaro is not installed; `make test` installs it"
     return pytest.importorskip("datumaro.components.dataset", reason=reason).Dataset
-
-
-@pytest.mark.slow
-def test_datumaro_reads_coco_and_cvat(dataset: Path) -> None:
-    for path, form in ((dataset, "coco_instances"), (dataset / "cvat.xml", "cvat")):
-        found = datumaro().import_from(str(path), form)
-        assert boxes(found) == EXPECTED
-        assert {item.id for item in found} >= {f"frame_{i:06d}" for i in (4, 5, 8)}
-        (label,) = next(iter(found.categories().values()))
-        assert label.name == HEAD.label
-
-
-def test_datumaro_reads_rows_of_the_motchallenge(dataset: Path) -> None:
-    """What is hidden has no row; what has one is seen, and of the first label."""
-    found = datumaro().import_from(str(dataset), "mot_seq")
-    shown = [  # frames and pixels count from 1; nothing is cut to the picture
-        (frame + 1, who, hidden, [-2 if frame == 5 else x + 1, y + 1, 11, 11])
-        for frame, who, hidden, (x, y, _, _) in EXPECTED
-        if not hidden
-    ]
-    shown.insert(3, (7, 1, False, [-24, 31, 11, 11]))
-    assert boxes(found) == shown
-    attributes = [each.attributes for item in found for each in item.annotations]
-    assert {each["visibility"] for each in attributes} == {1}
-    assert {each.label for item in found for each in item.annotations} == {0}
-
-
-def test_trackeval_reads_rows_of_the_motchallenge(dataset: Path) -> None:
-    """Their class is the one that it evaluates; here they are measured against themselves."""
-    truth = dataset / "truth" / "film"
-    (truth / "gt").mkdir(parents=True)
-    rows = (dataset / "gt" / "gt.txt").read_text()
-    (truth / "gt" / "gt.txt").write_text(rows)
-    (truth / "seqinfo.ini").write_text("[Sequence]\nname=film\nseqLength=9\n")
-    (dataset / "results").mkdir()
-    (dataset / "results" / "film.txt").write_text(rows)
-    found = from_files(dataset / "truth", dataset / "results", "film")["CLEAR"]
-    assert (found["CLR_TP"], found["CLR_FP"], found["CLR_FN"]) == (len(rows.splitlines()), 0, 0)
 
 
 def test_polygons_without_a_box_have_the_box_around_them(tmp_path: Path) -> None:
@@ -221,31 +149,3 @@ def test_polygons_without_a_box_have_the_box_around_them(tmp_path: Path) -> None
     (tmp_path / "a.json").write_text(json.dumps(document))
     (row,) = read(tmp_path / "a.json", "coco", FilmFacts())
     assert row.objects[0].box == pytest.approx((5, 20, 25, 30))
-
-
-@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # its own
-def test_cocos_own_tool(tmp_path: Path) -> None:
-    """It reads all of it, draws boxes, and has masks only of objects that have one."""
-    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pixels = np.random.default_rng(1).random((SIZE[1], SIZE[0])) < 0.1
-    box, whole = Ellipse.from_box((10, 20, 30, 15)), Ellipse.from_box((0, 0, *SIZE))
-    objects = (
-        ObjectRow(1, box, 0.5, Status.TRACKING),
-        ObjectRow(2, whole, 0.5, Status.TRACKING, mask=runs.encode(pixels)),
-    )
-    write(tmp_path / "a.json", "coco", journal(tmp_path, [FrameRow(0, 0.0, objects)]))
-    with contextlib.redirect_stdout(io.StringIO()) as said:
-        found = tool.COCO(str(tmp_path / "a.json"))
-        found.info()
-    assert "video: film.mp4" in said.getvalue()
-    ((_, image),) = found.imgs.items()
-    assert (image["width"], image["height"]) == SIZE
-    plain, masked = found.loadAnns(found.getAnnIds(imgIds=[image["id"]]))
-    assert (plain["bbox"], plain["area"], plain["segmentation"]) == ([10, 20, 30, 15], 450, [])
-    assert masked["area"] == pixels.sum()
-    assert (found.annToMask(masked) == pixels).all()
-    figure, axes = pyplot.subplots()
-    found.showAnns([plain], draw_bbox=True)
-    assert axes.collections
-    pyplot.close(figure)

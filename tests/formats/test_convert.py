@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
-import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from xml.etree import ElementTree
@@ -110,16 +106,6 @@ def test_frames_that_nobody_has_looked_at_are_no_negatives(
         assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
 
 
-@pytest.mark.parametrize("truth", ["otb", "vot"])
-def test_rows_of_a_truth_have_all_its_frames(go: Go, truth: str) -> None:
-    """It is of one target, so they can be smoothed and checked."""
-    assert go(f"convert one.csv a.{truth}.txt")[0] == 0
-    assert go(f"convert a.{truth}.txt b.csv --size 320x240")[0] == 0
-    rows = list(csv.DictReader(Path("b.csv").read_text().splitlines()))
-    assert [int(row["frame"]) for row in rows] == [*range(40)]
-    assert {row["status"] for row in rows[20:25]} == {"searching"}
-
-
 def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
     lines = Path("one.csv").read_text().splitlines(keepends=True)
     Path("cut.csv").write_text("".join([lines[0], *lines[11:]]))
@@ -189,23 +175,6 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert (code, "labels holds shares of the picture; give its --size" in said) == (2, True)
     assert go("convert labels d.csv --video film")[0] == 0
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
-
-
-def test_frames_beyond_those_that_are_known_are_refused(go: Go) -> None:
-    Path("film").mkdir()
-    for frame in range(3):
-        Image.new("RGB", (64, 48)).save(f"film/{frame}.png")
-    assert go("track film --at 0=9,9,20,20 --preset mean_shift -o run.csv")[0] == 0
-    for options in ("", "--video film"):
-        code, said = go(f"convert run.csv a.json --frames 4 {options}")
-        assert (code, "--frames is 4, and film has 3; omit it." in said) == (2, True)
-        assert go(f"convert run.csv a.json --frames 3 --overwrite {options}")[0] == 0
-
-
-def test_frames_without_objects_are_said_to_be_so(go: Go) -> None:
-    assert go("convert one.csv boxes.txt --to mot-truth")[0] == 0
-    said = go("convert boxes.txt a.csv --from mot-truth --size 320x240 --frames 60")[1]
-    assert "the 35 frames in boxes.txt; nothing is in 5 other frames of its film." in said
 
 
 def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
@@ -340,7 +309,7 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     assert (code, rows) == (0, len(document["annotations"]) - 2)
     Path("a.json").unlink()
 
-    head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
+    head = '{"motes": "rows 2", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
     code, said = go("convert a.json.rows.jsonl a.json")
     assert (code, "the last line, which is cut off" in said) == (0, True), said
@@ -379,15 +348,6 @@ def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
     assert Path("mine/thesis.doc").read_text() == "all of it"
     code, said = go("convert two.json . --to yolo --overwrite")
     assert (code, ". is the current folder; name another one" in said) == (5, True), said
-
-
-def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
-    for target in ("a.yolo", "labels", "b --to yolo"):
-        code, said = go(f"convert two.json {target}")
-        name = target.split()[0]
-        assert (code, f"wrote {name} (labels of YOLO)" in said) == (0, True), said
-    code, said = go("convert two.json folder")
-    assert (code, "as yolo for a folder of labels" in said, said.count("\n")) == (2, True, 1)
 
 
 @pytest.mark.parametrize(
@@ -579,61 +539,3 @@ def test_guesses_are_not_exported_as_seen(go: Go, target: str) -> None:
     assert [*SHOWN[target](Path(target))] == SEEN
     assert "guess" not in go(f"{made} --with-guesses")[1]
     assert [*SHOWN[target](Path(target))] == [*range(5)]
-
-
-def test_a_hidden_object_is_not_absent(go: Go) -> None:
-    assert go("convert two.json a.keyframes.csv --identity 2")[0] == 0
-    assert "absent" not in Path("a.keyframes.csv").read_text()
-
-
-def test_the_way_of_the_images_to_their_labels_is_said(go: Go) -> None:
-    with VideoWriter("clip.mp4", 25) as writer:
-        for frame in range(3):
-            writer.write(np.full((48, 64, 3), 90, np.uint8), frame / 25)
-    _, said = go("track clip.mp4 --init 8,6,10,8 --preset mean_shift -o a.yolo")
-    assert (
-        "motes: to train with a.yolo, put its images beside its labels: mkdir a.yolo/images && "
-        "ffmpeg -i clip.mp4 -fps_mode passthrough -start_number 0 a.yolo/images/frame_%06d.png\n"
-    ) in said
-    _, said = go("convert two.json b.yolo")
-    assert "beside its labels: those that b.yolo/train.txt lists, into b.yolo/images\n" in said
-    assert "to train" not in go("convert two.json b --to yolo-predictions")[1]
-    Path("img").mkdir()
-    for name in ("1.png", "2.png"):
-        Image.new("RGB", (320, 240)).save(f"img/{name}")
-    assert go("convert one.csv c.vot.txt --frames 40")[0] == 0
-    Path("c.vot.txt").write_text("".join(Path("c.vot.txt").read_text().splitlines(True)[:2]))
-    _, said = go("convert c.vot.txt c.yolo --video img --fps 25")
-    (command,) = re.findall("beside its labels: (cp .*)", said)
-    if sys.platform != "win32":
-        subprocess.run(shlex.split(command), check=True)
-        listed = Path("c.yolo/train.txt").read_text().split()
-        assert listed == ["./images/1.png", "./images/2.png"]
-        assert all(Path("c.yolo", each).is_file() for each in listed)
-        code, said = go("convert c.vot.txt c.yolo --video img --fps 25 --overwrite")
-        assert (code, "holds images, which is no part of labels of YOLO" in said) == (5, True)
-
-
-def test_texts_beside_the_names_of_their_classes_are_read(go: Go) -> None:
-    """As motes wrote them before, and others do: without a folder of their own."""
-    assert go("convert two.json a.yolo")[0] == 0
-    Path("flat").mkdir()
-    for path in (Path("a.yolo/data.yaml"), *Path("a.yolo/labels").iterdir()):
-        path.rename(Path("flat", path.name))
-    assert go("convert two.json a.yolo --overwrite")[0] == 0
-    for folder in ("a.yolo", "a.yolo/labels", "flat"):
-        assert go(f"convert {folder} back.csv --size 320x240 --fps 25 --overwrite")[0] == 0
-        assert Path("back.csv").read_text().count(",car,") == 30
-        if folder == "a.yolo":
-            kept = Path("back.csv").read_text()
-        assert Path("back.csv").read_text() == kept
-
-
-def test_the_page_says_which_formats_are_only_written() -> None:
-    root = Path(__file__).parents[2]
-    written = {name for name, form in registry.OWN.items() if form.write}
-    unread = {name for name in written if not registry.OWN[name].read}
-    page = (root / "docs/formats.md").read_text(encoding="utf-8")
-    assert f"writes the files of {len(written)} formats, and reads {len(written - unread)}" in page
-    (said,) = re.findall(r"into any other, but (.*?): these are only written", page, re.DOTALL)
-    assert {*re.findall("`(.*?)`", said)} == unread

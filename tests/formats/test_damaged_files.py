@@ -16,11 +16,10 @@ from PIL import Image
 from motes.cli import main
 from motes.core.errors import SourceError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts
+from motes.formats.recording import FilmFacts, placed
 from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 
 
@@ -119,6 +118,11 @@ SAMPLES = {
     ),
 }  # fmt: skip
 
+TEXTS = ("csv", "mot", "otb", "yolo", "keyframes")
+DOCUMENTS = ("coco", "jsonl", "label-studio", "cvat")
+READERS = (*TEXTS, *DOCUMENTS)
+"""One format for each way of reading: other texts of the MOTChallenge are as mot, vot as otb."""
+
 Convert = Callable[..., tuple[int, str]]
 
 
@@ -198,28 +202,47 @@ WHOLE: dict[str, Callable[[bytes], bytes]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", READERS)
 def test_the_last_record_is_cut_off(name: str, convert: Convert) -> None:
-    """Wherever it is cut but at its start, also inside of its last number."""
+    """Beside each of its signs, and anywhere inside of its last number."""
     text = SAMPLES[name].text
     last = SAMPLES[name].record or text.splitlines(keepends=True)[-1]
     start = text.rindex(last) + (name != "yolo")  # whose text is empty without it
+    last_number = max(text.rfind(digit) for digit in "0123456789") - 6
     for end in range(start + (name == "yolo"), len(text)):
+        if text[end - 1 : end + 1].isalnum() and end < last_number:
+            continue  # as the cut beside it
         if text[end:].strip() or name not in ("coco", "cvat", "label-studio", "jsonl"):
             check_refused(convert(name, text[:end].encode(), "--from", name))
 
 
-@pytest.mark.parametrize("recognize", [True, False])
-@pytest.mark.parametrize("damage", WHOLE)
-@pytest.mark.parametrize("name", SAMPLES)
-def test_the_whole_file_is_wrong(name: str, damage: str, recognize: bool, convert: Convert) -> None:
-    if (name, damage) == ("yolo", "empty"):
-        pytest.skip("a frame without objects has an empty text")
+# Characters are decoded in one place for all texts, and in one for all documents of JSON.
+DECODED = ("csv", "mot", "coco", "cvat")
+OWN = ("empty", "cut", "half", "list")
+"""What each reader finds by itself."""
+
+
+@pytest.mark.parametrize(
+    ("name", "damage"),
+    [
+        (name, damage)
+        for damage in WHOLE
+        for name in (READERS if damage in OWN else DECODED)
+        if (name, damage) != ("yolo", "empty")  # a frame without objects has an empty text
+    ],
+)
+def test_the_whole_file_is_wrong(name: str, damage: str, convert: Convert) -> None:
     content = WHOLE[damage](SAMPLES[name].text.encode())
-    check_refused(convert(name, content, *([] if recognize else ["--from", name])))
+    check_refused(convert(name, content, "--from", name))
 
 
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("damage", ["empty", "rubbish", "other", "html"])
+@pytest.mark.parametrize("name", DECODED)
+def test_what_is_of_no_format_is_not_recognized(name: str, damage: str, convert: Convert) -> None:
+    check_refused(convert(name, WHOLE[damage](SAMPLES[name].text.encode())))
+
+
+@pytest.mark.parametrize("name", [*DECODED, "yolo"])
 def test_a_folder_in_place_of_a_file(name: str, convert: Convert) -> None:
     path = Path("labels") if name == "yolo" else Path("a" + FORMATS.resolve(name).endings[0])
     if name == "yolo":
@@ -231,11 +254,11 @@ def test_a_folder_in_place_of_a_file(name: str, convert: Convert) -> None:
         check_refused(convert(name, b"", "--from", name), "a folder")
 
 
-NO_NUMBERS = ("nan", "inf", "-inf", "1e300", "1e999", "abc", "0x10", "")
+NO_NUMBERS = ("nan", "1e300", "1e999", "abc", "")
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS)
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", READERS)
 def test_a_number_is_wrong(name: str, value: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     for number in (sample.x, sample.width):
@@ -245,7 +268,7 @@ def test_a_number_is_wrong(name: str, value: str, convert: Convert) -> None:
 
 
 @pytest.mark.parametrize("value", ["0", "-7.5"])
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", READERS)
 def test_a_box_has_no_width(name: str, value: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     if name == "cvat":  # which has right sides
@@ -259,8 +282,8 @@ def test_a_box_has_no_width(name: str, value: str, convert: Convert) -> None:
         check_refused(found, sample.place)
 
 
-@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].frame))
-@pytest.mark.parametrize("value", ["-3", "1.5", "99999999999", "1e30", "nan", "x"])
+@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].frame])
+@pytest.mark.parametrize("value", ["-3", "1.5", "99999999999", "x"])
 def test_a_frame_is_none_of_a_film(name: str, value: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     new = re.sub(r"\d+", value, sample.frame, count=1)
@@ -268,8 +291,8 @@ def test_a_frame_is_none_of_a_film(name: str, value: str, convert: Convert) -> N
     check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
 
 
-@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].identity))
-@pytest.mark.parametrize("value", ["1.5", "nan", "x"])
+@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].identity])
+@pytest.mark.parametrize("value", ["1.5", "x"])
 def test_an_identity_is_none(name: str, value: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     new = re.sub(r"\d+", value, sample.identity, count=1)
@@ -277,7 +300,7 @@ def test_an_identity_is_none(name: str, value: str, convert: Convert) -> None:
     check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
 
 
-@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].record))
+@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].record])
 def test_an_object_is_there_twice(name: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     between = ", " if "{" in sample.record and name != "jsonl" else ""
@@ -303,7 +326,7 @@ def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> N
     assert rows() == expected
 
 
-@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"yolo", "label-studio"}))
+@pytest.mark.parametrize("name", ["csv", "mot", "otb", "coco", "cvat", "keyframes"])
 def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -> None:
     sample = SAMPLES[name]
     assert convert(name, sample.text.encode(), "--from", name)[0] == 0
@@ -467,14 +490,12 @@ def test_parquet(column: str, values: list[object] | None, message: str, convert
         check_refused(convert("parquet", wrong, "--from", "parquet"))
 
 
-@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"keyframes"}))
+@pytest.mark.parametrize("name", DECODED)
 def test_a_file_of_another_format_is_no_keyframes(
     name: str, convert: Convert, capfd: pytest.CaptureFixture[str]
 ) -> None:
     del convert
     path = written(name, SAMPLES[name].text.encode())
-    if name == "otb":
-        path = path.rename(FORMATS.resolve(name).endings[1])
     Path("film").mkdir()
     for i in range(2):
         Image.new("RGB", (320, 240)).save(f"film/{i}.png")
@@ -485,10 +506,10 @@ def test_a_file_of_another_format_is_no_keyframes(
     code = main(
         ["convert", *said.split("motes convert ")[1].rstrip(".\n").split(), "--size", "320x240"]
     )
-    assert code == 0 or name == "mot-detections"
+    assert code == 0
 
 
-@pytest.mark.parametrize("damage", WHOLE)
+@pytest.mark.parametrize("damage", OWN)
 def test_damaged_keyframes(
     damage: str, convert: Convert, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -522,11 +543,11 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     path = tmp_path / "a.json.rows.jsonl"
     writer = JournalWriter(path, Header("film", 64, 48, "object"))
     for frame in range(3):
-        each = ObjectRow(1, Ellipse(9.5, 20, 8, 5, 0.1), 0.75, Status.TRACKING, label="car")
+        each = placed(frame, Ellipse(9.5, 20, 8, 5, 0.1), 1, 0.75, label="car")
         writer.add(FrameRow(frame, frame / 25, (each,)))
     writer.close()
     whole = path.read_bytes()
-    sound = list(registry.read(path, "journal", FilmFacts()))
+    sound = [row.to_dict() for row in registry.read(path, "journal", FilmFacts())]
     head = whole.index(b"\n") + 1
 
     def read(data: bytes) -> list[FrameRow] | None:
@@ -539,7 +560,8 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
 
     said = set[str]()
     for end in range(len(whole)):
-        found = read(whole[:end])
+        kept = read(whole[:end])
+        found = None if kept is None else [row.to_dict() for row in kept]
         assert found == (sound[: whole[head:end].count(b"\n")] if end >= head else None) or (
             end == head - 1 and found == []
         )

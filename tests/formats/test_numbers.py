@@ -6,10 +6,9 @@ plain reader follows the rule that its documentation, or its source, has.
 
 from __future__ import annotations
 
-import csv
 import json
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -22,8 +21,7 @@ from crowds import trackeval
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording, recording_of
-from motes.rows.journal import ObjectRow
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
@@ -52,7 +50,7 @@ def truth(frame: int) -> Truth:
 def street() -> Recording:
     """Return the recording of `truth`."""
     objects = [
-        (frame, ObjectRow(identity, Ellipse.from_box(box), 0.75, status, label=label))
+        placed(frame, Ellipse.from_box(box), identity, 0.75, status, label)
         for frame in range(FRAMES)
         for identity, (label, status, box) in truth(frame).items()
     ]
@@ -91,9 +89,7 @@ def one() -> Recording:
     """Return the recording of `turned`."""
     places = {frame: turned(frame) for frame in range(FRAMES)}
     objects = [
-        (frame, ObjectRow(1, place, 0.75, Status.TRACKING))
-        for frame, place in places.items()
-        if place is not None
+        placed(frame, place, 1, 0.75) for frame, place in places.items() if place is not None
     ]
     return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
@@ -113,32 +109,6 @@ def same_places(found: list[tuple[int, list[float]]], known: Boxes) -> None:
     ours, theirs = sorted(found), without_identity(known)
     assert [frame for frame, _ in ours] == [frame for frame, _ in theirs]
     np.testing.assert_allclose([box for _, box in ours], [box for _, box in theirs], atol=0.02)
-
-
-@pytest.mark.parametrize("name", ["csv", "jsonl", "parquet"])
-def test_pandas_reads_rows(name: str, tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
-    readers: dict[str, Callable[[Path], Any]] = {
-        "csv": pandas.read_csv,
-        "jsonl": lambda path: pandas.read_json(path, lines=True),
-        "parquet": pandas.read_parquet,
-    }
-    path = tmp_path / f"a.{name}"
-    registry.write(path, name, street())
-    table = readers[name](path)
-    found = {
-        (row.frame, row.id): [row.left, row.top, row.width, row.height]
-        for row in table.itertuples()
-    }
-    same(found, expected(cut=False, hidden=True, lost=True), 6e-4)
-    states = {(row.frame, row.id): row.status for row in table.itertuples()}
-    assert [states[frame, 7] for frame in (7, 8, 10)] == ["tracking", "occluded", "lost"]
-    np.testing.assert_allclose(table.time, table.frame / 10)
-    registry.write(path, name, one())
-    table = readers[name](path).dropna(subset=["x"])
-    found = {(row.frame, 1): [row.x, row.y, row.a, row.b, row.theta] for row in table.itertuples()}
-    places = {(frame, 1): turned(frame) for frame in range(FRAMES)}
-    same(found, {key: list(place) for key, place in places.items() if place}, 6e-4)
 
 
 def motchallenge(folder: Path, *, is_gt: bool) -> Boxes:
@@ -285,21 +255,6 @@ def test_three_tools_read_coco(images: Path, tmp_path: Path) -> None:
     same(boxes, known)
 
 
-def test_cocos_own_scores_of_coco_against_itself(tmp_path: Path) -> None:
-    """Boxes, scores and areas are what its evaluation takes: all of them are found again."""
-    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
-    evaluation = pytest.importorskip("pycocotools.cocoeval").COCOeval
-    registry.write(tmp_path / "a.json", "coco", street())
-    truth_of = tool.COCO(str(tmp_path / "a.json"))
-    keys = ("image_id", "category_id", "bbox", "score")
-    results = [{key: each[key] for key in keys} for each in truth_of.loadAnns(truth_of.getAnnIds())]
-    run = evaluation(truth_of, truth_of.loadRes(results), "bbox")
-    run.evaluate()
-    run.accumulate()
-    run.summarize()
-    np.testing.assert_allclose(run.stats[[0, 1, 2]], 1)
-
-
 def test_datumaro_reads_cvat(tmp_path: Path) -> None:
     registry.write(tmp_path / "a.xml", "cvat", street(), 0.0)
     found = datumaro(tmp_path / "a.xml", "cvat")
@@ -367,8 +322,8 @@ def test_a_frame_in_which_an_object_ends_shows_the_others(
     """Of a film that ends there it is not known whether the object would have come back."""
     place = Ellipse(100.0, 100.0, 20.0, 20.0, 0.0)
     ends = [Status.TRACKING, Status.OCCLUDED, Status.OCCLUDED, Status.OCCLUDED, Status.LOST]
-    objects = [(frame, ObjectRow(2, place, 0.5, status)) for frame, status in enumerate(ends)]
-    objects += [(frame, ObjectRow(7, place, 0.5, Status.TRACKING)) for frame in range(frames)]
+    objects = [placed(frame, place, 2, 0.5, status) for frame, status in enumerate(ends)]
+    objects += [placed(frame, place, 7, 0.5) for frame in range(frames)]
     recorded = recording_of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
     assert registry.write(tmp_path / "a.json", "coco", recorded).missed == left_out
     images = json.loads((tmp_path / "a.json").read_text())["images"]
@@ -398,18 +353,6 @@ def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:
     found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(folder / "data.yaml"))
     same_places(by_supervision(found), known)
     assert found.classes == ["car", "object", "van"]
-
-
-def test_confidences_of_yolo_are_a_sixth_number(images: Path, tmp_path: Path) -> None:
-    """As Ultralytics saves predictions with `save_conf`; its trainer refuses them."""
-    sv = pytest.importorskip("supervision", reason="supervision is not installed")
-    folder, labels = tmp_path / "a.yolo", tmp_path / "a.yolo/labels"
-    registry.write(folder, "yolo-predictions", street())
-    rows = [line.split() for file in labels.glob("frame*.txt")
-            for line in file.read_text().splitlines()]  # fmt: skip
-    assert {(len(row), float(row[5])) for row in rows} == {(6, 0.75)}
-    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(folder / "data.yaml"))
-    same_places(by_supervision(found), expected(frames=CERTAIN))
 
 
 def between(keys: list[tuple[int, bool, list[float]]]) -> dict[int, list[float]]:
@@ -459,19 +402,6 @@ def test_pandas_reads_points_as_movement_does(tmp_path: Path) -> None:
             # The first pixel's center is 0 here; in boxes its left side is.
             found[frame, identity] = [x + 0.5 - a, y + 0.5 - b, 2 * a, 2 * b]
     same(found, expected(cut=False))
-
-
-def test_a_plain_reader_of_keyframes(tmp_path: Path) -> None:
-    registry.write(tmp_path / "keyframes.csv", "keyframes", one(), 0.0)
-    rows = list(csv.reader((tmp_path / "keyframes.csv").read_text().splitlines()))
-    assert rows[0] == ["frame", "x", "y", "a", "b", "theta"]
-    assert [row for row in rows if "absent" in row] == [["4:5", "absent"]]
-    keys = [(int(row[0]), True, [float(part) for part in row[1:]])
-            for row in rows[1:] if "absent" not in row]  # fmt: skip
-    found = between(keys)
-    for frame in range(FRAMES):
-        if (place := turned(frame)) is not None:
-            np.testing.assert_allclose(found[frame], place, atol=1e-3)
 
 
 def test_every_format_that_is_written_is_here() -> None:

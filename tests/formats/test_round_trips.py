@@ -19,13 +19,12 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
 from motes.core.spreadsheet import unguarded
-from motes.core.track import Status
+from motes.core.track import COLUMNS, Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
-from motes.formats.recording import FilmFacts, Recording, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 from motes.formats.thinning import keyframes
-from motes.rows.journal import ObjectRow
-from motes.rows.schema import COLUMNS
+from motes.rows.journal import FrameRow
 from recordings import FACTS, crowd, turning
 
 NAMES = {
@@ -106,11 +105,11 @@ def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
 def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
     lines = [
         ",".join(COLUMNS),
-        "0,0.000000,1,,,,,,,,,,,,searching,,,",
+        "0,0.000000,1,,,,,,,,,,,,,searching,,,",
         "1,0.040000,1,,6.011,16.510,9.978,7.980,"
-        "10.500,20.000,5.000,4.000,0.12345,0.87654,tracking,0.10000,99.25,",
+        "10.500,20.000,5.000,4.000,0.12345,0.87654,0.99000,tracking,0.10000,99.25,",
         "2,0.080000,1,,7.011,16.510,9.978,7.980,"
-        "11.500,20.000,5.000,4.000,0.12345,0.00000,lost,0.90000,99.25,",
+        "11.500,20.000,5.000,4.000,0.12345,0.00000,,lost,0.90000,99.25,",
     ]
     (tmp_path / "rows.csv").write_text("\n".join(lines) + "\n")
     rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)
@@ -137,12 +136,12 @@ CLASSED = sorted(name for name in NAMES if CLASSES in registry.FORMATS.resolve(n
 def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
     """In every format, by motes and by the readers that other programs use."""
     yaml = pytest.importorskip("yaml")
-    row = ObjectRow(1, Ellipse(60, 50, 9, 7), 0.9, Status.TRACKING, label=label)
+    row = placed(3, Ellipse(60, 50, 9, 7), 1, 0.9, label=label)
     try:
-        recorded = recording_of(FACTS, [(3, row)])
+        recorded = recording_of(FACTS, [row])
     except ConfigError:
         with pytest.raises(ConfigError, match="rename it"):
-            ObjectRow.of(replace(row.track(3, 0.12), label=label))
+            FrameRow(3, 0.12, (row,)).values(row)
         return
     with TemporaryDirectory() as place:
         folder = Path(place)
@@ -214,20 +213,6 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     registry.write(path, "keyframes", registry.read(tmp_path / "a.xml", "cvat", FACTS), 0.0)
     rows = [line for line in path.read_text().splitlines()[1:] if "absent" not in line]
     assert len(rows) == drawn  # those that the user has drawn, and no others
-
-
-def test_formats_of_one_object_refuse_several(tmp_path: Path) -> None:
-    for name in ("otb", "vot", "keyframes"):
-        with pytest.raises(FormatError, match=r"holds one object, .* --identity N"):
-            registry.write(tmp_path / "a", name, crowd())
-    assert not (tmp_path / "a").exists()
-
-
-def test_sizes_are_asked_for(tmp_path: Path) -> None:
-    unknown = Recording(turning().head.__class__("film", 0, 0, "object"), turning().frames)
-    for name in ("coco", "cvat", "yolo", "label-studio"):
-        with pytest.raises(ConfigError, match="needs the size of the picture; give --size"):
-            registry.write(tmp_path / "a", name, unknown)
 
 
 @pytest.mark.parametrize(
@@ -481,18 +466,15 @@ def test_gaps_without_end_are_not_filled(
 )
 def test_a_file_is_known_by_what_was_its_ending(name: str, ending: str, tmp_path: Path) -> None:
     """Boxes are written alike in OTB and VOT, and truth, results and detections nearly so."""
-    upright = [
-        (frame, ObjectRow(1, Ellipse.from_box((9 + frame**2, 9, 20, 30)), 1.0, Status.TRACKING))
-        for frame in range(3)
-    ]
+    upright = [placed(frame, Ellipse.from_box((9 + frame**2, 9, 20, 30))) for frame in range(3)]
     path = tmp_path / (ending if ending[0] != "." else f"street{ending}")
     registry.write(path, name, recording_of(FACTS, upright), 0.0)
     assert registry.recognized(path) == name
     same_boxes(
         registry.read(path, registry.recognized(path), FACTS),
         recording_of(
-            FACTS, [(frame, replace(each, identity=-1 if name == "mot-detections" else 1))
-                    for frame, each in upright],
+            FACTS, [replace(each, identity=-1 if name == "mot-detections" else 1)
+                    for each in upright],
         ),
         0.011,
     )  # fmt: skip

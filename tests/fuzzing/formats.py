@@ -7,9 +7,9 @@ from functools import partial
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 from motes.mot.analytics.lens import Lens
-from motes.rows.journal import ENDING, ObjectRow
+from motes.rows.journal import ENDING
 from motes.rows.writer import JournalWriter
 from motes_fleet.cluster.table import JobTable
 
@@ -33,7 +33,7 @@ TABLES = {
 def _one() -> Recording:
     """Return an object that turns, and is absent in a frame."""
     objects = [
-        (frame, ObjectRow(1, Ellipse(9.5 + frame, 20, 8, 5, 0.1 * frame), 0.75, Status.TRACKING))
+        placed(frame, Ellipse(9.5 + frame, 20, 8, 5, 0.1 * frame), 1, 0.75)
         for frame in (0, 1, 2, 4, 5)
     ]
     return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(6)})
@@ -45,8 +45,8 @@ def _several() -> Recording:
     for frame in range(4):
         status = Status.OCCLUDED if frame == 3 else Status.TRACKING
         one, two = ((5.0 * frame, 9, 12, 10), (40.0 - frame**2, 20.5, 9, 18))
-        objects.append((frame, ObjectRow(1, Ellipse.from_box(one), 0.9, Status.TRACKING)))
-        objects.append((frame, ObjectRow(2, Ellipse.from_box(two), 0.5, status, label="bus")))
+        objects.append(placed(frame, Ellipse.from_box(one), 1, 0.9))
+        objects.append(placed(frame, Ellipse.from_box(two), 2, 0.5, status, "bus"))
     return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(4)})
 
 

@@ -1,4 +1,4 @@
-"""Files of `motes track --save-histogram`."""
+"""Files of `KnownTarget.save`."""
 
 from __future__ import annotations
 

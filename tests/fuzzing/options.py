@@ -31,7 +31,6 @@ def seeds() -> list[bytes]:
         "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.5 --scale 20 --seed 1 --end 3",
         "watch --like 10,12,20,16 --end 3",
         "watch --set initiation.min-hits=3 --set detector.history=200 --dump-config",
-        "track --init 10,12,20,16 --start 1 --save-histogram target.json",
         "evaluate --seeds 2 --workers 1 --time-limit 60 --first-pixel 0",
     )
     return [line.replace(" ", "\n").encode() for line in lines]

@@ -7,16 +7,10 @@ import pytest
 from scipy import fft
 
 from motes import kernels
-from motes.cues.fourier import fast_length, irfft2, rfft, rfft2
+from motes.cues.fourier import irfft2, rfft, rfft2
 
 RNG = np.random.default_rng(7)
 FAST = [n for n in range(1, 130) if fft.next_fast_len(n, real=True) == n]
-
-
-def test_fast_lengths_have_small_factors() -> None:
-    assert [fast_length(n) for n in range(1, 300)] == [
-        fft.next_fast_len(n, real=True) for n in range(1, 300)
-    ]
 
 
 @pytest.mark.parametrize("n", FAST)
@@ -48,13 +42,6 @@ def test_frequencies_that_are_left_out_are_none() -> None:
     for columns in (8, 9, 40):
         expected = fft.irfft2(few, (24, columns))
         np.testing.assert_array_equal(irfft2(few, columns), expected)
-
-
-def test_rows_must_have_small_factors() -> None:
-    with pytest.raises(ValueError, match="no prime factors but 2, 3 and 5"):
-        rfft2(np.ones((7, 8), np.float32))
-    with pytest.raises(ValueError, match="spectra"):
-        irfft2(np.ones((8, 9), np.complex64), 8)
 
 
 @pytest.mark.parametrize(("wide", "high"), [(4, 7), (1, 20), (30, 2), (99, 99)])

@@ -63,13 +63,6 @@ def test_all_forms_are_read(value: Any, expected: list[Detection]) -> None:
     assert as_detections(value, {0: "person", 1: "car"}) == expected
 
 
-def test_a_box_may_be_any_four_numbers() -> None:
-    given: Any = [Detection((1, 2, 30, 40), 0.75, "car")]
-    (found,) = as_detections(given)
-    assert found == ONE
-    assert isinstance(found.box, Box)
-
-
 @pytest.mark.parametrize(
     "value",
     [
@@ -204,8 +197,3 @@ def test_an_error_of_a_detector_names_it_and_the_frame(name: str, words: str, mo
     with pytest.raises(ConfigError, match=f"{module}:{name} failed in frame 4") as caught:
         named_detector(f"{module}:{name}")(FRAME)
     assert words in str(caught.value)
-
-
-def test_a_scene_refuses_what_is_no_detection() -> None:
-    with pytest.raises(ConfigError, match="The detector returned 3"):
-        Scene(lambda _: 3).update(FRAME)

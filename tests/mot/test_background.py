@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from backgrounds import NEEDS_CV2, NO_CV2
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from backgrounds import NO_CV2
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.mot.detection import background
@@ -47,17 +45,6 @@ def test_what_moves_is_found_without_its_shadow() -> None:
             assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
             assert found[0].score == 1
     assert detector.warnings == {}
-
-
-def test_a_sudden_light_is_said_once_and_forgotten() -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    for index in range(40):
-        frame = picture(0, rng)
-        brighter = frame.pixels + np.uint8(100 * (index >= 20))
-        found = detector(Frame(index, index / 25, brighter))
-        assert found == [], index
-    assert list(detector.warnings) == ["light"]
-    assert detector.warnings["light"].startswith("Frame 20: ")
 
 
 def test_a_change_of_exposure_shows_no_objects() -> None:
@@ -126,33 +113,6 @@ def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:
     return blobs(mask, least / mask.size)
 
 
-@pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=NEEDS_CV2)])
-def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not opencv:
-        monkeypatch.setitem(sys.modules, "cv2", None)
-    mask = np.zeros((200, 400), np.uint8)
-    mask[10:30, 20:40] = 1
-    mask[34:50, 20:40] = 1  # 4 rows below: a gap that is closed
-    mask[10:30, 60:70] = 1  # 20 columns aside: another one
-    mask[100, 100] = 1  # a speck
-    mask[190:, 390:] = 1  # in the corner
-    upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
-    assert found(mask, least=50) == [*upper, corner]
-    assert found(mask, least=150) == upper
-    assert found(mask, least=1) == [*upper, corner]
-    assert found(np.zeros((20, 20), np.uint8)) == []
-
-
-def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[opencv\]'"):
-        PeopleDetector()
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    for index in range(36):
-        found = detector(picture(index, rng))
-    assert [iou(each.box, Box(15, 40, *WALKER)) > 0.8 for each in found] == [True]
-
-
 def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
     """Return how many are found in a patch of another brightness, in its last frame."""
     rng, detector = np.random.default_rng(0), BackgroundDetector(config)
@@ -162,22 +122,6 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
             pixels[40:70, 30:50] = np.rint(gain * pixels[40:70, 30:50])
         found = detector(Frame(index, index / 25, pixels))
     return len(found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "gain", "found"), [({"deviations": 40.0}, 1.4, 0), ({"shadow": 1.0}, 0.7, 1)]
-)
-def test_settings_decide_what_is_found(change: dict[str, float], gain: float, found: int) -> None:
-    config = BackgroundConfig()
-    assert patch(config, gain) == 1 - found
-    assert patch(replace(config, **change), gain) == found
-
-
-def test_the_history_decides_how_soon_what_stays_is_learned() -> None:
-    config = BackgroundConfig(trial=0)
-    assert patch(config, 1.4, frames=4) == 1
-    assert patch(replace(config, history=2), 1.4, frames=4) == 0
 
 
 @pytest.mark.parametrize(
@@ -191,11 +135,6 @@ def test_the_history_decides_how_soon_what_stays_is_learned() -> None:
 def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         BackgroundConfig(**settings)  # type: ignore[arg-type]
-
-
-def test_a_detector_takes_settings() -> None:
-    with pytest.raises(ConfigError, match="takes a BackgroundConfig; got 5"):
-        BackgroundDetector(5)  # type: ignore[arg-type]
 
 
 def test_detections_in_a_file(tmp_path: Path) -> None:
@@ -271,14 +210,6 @@ def test_people_in_one_patch_are_divided_between_their_heads() -> None:
     assert all(box.y == 30 and box.height == 100 for box in pair)
     three = found(silhouette(100, 136, 172))
     assert sorted(box.width for box in three) == [36, 37, 37]
-
-
-def test_a_vehicle_is_not_divided() -> None:
-    mask = np.zeros((160, 300), np.uint8)
-    mask[60:80, 80:150] = 1  # its cabin, a mirror, its hood
-    mask[52:60, 100:103] = 1
-    mask[80:110, 60:210] = 1
-    assert len(found(mask)) == 1
 
 
 def test_a_window_does_not_divide_a_car() -> None:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import cast
 
-import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.cli.frame_loop import Moment
-from motes.cli.option_groups import FrameOptions, OutputOptions
-from motes.cli.request import Request
 from motes.cli.watch_loop import table
 from motes.core.detection import Detection
 from motes.core.frame import Frame
@@ -28,10 +22,8 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
-from motes.rows.journal import FrameRow, Header, object_rows
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
-from motes.sot.presets import preset
-from motes.video.sources import Source
 from scene_objects import RED, config, picture
 from sightings import seen
 
@@ -120,15 +112,6 @@ def test_events_and_counts_have_classes() -> None:
     )
 
 
-def test_several_minutes_are_added_up() -> None:
-    counts = Counter({
-        (0, "crosses", "gate", "in", "car"): 2,
-        (3, "crosses", "gate", "in", "car"): 1,
-        (3, "enters", "yard", "", ""): 4,
-    })  # fmt: skip
-    assert table(counts)[-1] == "in all: crosses gate in car 3, enters yard 4"
-
-
 def objects_of_two_classes() -> list[list[Track]]:
     """Return the objects of two frames; the second one's class changes."""
     frames = []
@@ -138,33 +121,12 @@ def objects_of_two_classes() -> list[list[Track]]:
     return frames
 
 
-@pytest.mark.parametrize("form", ["csv", "jsonl", "mot"])
-def test_rows_have_classes(form: str, tmp_path: Path) -> None:
-    import motes
-
-    path = tmp_path / f"rows.{form}"
-    asked = Request(
-        source="film", frames=FrameOptions(), output=str(path), outputs=OutputOptions(format=form),
-        config=preset("nummiaro"), seed=0, preset="nummiaro",
-    )  # fmt: skip
-    (rows,) = asked.rows(cast(Source, None))
-    with rows:
-        for index, tracks in enumerate(objects_of_two_classes()):
-            frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
-            rows.write(Moment(frame, tracks=tracks, single=False))
-    if form == "mot":
-        lines = path.read_text().splitlines()
-        assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]
-    else:
-        assert motes.read_track(path)["label"].tolist() == ["", "van, old", "", "car"]
-
-
 @pytest.mark.parametrize("ending", ["json", "xml"])
 def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Path) -> None:
     path = tmp_path / "rows.jsonl"
     writer = JournalWriter(path, Header("film", 200, 100, "thing"))
     for index, tracks in enumerate(objects_of_two_classes()):
-        writer.add(FrameRow(index, index / 4, object_rows(tracks)))
+        writer.add(FrameRow(index, index / 4, tuple(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
     write_format(document, format_for(document.name), recording_of_journal(path))

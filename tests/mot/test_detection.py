@@ -12,7 +12,7 @@ import pytest
 from motes.core.detection import Detection, best
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
-from motes.core.geometry import Box, iou, region_within
+from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.mot.detection.pretrained import FaceDetector
 from motes.sot.tracker import Tracker
@@ -48,31 +48,10 @@ def test_what_no_tracker_could_start_on_is_left_out(box: Box) -> None:
     assert best([Detection(box, 9.0), other], FRAME) is other
 
 
-@pytest.mark.parametrize(
-    "box", [Box(-5, -5, 10, 10), Box(95, 75, 10, 10), Box(0, 0, 100, 80), Box(3, 3, 2, 2)]
-)
-def test_what_is_taken_is_a_region(box: Box) -> None:
-    found = best([Detection(box)], FRAME)
-    assert found is not None
-    region_within(found.box, FRAME.width, FRAME.height)
-
-
 def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         FaceDetector()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
-def test_a_face(data: Path) -> None:
-    frames, boxes = sequence(data / "sot" / "David", 1)
-    faces = FaceDetector()(frames[0])
-    found = best(faces, frames[0])
-    assert found is not None
-    np.testing.assert_array_equal(boxes[0], [128, 79, 64, 78])
-    assert iou(found.box, boxes[0]) > 0.4
-    assert FaceDetector()(Frame(0, 0.0, np.zeros((80, 80, 3), np.uint8))) == []
 
 
 @pytest.mark.slow

@@ -31,16 +31,6 @@ def green(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(pixels[:, :, 1])
 
 
-def test_a_ghost_has_its_edges_in_the_background() -> None:
-    mask = np.zeros((120, 160), np.uint8)
-    for x, y, width, height in (map(int, box) for box in (THING, GONE)):
-        mask[y : y + height, x : x + width] = 1
-    pixels, background = green(painted(ground(1), THING)), green(painted(ground(2), GONE))
-    assert without_ghosts([THING, GONE], mask, pixels, background) == [THING]
-    assert without_ghosts([THING, GONE], mask, background, pixels) == [GONE]
-    assert without_ghosts([], mask, pixels, background) == []
-
-
 def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
     all_of_it = Box(0, 0, 160, 120)
     mask = np.ones((120, 160), np.uint8)

@@ -46,12 +46,6 @@ def test_a_homography_is_taken_times_anything(factor: float) -> None:
     assert ground.metres((10, 20)) == (10.5, 39)
 
 
-def test_a_homography_may_lead_far_away() -> None:
-    """As to the next of two large pictures, or to coordinates of a map."""
-    ground = Ground(homography=((0.1, 0, 5e5), (0, 0.1, -5e6), (0, 0, 1)))
-    assert ground.metres((10, 20)) == pytest.approx((500001, -4999998))
-
-
 def test_noise_on_many_points_averages_out() -> None:
     moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
     noisy = tuple(
@@ -101,10 +95,3 @@ def test_speed_does_not_depend_on_the_distance() -> None:
 def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         Ground(**values)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("ground", ["homography", "points"])
-def test_numbers_of_no_ground(ground: str) -> None:
-    values = [[1e300, 0, 0]] * 3 if ground == "homography" else [[1e300, 0, 0, 0]] * 4
-    with pytest.raises(ConfigError, match=f"{ground}.*it takes number, .* to 1,000,000,"):
-        Regions.parse(f"[ground]\n{ground} = {values}")

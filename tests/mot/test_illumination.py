@@ -61,12 +61,6 @@ def test_an_object_of_the_walls_mean_color_has_other_edges() -> None:
     assert kept(pixels) > 0.5
 
 
-def test_a_color_that_changes_by_itself_is_no_light() -> None:
-    pixels = wall()
-    pixels[PATCH] = (150, 70, 70)
-    assert kept(pixels) > 0.9
-
-
 def test_a_tremble_of_a_pixel_is_no_foreground() -> None:
     background = Background(planes_of(wall()), 4.0)
     everywhere = np.ones((80, 100), np.uint8)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from motes import Status
-from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
@@ -50,28 +49,6 @@ def test_a_team_is_found_and_the_others_are_not() -> None:
     assert {each.score for each in found} == {1.0}
 
 
-def test_the_chosen_one_sets_what_is_looked_for() -> None:
-    players = [(30, 20, BLUE), (100, 120, WHITE), (200, 40, BLUE)]
-    detector = LookalikeDetector((100, 120, *SIZE))
-    found = detector(pitch(0, *players))
-    assert any(iou((100, 120, *SIZE), each.box) > 0.5 for each in found)
-    assert not any(iou((x, 20, *SIZE), each.box) > 0.1 for x in (30, 200) for each in found)
-    assert detector(pitch(1, (30, 20, BLUE))) == []  # nothing is learned from later frames
-
-
-def test_they_are_followed_while_the_camera_moves() -> None:
-    scene = Scene(LookalikeDetector((*TEAM[0], *SIZE)))
-    seen: list[dict[int, tuple[float, float]]] = []
-    for i in range(20):
-        players = [(x - i, y + i // 2, BLUE) for x, y in TEAM] + [(60 - i, 60, WHITE)]
-        tracks = scene.update(pitch(i, *players))
-        seen.append({t.identity: t.ellipse[:2] for t in tracks if t.status is Status.TRACKING})
-    assert len(seen[-1]) == len(TEAM)
-    assert set(seen[10]) == set(seen[-1])
-    for (x, y), place in zip(sorted(TEAM), sorted(seen[-1].values()), strict=True):
-        assert place == pytest.approx((x - 19 + 6.5, y + 9 + 14.5), abs=5)
-
-
 def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each place of a grid of thousands was looked at, for many seconds."""
     looks: list[Ellipse] = []
@@ -85,13 +62,6 @@ def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPa
     frame = Frame(0, 0.0, np.full((90, 160, 3), 90, np.uint8))
     assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
     assert len(looks) == LIMIT
-
-
-def test_a_box_that_no_object_has() -> None:
-    with pytest.raises(ConfigError, match="outside"):
-        LookalikeDetector((900, 20, 8, 8))(pitch(0))
-    with pytest.raises(ConfigError, match="no area"):
-        LookalikeDetector((20, 20, 8, 1e-320))(pitch(0))
 
 
 def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:

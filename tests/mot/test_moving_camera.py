@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from inspect import getattr_static
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.cli import main
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -20,7 +18,6 @@ from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.moving_camera import (
-    LOOK,
     Camera,
     MovingCamera,
     PannedDetector,
@@ -28,7 +25,6 @@ from motes.mot.detection.moving_camera import (
 )
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
-from motes.video.writer import VideoWriter
 
 cv2 = pytest.importorskip("cv2", reason="the motion of a camera needs OpenCV")
 SIZE = 240, 160
@@ -69,15 +65,6 @@ def test_a_motion_is_found_to_a_fraction_of_a_pixel(model: Model) -> None:
         there, true = found @ corners, now @ np.linalg.inv(before) @ corners
         np.testing.assert_allclose(there[:2] / there[2], true[:2], atol=0.5)
         before = now
-
-
-def test_a_large_picture_has_its_motion_in_its_own_pixels() -> None:
-    wide = cv2.resize(ground(), (2160, 1440))
-    camera = GlobalMotion()
-    camera.update(wide[100:1000, 100:1700])
-    found = camera.update(wide[88:988, 112:1712])
-    assert found is not None
-    np.testing.assert_allclose(found[:2, 2], (-12, 12), atol=1)
 
 
 @pytest.mark.parametrize("model", ["similarity", "homography"])
@@ -126,21 +113,6 @@ def test_identities_are_kept_where_the_camera_jumps(camera: Camera) -> None:
         for identity, x in places[5].items()
     ]
     assert (len(kept) == 3 and all(kept)) == (camera != "still")
-
-
-def test_a_camera_is_followed_while_it_moves() -> None:
-    """It stands still, pans from frame 33 on, and stands still from frame 60 on."""
-    camera, moved = MovingCamera(lambda frame: []), []
-    for index in range(130):
-        x = 300 + 2 * float(np.clip(index - 33, 0, 27))
-        camera(Frame(index, index / 25, picture(shown(x, 200), ground())))
-        moved.append(0.0 if camera.motion is None else camera.motion[0, 2])
-    assert not any(moved[:33])
-    begin = next(index for index, value in enumerate(moved) if value)
-    assert begin <= 33 + LOOK
-    np.testing.assert_allclose(moved[begin:61], -2, atol=0.1)
-    np.testing.assert_allclose(moved[61:], 0, atol=0.1)
-    assert not any(moved[61 + 2 * LOOK :])
 
 
 @pytest.mark.parametrize("detected", [True, False])
@@ -223,25 +195,6 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     able = SimpleNamespace(prepare=list, observe=print, __call__=lambda frame: [])
     seen = MovingCamera(able)  # by a protocol, from Python 3.12 on
     assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
-
-
-@pytest.mark.slow
-def test_watch_follows_before_a_camera_that_pans(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    film, rows = tmp_path / "film.mkv", tmp_path / "r.csv"
-    with VideoWriter(film, 25) as writer:
-        for index in range(42):
-            writer.write(panned(index)[0].pixels)
-    assert main(["watch", str(film), "-o", str(rows), "--camera", "moving"]) == 0
-    last = rows.read_text().splitlines()[-1].split(",")
-    _, box = panned(41)
-    assert iou(box, Box(*map(float, last[4:8]))) > 0.5
-    assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
-    assert (
-        "what moves before it is not seen: give --camera moving, or a trained"
-        in capsys.readouterr().err
-    )
 
 
 @pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])

@@ -15,7 +15,7 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
-from motes.mot.detection.onnx_heads import IMAGENET, KINDS, Boxes, decoded, suppressed
+from motes.mot.detection.onnx_heads import KINDS, Boxes, decoded, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save
 
@@ -85,24 +85,6 @@ def test_a_file_beside_it_says_what_the_model_does_not(tmp_path: Path) -> None:
     assert boxes(list(found)) == {(16, 32, 16, 16): "red", (64, 0, 16, 16): "blue"}
 
 
-def test_softmax_is_taken_where_the_head_says_so(tmp_path: Path) -> None:
-    path = model(tmp_path, "detr")
-    sure = OnnxDetector(str(path))(picture((16, 32, 16, 16, RED)))
-    assert sure[0].score == pytest.approx(1 / (1 + np.exp(-40 * (sure_share() - 0.5))), abs=1e-3)
-    assert OnnxDetector(OnnxConfig(str(path), head="rfdetr")).head == "rfdetr"
-
-
-def sure_share() -> float:
-    """Return what a red cell has of red above the other channels."""
-    return (255 - 20) / 255
-
-
-def test_names_in_the_file_are_used(tmp_path: Path) -> None:
-    path = model(tmp_path, "yolo", names="{0: 'person', 1: 'car'}")
-    found = OnnxDetector(str(path))(picture((64, 0, 16, 16, BLUE)))
-    assert [each.label for each in found] == ["car"]
-
-
 @pytest.mark.parametrize("form", ["rtdetr", "rtdetr classes"])
 @pytest.mark.parametrize(
     "said", [{"head": "RTDETRDecoder"}, {"description": "Ultralytics rtdetr-l model"}]
@@ -116,12 +98,6 @@ def test_an_rtdetr_of_ultralytics_is_known_by_its_metadata(
     found = detector(picture((32, 64, 32, 32, RED), (128, 0, 32, 32, BLUE), size=(192, 64 * 2)))
     assert detector.head == "rtdetr"
     assert boxes(found) == {(32, 64, 32, 32): "0", (128, 0, 32, 32): "1"}
-
-
-def test_open_sides_are_those_of_the_training(tmp_path: Path) -> None:
-    path = save(tmp_path / "model.onnx", "nms", open_sides=True, metadata={"imgsz": "[64, 96]"})
-    found = OnnxDetector(str(path))(picture((16, 32, 16, 16, RED)))
-    assert boxes(found) == {(16, 32, 16, 16): "0"}
 
 
 @pytest.mark.parametrize("said", ["[64]", "(0, 9)", "'no'", "[[64, 96]]", "(" * 9])
@@ -210,8 +186,3 @@ def save_odd(path: Path) -> Path:
     odd = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
     onnx.save(odd, str(path))
     return path
-
-
-def test_imagenet_is_in_units_of_bytes() -> None:
-    assert IMAGENET[0] == pytest.approx(np.array([0.485, 0.456, 0.406]) * 255)
-    assert IMAGENET[1] == pytest.approx(np.array([0.229, 0.224, 0.225]) * 255)

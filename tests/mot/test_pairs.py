@@ -10,14 +10,10 @@ from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import PART, near
 from motes.mot.boxes import intersection_over_first
-from motes.mot.overlaps import overlapping_pairs, without_duplicates
+from motes.mot.overlaps import without_duplicates
 from motes.mot.pairs import candidates, meeting
-from scene_objects import grid
 
 Floats = NDArray[np.float64]
-
-LINEAR = 6
-"""Of four times as many objects: linear is 4, quadratic 16."""
 
 
 def boxes_like(kind: str, rng: np.random.Generator, n: int) -> Floats:
@@ -47,12 +43,6 @@ def test_boxes_that_meet_are_all_that_share_an_area(
         np.testing.assert_array_equal(meeting(first, second), expected)
         one, other = candidates(first, second)
         assert len({*zip(one.tolist(), other.tolist(), strict=True)}) == len(one)
-
-
-def test_without_a_least_overlap_all_pairs_are_possible() -> None:
-    far = np.array([[0, 0, 10, 10], [100, 0, 10, 10]], float)
-    assert len(overlapping_pairs(far, far, 0.0)[0]) == 4
-    assert len(overlapping_pairs(far, far, 0.01)[0]) == 2
 
 
 def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
@@ -110,13 +100,3 @@ def test_assignment_of_pairs_is_that_of_a_matrix(
 
 
 # Growth
-
-
-@pytest.mark.parametrize("outlier", [None, (0, 0, 640, 480), (1e6, -1e6, 30, 30)])
-def test_candidates_grow_with_the_boxes(outlier: tuple[float, ...] | None) -> None:
-    def count(boxes: int) -> int:
-        first = grid(boxes, 0.5) + np.random.default_rng(0).normal(0, 1, (boxes, 4))
-        second = first if outlier is None else np.vstack([first, outlier])
-        return len(candidates(first, second)[0])
-
-    assert count(8000) < LINEAR * count(2000)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import itertools
 import sys
@@ -22,9 +21,6 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status, Track
-from motes.mot.assignment import assign
-from motes.mot.association import Association
-from motes.mot.boxes import intersection_over_first
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
@@ -63,27 +59,6 @@ def walker(index: int, x: float = 20, y: float = 30) -> Box:
     return Box(x + 3 * index, y, 16, 30)
 
 
-def test_birth_takes_three_frames_and_death_a_while() -> None:
-    stage = Stage()
-    assert [stage.show([walker(i)]) for i in range(2)] == [[], []]
-    (born,) = stage.show([walker(2)])
-    assert (born.identity, born.detected, born.status) == (1, True, Status.TRACKING)
-    assert born.box == pytest.approx(walker(2))
-    for i in range(3, 20):
-        (track,) = stage.show([walker(i)])
-        assert track.identity == 1
-        assert track.box == pytest.approx(walker(i))
-    for _ in range(60):
-        stage.show([walker(19)])
-    tracks = [stage.show([None]) for _ in range(90)]
-    last = [[each.gone for each in found] for found in tracks].index([True])
-    # The appearance rule sees that nothing is there, and nothing hides it.
-    assert {each.status for found in tracks for each in found} == {Status.LOST}
-    assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
-    assert all(found == [] for found in tracks[last + 1 :])
-    assert (stage.scene.created, stage.scene.terminated) == (1, 1)
-
-
 @pytest.mark.slow
 def test_identities_are_never_used_twice() -> None:
     stage = Stage()
@@ -96,17 +71,6 @@ def test_identities_are_never_used_twice() -> None:
             stage.show([None])
         assert stage.scene.terminated == visit + 1
     assert seen == [1, 2, 3]
-
-
-def test_doubtful_detections_begin_nothing() -> None:
-    stage = Stage()
-    for i in range(40):
-        stage.index += 1
-        stage.found = [Detection(walker(i), 9.0)]
-        if i >= 37:
-            stage.found.append(Detection(Box(150, 70, 20, 20), 1.0))
-        stage.scene.update(Frame(stage.index, stage.index / 25, GROUND))
-    assert stage.scene.created == 1
 
 
 def test_what_is_detected_is_rather_there_than_not() -> None:
@@ -247,6 +211,9 @@ def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
         Scene(Moved()).update(Frame(0, 0.0, GROUND))
 
 
+# Rendered, from pixels alone
+
+
 @pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
 def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
     with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
@@ -265,9 +232,6 @@ def test_frames_must_fit() -> None:
     for seed in (-1, 1 << 64, 1.5):
         with pytest.raises(ConfigError, match=r"seed is a whole number from 0 to 2\*\*64 - 1; got"):
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
-
-
-# Rendered, from pixels alone
 
 
 def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
@@ -400,39 +364,7 @@ def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
     assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
 
 
-def test_who_stops_watching_leaves_no_thread() -> None:
-    threads = threading.active_count()
-    with contextlib.closing(Scene(Slow(lambda _: [])).watch(walks())) as watched:
-        next(watched)
-        assert threading.active_count() == threads + 1
-    assert threading.active_count() == threads
-
-
 # Association
-
-
-def test_assignment_is_the_cheapest_of_the_largest() -> None:
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        n, m = rng.integers(1, 5, 2)
-        costs = np.where(rng.random((n, m)) < 0.4, np.inf, rng.random((n, m)))
-        pairs = assign(costs)
-        best = (0, 0.0)  # number of pairs, minus their cost, over all one-to-one assignments
-        columns = [*range(m), *[-1] * n]
-        for chosen in set(itertools.permutations(columns, int(n))):
-            each = [(i, j) for i, j in enumerate(chosen) if j >= 0 and np.isfinite(costs[i, j])]
-            best = max(best, (len(each), -sum(costs[pair] for pair in each)))
-        assert len(pairs) == best[0]
-        assert -sum(costs[pair] for pair in pairs) == pytest.approx(best[1])
-    assert assign(np.zeros((0, 3))) == []
-
-
-def test_shares_inside_by_hand() -> None:
-    boxes = np.array([[0, 0, 10, 10], [5, 0, 10, 20], [30, 0, 4, 4]], float)
-    np.testing.assert_allclose(
-        intersection_over_first(boxes[:, None], boxes),
-        [[1.0, 0.5, 0.0], [0.25, 1.0, 0.0], [0.0, 0.0, 1.0]],
-    )
 
 
 def test_objects_stay_where_they_should_be_in_what_they_share() -> None:
@@ -451,13 +383,3 @@ def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
     i, j = occlusion_candidates(np.array([one, near, far]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [1, 0])
     assert not len(occlusion_candidates(np.empty((0, 4)))[0])
-
-
-def test_what_is_ruled_out() -> None:
-    rule = Association(overlap=0.2, distance=0.4)
-    costs = rule.costs(np.array([0.1, 0.5]), np.array([0.0, 0.2]))
-    np.testing.assert_allclose(costs, [np.inf, 0.6])
-    # In the middle of the gate, half of what is left to 1 is forgiven.
-    off, far = [1.01, 0.5, 0.5, 1.0], [0.0, 0.69, 0.71, 0.39]
-    costs = rule.recovery_costs(np.array(off), np.array(far))
-    np.testing.assert_allclose(costs, [np.inf, 1.19, np.inf, 1.39])

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import pytest
 from PIL import Image
@@ -21,10 +20,10 @@ from motes.cli import main
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats.coco import write as coco
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 
@@ -61,21 +60,13 @@ def here() -> set[str]:
     return {path.name for path in Path().iterdir()}
 
 
-def test_a_document_names_the_images_of_its_source(go: Go, film: Path) -> None:
-    assert go(f"track FILM {BOX} --stride 5 -o a.json")[0] == 0
-    document = json.loads(Path("a.json").read_text())
-    assert [each["file_name"] for each in document["images"]] == ["0.png", "5.png", "10.png"]
-    assert document["info"]["video"] == str(film)
-    assert here() == {"a.json"}
-
-
 def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
     film: Path, tmp_path: Path
 ) -> None:
     """Also where it has no place, which a journal does not keep; an absence is kept."""
     states = [Status.SEARCHING, Status.ABSENT]
-    objects = [ObjectRow(1, Ellipse(50, 40, 8, 6, 0), 1.0, Status.TRACKING)]
-    objects += [ObjectRow.nowhere(1, state) for state in states]
+    objects = [Track(0, 0.0, Ellipse(50, 40, 8, 6, 0))]
+    objects += [Track.nowhere(0, 0.0, state) for state in states]
     with open_source(film) as source:
         output = DocumentOutput(str(tmp_path / "a.yolo"), "yolo", source, "object", False, None)
         for frame, each in enumerate(objects):
@@ -86,32 +77,6 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
         "a.yolo without 1 frame in which a target is lost or searched for"
     )
     assert {path.stem for path in (tmp_path / "a.yolo/labels").glob("*.txt")} == {"0", "2"}
-
-
-def test_names_of_images_are_those_below_their_common_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for folder in ("02", "10"):
-        (tmp_path / "run" / folder).mkdir(parents=True)
-        Image.new("RGB", (8, 8)).save(tmp_path / "run" / folder / "1.png")
-    for pattern, names in (("run/*/1.png", ["02/1.png", "10/1.png"]), ("run/02/*.png", ["1.png"]),
-                           ("run/10/1.png", ["1.png"])):  # fmt: skip
-        with open_source(pattern) as film:
-            assert [film.file_of(frame.index) for frame in film] == names
-    monkeypatch.chdir(tmp_path / "run" / "02")
-    with open_source("*.png") as film:
-        assert film.file_of(0) == "1.png"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
-                                     "watch FILM"])  # fmt: skip
-def test_a_label_names_the_class(go: Go, command: str) -> None:
-    go(f"{command} --label sea-bird -o a.json")
-    go(f"{command} --label sea-bird -o a.xml")
-    assert json.loads(Path("a.json").read_text())["categories"][0]["name"] == "sea-bird"
-    assert ElementTree.parse("a.xml").findtext("meta/task/labels/label/name") == "sea-bird"
 
 
 @pytest.mark.parametrize("label", ["", " ", "a\nb", "a\x01b", "\ud800"])
@@ -137,12 +102,12 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
         assert {*read_track("a.csv")["label"]} == {"sea-bird"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
         "track FILM --init 60,20,180,130 --preset mean_shift -o a.csv",
         "track FILM --init 5,5,20,20 --init 60,20,180,130 --preset mean_shift -o a.csv",
-        "track FILM --init 60,20,180,130 --preset nummiaro --save-histogram a.json",
         "track FILM --at 2=60,20,180,130 --preset mean_shift -o a.csv",
         "refine FILM b.csv --at 2=60,20,180,130",
         "watch FILM --like 60,20,180,130 -o a.csv",
@@ -156,22 +121,6 @@ def test_corners_that_were_given_as_a_box_get_a_line(go: Go, line: str) -> None:
     assert len(told) == 1
     assert "give 60,20,120,110 (x,y,width,height)" in told[0]
     assert "corners" not in go(f"track FILM {BOX} -o c.csv")[2]
-
-
-@pytest.mark.parametrize("options", ["-o a.txt", "-o a.json --format mot", "--overlay a.mkv"])
-def test_other_outputs_have_no_label(go: Go, options: str) -> None:
-    code, _, error = go(f"track FILM {BOX} {options} --label bird")
-    assert (code, "error: --label" in error) == (2, True)
-    assert here() == set()
-
-
-@pytest.mark.parametrize(
-    "options", ["-o a.csv", "-o a.txt", "-o a.json --format csv", "--overlay a.mkv"]
-)
-def test_rows_have_no_keyframes(go: Go, options: str) -> None:
-    code, _, error = go(f"track FILM {BOX} {options} --keyframe-error 3")
-    assert (code, "--keyframe-error is for CVAT, Label Studio" in error) == (2, True)
-    assert here() == set()
 
 
 PROGRAM = """

@@ -6,7 +6,6 @@ import math
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,16 +20,12 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.cues.color import Color
-from motes.cues.structure_tensor import Orientation
-from motes.output import charts
 from motes.output.charts import RhoSurface, Series
 from motes.output.figures import (
     CUE_WEIGHTS,
     FIGURES,
     ORIENTATION,
     figures_of,
-    files_of,
-    orientations_of,
     surface_of,
 )
 from motes.sot.particle_filter import ParticleFilter
@@ -57,7 +52,7 @@ class Recorder(Figures):
 
     def add(self, frame: Frame, info: StepInfo, seconds: float = 0.001) -> None:
         """Record a frame."""
-        self.write(Moment(frame, info, seconds))
+        self.write(Moment(frame, [info.track], info, seconds))
 
     def surface(self) -> RhoSurface | None:
         """Return the surface in the kept frame; None without one."""
@@ -148,23 +143,6 @@ def test_every_figure_has_its_picture(tmp_path: Path) -> None:
         assert len(data) < 200_000, file
 
 
-@pytest.mark.parametrize(("name", "bins"), [("maggio", 36), ("maggio, spectra", 19)])
-def test_the_region_has_two_orientation_histograms(name: str, bins: int) -> None:
-    """What the tracker compares is among the two, and like the model where it just learned it."""
-    recorder, _ = recorded(name, 1)
-    cue = recorder._config.cues["orientation"]
-    assert isinstance(cue, Orientation)
-    assert recorder._kept is not None
-    spectrum, rotated, model = orientations_of(cue, *recorder._kept)
-    assert (rotated.size, spectrum.size) == (36, 19)
-    assert rotated.sum() == pytest.approx(1)
-    magnitudes = np.abs(np.fft.rfft(rotated))
-    np.testing.assert_allclose(spectrum, magnitudes / magnitudes.sum(), atol=0.04)
-    np.testing.assert_allclose(model, rotated if bins == 36 else spectrum, atol=1e-9)
-    assert ORIENTATION in files_of(preset("maggio"))
-    assert ORIENTATION not in files_of(preset("nummiaro"))
-
-
 def test_the_surface_of_two_cues_is_their_mean() -> None:
     recorder, _ = recorded("maggio", 1)
     surface = recorder.surface()
@@ -180,26 +158,6 @@ def test_the_surface_of_two_cues_is_their_mean() -> None:
         for name, cue in recorder._config.cues.items()
     )
     assert surface.rho[20, 40] == pytest.approx(float(rho), abs=1e-6)
-
-
-def test_the_surface_has_its_maximum_at_the_target() -> None:
-    tracker = Tracker("nummiaro", seed=1)
-    recorder = Recorder(tracker.config)
-    for index in range(3):
-        x, y = 80.0 + 3 * index, 60.0 - 2 * index
-        frame = Frame(index, index / 25, disk(x, y))
-        _ = tracker.update(frame) if index else tracker.init(frame, (x, y, 16, 16, 0))
-        recorder.add(frame, tracker.info)
-    surface = recorder.surface()
-    assert surface is not None
-    assert surface.frame == 1  # the second of three tracked frames
-    row, column = np.unravel_index(surface.rho.argmax(), surface.rho.shape)
-    assert surface.x[column] == pytest.approx(83, abs=1.5)
-    assert surface.y[row] == pytest.approx(58, abs=1.5)
-    assert surface.rho.max() > 0.95
-    assert surface.rho[0, 0] < 0.2
-    assert surface.mean == pytest.approx((83, 58), abs=3)
-    assert surface.samples.shape == (100, 2)
 
 
 def test_the_surface_is_rho_at_each_place() -> None:
@@ -221,16 +179,6 @@ def test_the_surface_is_rho_at_each_place() -> None:
         assert surface.height(points) == pytest.approx(rho)
 
 
-def test_the_surface_stays_inside_the_frame() -> None:
-    recorder = Recorder(preset("nummiaro"))
-    recorder.add(*seen(0, Status.TRACKING, x=2.0))
-    surface = recorder.surface()
-    assert surface is not None
-    assert surface.x[0] == 0
-    assert surface.x[-1] == pytest.approx(18)
-    assert (surface.y[0], surface.y[-1]) == pytest.approx((14, 46))
-
-
 def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> None:
     recorder = Recorder(preset("nummiaro"))
     kept = []
@@ -241,26 +189,6 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
         kept.append(surface and surface.frame)
     # Tracked are 1, 3, 5, 7, 9, 11; of these the first, second and fourth are kept in turn.
     assert kept == [None, 1, 1, 3, 3, 3, 3, 7, 7, 7, 7, 7]
-
-
-def test_without_a_tracked_frame_there_is_no_surface() -> None:
-    recorder = Recorder(preset("nummiaro"))
-    assert drawn(recorder) == []
-    recorder.add(*seen(0, Status.SEARCHING))
-    assert drawn(recorder) == ["appearing.png", "size_and_displacement.png"]
-    recorder.add(*seen(1, Status.SEARCHING))
-    assert drawn(recorder) == list(FIGURES[1:])
-
-
-def test_lost_stretches_are_shaded() -> None:
-    recorder = Recorder(preset("nummiaro"))
-    for index in range(20):
-        status = Status.LOST if index in (5, 6, 7, 12, 19) else Status.TRACKING
-        recorder.add(*seen(index, status))
-    (axes,) = charts.appearing(recorder.series, 100, 0.1).axes
-    spans: Any = axes.patches
-    shaded = [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
-    assert shaded == [(4.5, 7.5), (11.5, 12.5), (18.5, 19.5)]
 
 
 def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

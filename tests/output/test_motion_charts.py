@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
-from motes.output.motion_charts import NARROWEST, MotionSeries, path, size, speed
+from motes.output.motion_charts import NARROWEST, MotionSeries, path
 
 
 def course(along: np.ndarray, still: np.ndarray) -> MotionSeries:
@@ -25,16 +22,3 @@ def test_a_straight_path_has_room_beside_it(turned: bool) -> None:
     assert min(spans) == pytest.approx(NARROWEST * max(spans))
     assert np.mean(axes.get_xlim()) == pytest.approx(x.mean())
     assert np.mean(axes.get_ylim()) == pytest.approx(y.mean())
-
-
-@pytest.mark.parametrize("draw", [speed, size])
-def test_values_that_do_not_change_have_room_above(draw: Callable[..., Figure]) -> None:
-    (axes,) = draw(course(np.linspace(0, 6, 50), np.full(50, 2.4)), "m").axes
-    low, high = axes.get_ylim()
-    assert low == 0
-    assert high > 1.04 * 2.4
-
-
-def test_both_half_axes_of_a_circle_are_seen() -> None:
-    (axes,) = size(course(np.linspace(0, 6, 50), np.full(50, 2.4)), "m").axes
-    assert [line.get_linestyle() for line in axes.lines] == ["-", "--"]

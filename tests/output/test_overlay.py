@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.output.overlay import COLORS, PARTICLE, draw
+from motes.output.overlay import COLORS, draw
 
 
 def track(ellipse: Ellipse, status: Status = Status.TRACKING, confidence: float = 0.5) -> Track:
@@ -69,58 +69,6 @@ def test_the_status_decides_color_and_dashes() -> None:
     assert (absent == gray()).all()
 
 
-def test_particles_are_dots_that_fade_with_their_weight() -> None:
-    particles = np.array([[40.0, 60, 9, 9, 0], [80, 60, 9, 9, 0], [120, 60, 9, 9, 0]])
-    target = track(Ellipse(260, 180, 20, 20))
-    out = draw(gray(), target, particles=particles, weights=[0.1, 0.6, 0.3], label="")
-    toward = [np.abs(out[60, x].astype(int) - PARTICLE).sum() for x in (40, 80, 120)]
-    assert toward[1] < toward[2] < toward[0]
-    assert near(out[60, 80], PARTICLE, 50)
-    assert (out[60, 40] != 128).any()
-    left = out[:, :200]
-    y, x = np.nonzero((left != 128).any(axis=2))
-    assert np.abs(y - 60).max() <= 1
-    assert np.abs(x[:, None] - particles[:, 0]).min(axis=1).max() <= 1
-
-    alike = draw(gray(), target, particles=particles[:, :2], label="")
-    assert near(alike[60, [40, 80, 120]], PARTICLE, 70).all()
-
-
-def test_weights_of_zero_and_particles_without_place() -> None:
-    target = track(Ellipse(260, 180, 20, 20))
-    particles = [[40.0, 60], [math.nan, 60], [math.inf, 1], [1e300, -1e300]]
-    out = draw(gray(), target, particles=particles, weights=np.zeros(4), label="")
-    assert (out[60, 40] != 128).any()
-    empty = draw(gray(), target, particles=np.empty((0, 5)), weights=np.empty(0), label="")
-    assert np.array_equal(empty, draw(gray(), target, label=""))
-
-
-def test_the_trail_fades_and_is_interrupted() -> None:
-    trail = [(20.0, 100), (60, 100), (100, 100), (math.nan, math.nan), (140, 100), (180, 100)]
-    out = draw(gray(), track(Ellipse(260, 180, 20, 20)), trail=trail, label="")
-    difference = np.abs(out[100].astype(int) - 128).sum(axis=1)
-    assert 0 < difference[40] < difference[80] < difference[160]
-    assert not difference[105:135].any()
-
-
-def test_the_label_shows_the_confidence_as_a_bar() -> None:
-    ellipse = Ellipse(200, 180, 20, 20)
-    lengths = []
-    for confidence in (0.0, 0.25, 0.5, 1.0):
-        out = draw(gray(), track(ellipse, confidence=confidence), label="the same words")
-        lengths.append(near(out[:60], COLORS[Status.TRACKING], 4).any(axis=0).sum())
-    panel = lengths[-1]
-    assert lengths == pytest.approx([0, panel / 4, panel / 2, panel], abs=1.5)
-    assert panel > 40
-    plain = draw(gray(), track(ellipse), label="")
-    assert (plain[:150] == 128).all()
-
-
-def test_the_label_names_frame_and_status() -> None:
-    target = track(Ellipse(200, 180, 20, 20), Status.LOST, 0.25)
-    assert np.array_equal(draw(gray(), target), draw(gray(), target, label="7  lost  0.25"))
-
-
 def test_the_input_is_left_as_it_is() -> None:
     pixels = np.random.default_rng(0).integers(0, 256, (120, 160, 3), np.uint8)
     before = pixels.copy()
@@ -156,33 +104,6 @@ def test_any_ellipse_on_any_frame(ellipse: Ellipse, status: Status, size: tuple[
     )
     assert out.shape == pixels.shape
     assert out.dtype == np.uint8
-
-
-@pytest.mark.parametrize("x", [-500.0, 1e7])
-def test_an_ellipse_outside_changes_nothing(x: float) -> None:
-    assert (draw(gray(), track(Ellipse(x, 120, 30, 20, 1.0)), label="") == 128).all()
-
-
-def test_an_ellipse_around_the_frame_changes_nothing() -> None:
-    assert (draw(gray(), track(Ellipse(160, 120, 900, 900)), label="") == 128).all()
-
-
-def test_an_ellipse_across_the_border_shows_its_inner_part() -> None:
-    out = draw(gray(), track(Ellipse(0, 120, 50, 40)), label="")
-    assert colored(out[120, 50])
-    assert colored(out[80, 0])
-    assert (out[100:140, :40] == 128).all()
-
-
-def test_lines_grow_with_the_frame() -> None:
-    thick = []
-    for width, height in ((96, 72), (640, 480), (3840, 2160)):
-        ellipse = Ellipse(width / 2, height / 2, width / 4, height / 4)
-        out = draw(gray(width, height), track(ellipse), label="")
-        thick.append(int((out[height // 2, : width // 2] != 128).any(axis=1).sum()))
-    assert 2 <= thick[0] <= 5
-    assert 5 <= thick[1] <= 9
-    assert 24 <= thick[2] <= 32
 
 
 def test_wrong_shapes_are_refused() -> None:

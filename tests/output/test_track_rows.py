@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
 from motes.rows.journal import Header
-from motes.rows.schema import BOX, COLUMNS, ELLIPSE, Form, form_of
+from motes.rows.schema import Form
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 
 DIGITS = {"time": 6, "effective_sample_size": 2} | dict.fromkeys((*BOX, *ELLIPSE[:-1]), 3)
@@ -71,15 +71,6 @@ def test_rows_say_what_the_tracks_say_in_both_forms(tmp_path: Path) -> None:
                 assert texts[name] == ("" if value is None else str(value))
 
 
-def test_numbers_have_fixed_digits(tmp_path: Path) -> None:
-    write(tmp_path / "r.csv", [(7, 0.28, made(7, -0.00001))])
-    expected = (
-        "7,0.280000,1,,-2.750,-4.000,6.500,9.000,0.000,0.000,3.250,4.500,0.00000,0.50000,tracking,"
-        "0.00000,100.00,"
-    )
-    assert (tmp_path / "r.csv").read_text().splitlines()[1] == expected
-
-
 @given(st.lists(st.floats(), min_size=8, max_size=8), st.sampled_from(Status))
 def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> None:
     x, y, a, b, theta, confidence, distance, size = values
@@ -93,21 +84,6 @@ def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> 
         assert read[name] is None or math.isfinite(read[name])
         assert (texts[name] == "") == (read[name] is None)
     assert (read["x"] is None) == (not math.isfinite(x))
-
-
-def test_the_ending_chooses_the_form() -> None:
-    assert form_of("a.csv") == form_of("-") == form_of("a.jsonl", "csv") == "csv"
-    assert form_of("a.JSONL") == form_of("-", "jsonl") == "jsonl"
-    with pytest.raises(ConfigError, match=r"neither in \.csv nor in \.jsonl; rename it\.$"):
-        form_of("a.txt")
-
-
-def test_a_row_is_in_the_file_when_write_returns(tmp_path: Path) -> None:
-    with TrackWriter(tmp_path / "r.csv") as writer:
-        assert not (tmp_path / "r.csv").exists()
-        for count, row in enumerate(rows(3), start=2):
-            writer.write(*row)
-            assert (tmp_path / "r.csv").read_bytes().count(b"\n") == count
 
 
 def test_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
@@ -223,15 +199,6 @@ def test_other_rows_cannot_be_resumed_and_stay(tmp_path: Path, change, where: st
     assert "not the same" in str(error.value)
     assert "write to another file" in str(error.value)
     assert path.read_bytes() == before
-
-
-def test_an_exception_is_not_hidden_by_closing(tmp_path: Path) -> None:
-    write(tmp_path / "r.csv", rows(5))
-    writer = TrackWriter(tmp_path / "r.csv", resume=True)
-    writer.write(*rows(1)[0])
-    writer.__exit__(KeyboardInterrupt, None, None)  # though four rows were not compared
-    with pytest.raises(FormatError, match="more than the 2 lines"):
-        write(tmp_path / "r.csv", rows(1), resume=True)
 
 
 def test_a_row_that_does_not_fit_leaves_whole_rows(tmp_path: Path) -> None:

@@ -12,9 +12,8 @@ from motes.cli.frame_loop import Moment
 from motes.cli.pictures import Figures
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.output.figures import APPEARING, files_of, surface_of
+from motes.output.figures import surface_of
 from motes.sot.algorithm import Algorithm
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 from oracles import frame, region, scene
@@ -58,14 +57,6 @@ def test_a_step_changes_nothing_that_it_is_given(name: str) -> None:
     np.testing.assert_array_equal(one.ellipses, other.ellipses)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_algorithm_reports_what_it_has(name: str) -> None:
-    info = started(name).info
-    assert list(info.models) == list(info.cue_weights) == list(preset(name).cues)
-    assert info.ellipses.shape == (len(info.weights), 5)
-    assert (info.n_supporting is None) == (preset(name).presence is None)
-
-
 def test_the_default_tracker_reports_no_particles_that_it_does_not_have() -> None:
     tracker = started("default")
     assert tracker.info.ellipses.shape == (0, 5)
@@ -89,30 +80,10 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
 
 
-def test_mean_shift_reports_its_only_hypothesis() -> None:
-    info = started("mean_shift").info
-    np.testing.assert_array_equal(info.ellipses, [info.track.ellipse])
-    np.testing.assert_array_equal(info.weights, [1.0])
-    assert info.n_supporting == 1
-
-
-def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:
-    config = Discriminative(particles=50, sigma=0.1)
-    assert config.localizer.particles == 50
-    assert config.localizer.sigma == 0.1
-    for name in ("correlation", "posterior", "experts", "evidence"):
-        assert getattr(config.localizer, name) is getattr(config, name)
-
-
-def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
-    for name in NAMES:
-        assert (APPEARING in files_of(preset(name))) == (name != "default")
-
-
 def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
     tracker, frame = started("default"), scene(0, (30.0, 36))
     recorder = Figures(tmp_path, tracker.config, overwrite=False)
-    recorder.write(Moment(frame, tracker.info, 0.001))
+    recorder.write(Moment(frame, [tracker.info.track], tracker.info, 0.001))
     surface = surface_of(tracker.config, frame, tracker.info)
     assert surface.samples.shape == (0, 2)
     assert np.isnan(recorder.series.n_supporting).all()

@@ -10,7 +10,6 @@ import pytest
 
 from motes import Tracker
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.correction.correct import correct
 from motes.video.writer import VideoWriter
 from oracles import radii
@@ -33,16 +32,6 @@ def turned(angles: list[float]) -> float:
     steps = np.diff(angles)
     assert abs(steps).max() < 0.5
     return angles[-1] - angles[0]
-
-
-def test_an_ellipse_turned_near_an_angle_is_the_same() -> None:
-    for theta, angle in ((0.1, 3.3), (-1.5, 1.6), (1.2, 1.3), (0, 100), (-7, 2)):
-        ellipse = Ellipse(5, 6, 7, 3, theta)
-        near = ellipse.turned_near(angle)
-        assert abs(near.theta - angle) <= math.pi / 2
-        assert np.allclose(near.box, ellipse.box)
-        assert math.remainder(near.theta - theta, math.pi) == pytest.approx(0, abs=1e-9)
-    assert Ellipse(5, 6, 7, 3, 0.3).turned_near(math.nan).theta == 0.3
 
 
 @pytest.mark.parametrize("start", [0, 1, -2])

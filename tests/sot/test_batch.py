@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +27,6 @@ def test_each_is_followed_as_if_alone(preset: str, threads: int) -> None:
             assert tracks[index][i].ellipse == track.ellipse
             assert tracks[index][i].confidence == track.confidence
         np.testing.assert_array_equal(trackers.each[i].info.ellipses, alone.info.ellipses)
-
-
-def test_images_count_as_frames() -> None:
-    trackers = Trackers()
-    trackers.init(CLIP[0].pixels, REGIONS)
-    found = [trackers.update(frame.pixels) for frame in CLIP[1:3]]
-    assert [[track.frame for track in tracks] for tracks in found] == [[1] * 3, [2] * 3]
-    assert found[1][0].time == pytest.approx(2 / 25)
 
 
 def test_init_starts_afresh() -> None:
@@ -86,13 +75,6 @@ def test_nothing_goes_on_after_close(threads: int) -> None:
         trackers.init(CLIP[0], REGIONS)
 
 
-def test_regions_may_be_an_array() -> None:
-    assert len(Trackers("nummiaro").init(CLIP[0], np.array(REGIONS))) == 3
-    for regions in (None, np.empty((0, 4))):
-        with pytest.raises(ConfigError, match="nothing to follow"):
-            Trackers().init(CLIP[0], regions)  # type: ignore[arg-type]
-
-
 def test_objects_come_and_go() -> None:
     """What was there before is followed as if nothing had happened."""
     trackers, alone = Trackers("nummiaro", seed=3), Tracker("nummiaro", seed=4)
@@ -136,27 +118,3 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
             Trackers.load(tmp_path / "broken")
     with pytest.raises(FormatError, match="is not a saved tracker"):
         Tracker.load(tmp_path / "saved")
-
-
-def test_bgr_is_the_same_picture() -> None:
-    rgb, bgr = Trackers("nummiaro"), Trackers("nummiaro", bgr=True)
-    for index, frame in enumerate(CLIP[:3]):
-        pictures = (rgb, frame.pixels), (bgr, frame.pixels[:, :, ::-1])
-        one, other = (
-            each.update(image) if index else each.init(image, REGIONS) for each, image in pictures
-        )
-        assert [track.ellipse for track in one] == [track.ellipse for track in other]
-
-
-@pytest.mark.parametrize(
-    "twice", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
-)
-def test_a_copy_is_independent(twice: Callable[[Trackers], Trackers]) -> None:
-    with Trackers("nummiaro", threads=2) as trackers:
-        trackers.init(CLIP[0], REGIONS)
-        trackers.update(CLIP[1])
-        with twice(trackers) as other:
-            found = other.update(CLIP[2])
-            other.remove(0)
-        again = trackers.update(CLIP[2])
-        assert [track.ellipse for track in found] == [track.ellipse for track in again]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -77,14 +76,6 @@ def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
     for learned, model in zip(lessons(strategy, first, seen), expected, strict=True):
         np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
         assert learned.histogram.sum() == pytest.approx(1)
-
-
-def test_series_have_frames_of_both_kinds() -> None:
-    """Else the test before this one would say little."""
-    first, *seen = series(1, 72, 60)
-    models = [learned.histogram for learned in lessons(KalmanBins(), first, seen)][9:]
-    refused = [bool((one == other).all()) for one, other in pairwise(models)]
-    assert 3 <= refused.count(True) <= 12
 
 
 def gains(sizes: list[float]) -> list[float]:
@@ -200,12 +191,6 @@ def passing_a_pole(strategy: Strategy) -> tuple[float, float]:
 def test_a_pole_is_not_learned() -> None:
     to_target, to_pole = passing_a_pole(AnchoredKalman())
     assert to_target < 0.3 < to_pole
-
-
-@pytest.mark.parametrize("strategy", [KalmanBins(), GaussianBins()], ids=repr)
-def test_the_printed_updates_learn_a_pole(strategy: Strategy) -> None:
-    to_target, to_pole = passing_a_pole(strategy)
-    assert to_pole < 0.3 < to_target
 
 
 def test_a_picture_without_noise_can_be_learned_from() -> None:

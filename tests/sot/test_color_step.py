@@ -14,8 +14,7 @@ from motes.cues.color import Color
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Exponential, Gaussian
 from motes.sot.filtering.motion import EllipseWalk, Noise, RandomWalk, SecondOrder
-from motes.sot.filtering.resampling import Multinomial, Systematic
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import KldSampling, Multinomial, Systematic
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
 from oracles import region, scene

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from motes.sot.discriminative.evidence import Evidence, probability
+from motes.sot.discriminative.expert import Evidence, probability
 
 
 @pytest.mark.parametrize("voice", ["gradients", "contrast"])

@@ -8,16 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.core.config import Config, from_dict, from_toml, to_dict, to_toml
-from motes.core.errors import ConfigError
+from motes.core.config import Config, from_dict, from_toml, to_toml
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color
-from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.expert import Expert, Experts
-from motes.sot.discriminative.rival import APART
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.expert import Confined, Expert, Experts
+from motes.sot.discriminative.standing import APART, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.testing import check_expert
@@ -167,9 +164,3 @@ def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
         confidence = info.track.confidence / after.identity.belief
         evidence[says] = math.log(confidence / (1 - confidence))
     assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
-
-
-def test_an_expert_has_a_name_of_its_own() -> None:
-    with pytest.raises(ConfigError, match="extra_experts names 'confined', which is the name of"):
-        Discriminative(extra_experts={"confined": Sure()})
-    assert to_dict(Discriminative())["confined"]["weight"] == 2.5

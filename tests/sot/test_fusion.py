@@ -268,25 +268,6 @@ def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) 
     assert names_of([state]) == {("color", "orientation", "|", "color", "orientation")}
 
 
-def test_a_cue_that_cannot_tell_does_not_decide() -> None:
-    """Where a target has no edges, all of orientation's distances are 1: colors count."""
-    config = with_cues(fusion=PrintedMixture())
-    state, _ = begun(config)
-    plain = frame(np.full((72, 96, 3), 120, np.uint8), 1)
-    colored = plain.pixels.copy()
-    colored[20:40, 40:60] = scene(0, (40, 30)).pixels[30, 40]
-    for pixels in (plain.pixels, colored):
-        _, info = config.step(np.random.default_rng(1), state, frame(pixels, 1))
-        assert np.isfinite(info.weights).all()
-        assert sum(info.cue_weights.values()) == pytest.approx(1)
-        assert np.isfinite([*info.track.ellipse, info.track.confidence]).all()
-    blank, _ = config.init(np.random.default_rng(0), frame(plain.pixels, 0), region((40, 30)))
-    _, info = config.step(np.random.default_rng(1), blank, frame(colored, 1))
-    nothing: Any = blank.models["orientation"]
-    np.testing.assert_array_equal(nothing.histogram, 0)
-    assert info.cue_weights["color"] > info.cue_weights["orientation"] > 0
-
-
 def test_a_cue_that_is_certain_of_a_place_does_not_find_the_target() -> None:
     """Color matches nowhere, so orientation has the weight; the rule still asks for both."""
     config = with_cues(
@@ -322,14 +303,6 @@ def test_the_rule_has_the_reliabilities_mean() -> None:
 
 
 # Configurations
-
-
-def test_a_filter_needs_a_cue() -> None:
-    with pytest.raises(ConfigError, match="needs a cue: color, orientation, edges, hog"):
-        ParticleFilter()
-    assert list(ParticleFilter(color=Color()).cues) == ["color"]
-    assert list(ParticleFilter(orientation=Orientation()).cues) == ["orientation"]
-    assert list(with_cues().cues) == ["color", "orientation"]
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,7 @@ def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> 
     for track, other in list(zip(tracks, others, strict=True))[APART:]:
         assert iou(track.box, other) > 0.5  # it is the other who is followed, with a clear evidence
         assert track.confidence < 0.5
+        assert track.belief < 0.5
         assert track.status is Status.SEARCHING
 
 
@@ -103,6 +104,21 @@ def test_twins_leave_the_belief_as_it_is() -> None:
     frames, ours, others = meeting(in_front=False, alike=True)
     found = beliefs(frames, ours[:APART] + others[APART : APART + 8] + ours[APART + 8 :])
     assert min(found) > 0.5
+
+
+def test_a_target_that_turns_back_to_an_earlier_side_is_believed_in() -> None:
+    """Another who looks nearly like its second side is not nearer than that side itself."""
+    front, side, back = (255, 255, 255), (160, 255, 160), (255, 90, 90)
+    wall = blocks(11, 200, 320, 8, (60, 60, 60), (120, 120, 120))
+    frames = []
+    for index in range(FRAMES):
+        pixels = wall.copy()
+        shows = (front, side, back, side)[min(index // 18, 3)]
+        pixels[80:120, STANDS : STANDS + 30] = person(shows)
+        left = 260 - index
+        pixels[82:122, left : left + 30] = person((150, 255, 150))
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+    assert min(beliefs(frames, [Box(STANDS, 80, 30, 40)] * FRAMES)) > 0.5
 
 
 def test_what_does_not_move_is_no_neighbor() -> None:

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
 from motes.sot.known_target import KnownTarget
-from motes.sot.places import Place, boxes_of, load_places
+from motes.sot.places import Place, load_places
 from oracles import region, scene
 
 FRAME = scene(0, (40, 30))
@@ -84,18 +84,6 @@ def test_files_that_are_no_targets(tmp_path: Path, content: bytes) -> None:
         KnownTarget.load(path)
 
 
-def test_files_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"Cannot read the histogram .*none\.json"):
-        KnownTarget.load(tmp_path / "none.json")
-    with pytest.raises(FormatError, match="Cannot read the histogram"):
-        KnownTarget.load(tmp_path)
-    with pytest.raises(SourceError, match=r"none\.toml cannot be read"):
-        load_places(tmp_path / "none.toml")
-    (tmp_path / "places.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(SourceError, match=r"places\.toml cannot be read: it is not text"):
-        load_places(tmp_path / "places.toml")
-
-
 def covered(boxes: Any, shape: tuple[int, int]) -> Any:
     counts = np.zeros(shape, int)
     for x, y, w, h in np.asarray(boxes, int):
@@ -139,16 +127,6 @@ def test_a_door_is_cut_to_the_frame(box: Any, inside: Any) -> None:
 def test_places_that_do_not_fit(place: Place, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         place.boxes(Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8)))
-
-
-def test_places_from_toml(tmp_path: Path) -> None:
-    path = tmp_path / "places.toml"
-    path.write_text('[[place]]\nname = "door"\nbox = [1, 2, 3, 4]\n[[place]]\nborder = 5\n')
-    places = load_places(path)
-    assert places == (Place(name="door", box=(1, 2, 3, 4)), Place(border=5))
-    boxes = boxes_of(places, FRAME)
-    assert boxes.shape == (5, 4)
-    np.testing.assert_array_equal(boxes[0], [1, 2, 3, 4])
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import iou
-from motes.sot.discriminative import light as light_module
-from motes.sot.discriminative.light import UNNOTICED, Light
-from motes.sot.discriminative.small_picture import overlap, small_picture
+from motes.sot.discriminative import small_picture as light_module
+from motes.sot.discriminative.small_picture import UNNOTICED, Light, overlap, small_picture
 from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
@@ -75,15 +74,6 @@ def test_black_and_white_pictures_say_nothing(scene: NDArray[np.uint8], gray: in
 def test_a_cut_changes_the_light_by_a_factor_of_two_at_most(scene: NDArray[np.uint8]) -> None:
     usual, dim = seen(scene, 100, 100), seen(scene, 100, 100, 1, 0.3)
     assert after(usual, dim).level == pytest.approx(-math.log(2))
-
-
-@pytest.mark.parametrize(("level", "factor"), [(-50.0, 16), (50.0, 1 / 16)])
-def test_much_light_is_taken_off_in_part(
-    scene: NDArray[np.uint8], level: float, factor: float
-) -> None:
-    usual = seen(scene, 100, 100)
-    expected = np.minimum(np.floor(factor * usual.pixels.astype(float) + 0.5), 255)
-    assert np.abs(Light(level).taken_off(usual).pixels - expected).max() <= 1
 
 
 def test_what_is_learned_fades() -> None:

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes.sot.filtering.fusion import Fixed, PrintedMixture
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
@@ -57,12 +56,6 @@ def test_equation_24(d: Floats, epsilon: float) -> None:
             assert log.max() == pytest.approx(math.log(math.exp(-1) + epsilon))
 
 
-def test_a_particle_at_no_distance_leaves_something_to_the_others() -> None:
-    for best in (0.0, 1e-200):
-        log = BestParticle(epsilon=0).log(["color"], np.array([[best, 0.02, 0.03]]))[0]
-        np.testing.assert_allclose(log, [0, -0.5, -1.125], atol=1e-12)
-
-
 @given(distances, st.floats(0.1, 100))
 def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
     """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
@@ -73,15 +66,6 @@ def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
 
 
 # Products
-
-
-def test_one_cue_has_a_veto_in_a_product_but_not_in_a_sum() -> None:
-    logs = np.log([[0.5, 0.5], [1e-200, 1.0]])
-    nowhere = np.zeros((2, 5))
-    product, _ = Fixed().fuse(NAMES, np.zeros(2), logs, nowhere)
-    printed, _ = PrintedMixture().fuse(NAMES, np.zeros(2), logs, nowhere)
-    np.testing.assert_allclose(product.values, [0, 1], atol=1e-12)
-    np.testing.assert_allclose(printed.values, [0.25, 0.75])
 
 
 def test_the_weights_of_a_step() -> None:

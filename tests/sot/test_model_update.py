@@ -11,26 +11,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from histogram_series import lessons, series
 from kinds import CONFIGS, FILTER_KINDS
-from motes.core.config import from_toml, to_toml
-from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, Strategy
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig, configure, preset
+from motes.sot.presets import TrackerConfig, configure
 from motes.sot.tracker import Tracker
 from oracles import region, scene
-
-Floats = NDArray[np.float64]
-
 
 # Forgetting
 
@@ -98,23 +92,6 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             after: Any = tracker._state.models[name]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
             models[name] = after
-
-
-def test_each_cue_has_its_own_strategy() -> None:
-    config = small(adaptation=PerCue(cues={"hog": GaussianBins()}))
-    assert config.strategies == {"color": ExponentialForgetting(), "hog": GaussianBins()}
-    assert small(adaptation=KalmanBins()).strategies == dict.fromkeys(
-        ["color", "hog"], KalmanBins()
-    )
-    tracker = started(config)
-    for picture in walk(1, 2, 3):
-        before: Any = tracker._state.models
-        tracker.update(picture)
-        after: Any = tracker._state.models
-        changed = [n for n in after if (after[n].histogram != before[n].histogram).any()]
-        assert changed == ["hog"]
-    with pytest.raises(ConfigError, match=r"adaptation\.cues names 'edges'; the cues in use are"):
-        small(adaptation=PerCue(cues={"edges": GaussianBins()}))
 
 
 def test_nothing_is_learned_while_the_target_is_not_there() -> None:
@@ -195,28 +172,3 @@ def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path)
 
 
 # Configurations
-
-
-def test_keys_of_the_first_strategy_need_no_type() -> None:
-    """As they did when there was no other."""
-    for name in ("nummiaro", "nummiaro:adaptive", "maggio", "ng_delp"):
-        config: Any = configure(
-            preset(name), from_toml("[adaptation]\nlearning_rate = 0.2", "text")
-        )
-        base: Any = preset(name)
-        anchor = base.adaptation.anchor
-        assert config.adaptation == ExponentialForgetting(learning_rate=0.2, anchor=anchor)
-
-
-def test_strategies_from_changes() -> None:
-    kalman: Any = configure(
-        preset("nummiaro"), {"adaptation": {"type": "kalman"}}, {"adaptation": {"frames": 5}}
-    )
-    assert kalman.adaptation == KalmanBins(frames=5)
-    change = {"adaptation": {"cues": {"color": {"alpha": 0.05}}}}
-    zhao: Any = configure(preset("zhao_pei:printed"), change)
-    expected: dict[str, Strategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
-    assert zhao.adaptation == PerCue(cues=expected)
-    still: Any = configure(preset("zhao_pei"), {"adaptation": {"type": "forgetting"}})
-    assert still.adaptation == ExponentialForgetting()
-    assert configure(preset("nummiaro"), from_toml(to_toml(zhao), "text")) == zhao

@@ -112,15 +112,6 @@ def test_mean_and_covariance(
 
 
 @model_
-def test_noise_is_gaussian(model: Motion) -> None:
-    states = moving(model, 40_000)
-    out = model.propagate(np.random.default_rng(1), states, FRAME_INTERVAL, FIRST)
-    z = (out - out.mean(axis=0)) / out.std(axis=0)
-    assert np.abs((z**3).mean(axis=0)).max() < 0.06
-    assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
-
-
-@model_
 @pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
 def test_without_noise_only_a_is_left(
     model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
@@ -149,11 +140,6 @@ def test_both_half_axes_grow_and_return_together(
     np.testing.assert_allclose(logs.std(axis=0), deviation, rtol=0.03)
     np.testing.assert_allclose(logs[:, 0] - logs[:, 1], expected[0] - expected[1], atol=1e-9)
     np.testing.assert_array_equal(out[:, :2], 0)
-
-
-@model_
-def test_it_begins_at_rest(model: Motion) -> None:
-    assert not model.initial(np.array([[1.0, 2, 30, 40, 0.5]]))[:, 5:].any()
 
 
 # The state of Maggio et al.
@@ -203,15 +189,6 @@ def test_noise_of_the_paper(frames: float) -> None:
     np.testing.assert_allclose(np.cov(z.T), np.eye(5), atol=0.025)
     assert np.abs((z**3).mean(axis=0)).max() < 0.06
     assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
-
-
-def test_noise_in_pixels_whatever_the_first_region() -> None:
-    states = EllipseWalk().initial(np.tile(np.array(FIRST), (50, 1)))
-    one, other = (
-        EllipseWalk().propagate(np.random.default_rng(0), states, FRAME_INTERVAL, first)
-        for first in (FIRST, FIRST._replace(a=1.0, b=300.0))
-    )
-    np.testing.assert_array_equal(one, other)
 
 
 def test_size_changes_keep_the_shape() -> None:

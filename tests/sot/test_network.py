@@ -14,7 +14,6 @@ pytest.importorskip("onnx", reason="onnx is not installed")
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
 import onnx_trackers
-from motes.core.config import from_dict
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
@@ -202,14 +201,6 @@ def test_the_choice_is_that_of_siamese_trackers(choice: Choice) -> None:
     assert alone.score == view.scores.max()
 
 
-@pytest.mark.parametrize("place", [(math.nan, 5, 4, 4, 0), (5, 5, 0, 4, 0), (1e9, 5, 4, 4, 0)])
-def test_places_that_are_none_are_refused(network: Network, place: Any) -> None:
-    frame = picture(150, 100)
-    model = network.learn(frame, Ellipse.from_box(TARGET))
-    with pytest.raises(ConfigError):
-        network.look(model, frame, Ellipse(*place))
-
-
 def test_other_files_are_refused_with_what_is_known(folder: Path, tmp_path: Path) -> None:
     backbone, head = onnx_trackers.save_pair(folder)
     vit = onnx_trackers.save_vit(folder)
@@ -242,17 +233,3 @@ def test_outputs_of_other_shapes_are_found_when_it_is_opened(tmp_path: Path) -> 
     with pytest.raises(SourceError, match="not the siamese network that they seem") as caught:
         Network((backbone, head)).open()
     assert "\n" not in str(caught.value)
-
-
-def test_its_configuration_is_checked() -> None:
-    values = {"files": ["a.onnx", "b.onnx"], "threads": 2}
-    network = from_dict(values, Network)
-    assert network == Network(("a.onnx", "b.onnx"), 2)
-    with pytest.raises(SourceError, match=r"There is no file a\.onnx"):
-        network.open()
-    with pytest.raises(ConfigError, match="threads"):
-        Network(("a",), 0)
-    with pytest.raises(ConfigError, match="needs its ONNX files"):
-        Network()
-    with pytest.raises(ConfigError, match="did you mean 'files'"):
-        from_dict({"file": ["a"]}, Network)

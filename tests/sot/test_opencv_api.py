@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from motes import synthetic
-from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Box, iou
+from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.sot.opencv_api import OpenCVTracker
 
@@ -57,30 +56,6 @@ def test_the_same_calls_work_for_both() -> None:
         assert ok is True
         assert all(type(value) is int for value in box)
         assert np.abs(np.array(box) - BOX).max() <= 3
-
-
-def test_what_is_no_image_is_refused() -> None:
-    tracker = OpenCVTracker.create()
-    tracker.init(IMAGES[0], BOX)
-    with pytest.raises(SourceError, match="no picture, but None; has the film ended"):
-        tracker.update(None)  # type: ignore[arg-type]
-    height, width, _ = IMAGES[0].shape
-    for channels in (2, 5):
-        with pytest.raises(
-            SourceError, match=rf"1, 3 or 4\); got \({height}, {width}, {channels}\)"
-        ):
-            tracker.update(np.zeros((height, width, channels), np.uint8))
-
-
-@pytest.mark.parametrize("channels", [[], [0], [0, 1, 2, 2]])
-def test_gray_and_alpha_are_taken(channels: list[int]) -> None:
-    tracker = OpenCVTracker.create()
-    pictures = [image[:, :, channels] if channels else image[:, :, 0] for image in IMAGES[:5]]
-    tracker.init(pictures[0], BOX)
-    for index, picture in enumerate(pictures[1:], start=1):
-        found, box = tracker.update(picture)
-        assert found
-        assert iou(Box(*box), CLIP[index][1][0].ellipse.box) > 0.5
 
 
 def test_nothing_is_created_of_what_is_no_preset() -> None:

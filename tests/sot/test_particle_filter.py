@@ -20,9 +20,14 @@ from motes.core.track import Status
 from motes.cues.color import Color, ColorModel
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
-from motes.sot.filtering.resampling import RESAMPLINGS, Multinomial, Resampling, Weights
+from motes.sot.filtering.resampling import (
+    RESAMPLINGS,
+    Multinomial,
+    Resampling,
+    Weights,
+    mean_ellipse,
+)
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState

@@ -10,12 +10,13 @@ import pytest
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.sot.discriminative import placing
 from motes.sot.discriminative.localization import WindowEstimate
-from motes.sot.discriminative.placing import Found, Placer
+from motes.sot.discriminative.placing import Found
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
-from motes.sot.discriminative.rival import Rival
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.standing import Rival, Standing
+from motes.sot.discriminative.tracker import Discriminative
 
 HERE, THERE = Ellipse(50.0, 50.0, 10.0, 10.0), Ellipse(90.0, 50.0, 10.0, 10.0)
 FRAME = Frame(0, 0.0, np.zeros((100, 150, 3), np.uint8))
@@ -36,20 +37,23 @@ def estimate(place: Ellipse, evidence: float) -> Any:
     ],
 )
 def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
-    here: float, there: float, transition: Transition | None, wins: bool
+    here: float,
+    there: float,
+    transition: Transition | None,
+    wins: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    localizer: Any = SimpleNamespace(localize=lambda *_: estimate(THERE, there))
-    placer = Placer(localizer, Redetection())
+    monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, there))
     state: Any = SimpleNamespace(rival=Rival(HERE))
-    found = placer._compare(
-        np.random.default_rng(0), state, FRAME, estimate(HERE, here), np.zeros(2), [THERE],
-        transition,
+    found = placing._compare(
+        Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, here),
+        np.zeros(2), [THERE], transition,
     )  # fmt: skip
     assert (found.look.pose == THERE) is wins
     assert found.rival.alive is not wins
 
 
-def test_the_search_finds_what_looks_like_the_first_region() -> None:
+def test_the_search_finds_what_looks_like_the_first_region(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two cars of one shape, as likely by all other voices; the red one was there first."""
     red, black = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
     pixels = np.full((100, 150, 3), 120, np.uint8)
@@ -67,10 +71,9 @@ def test_the_search_finds_what_looks_like_the_first_region() -> None:
         return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
 
     for there, clear in ((red, True), (black, False)):
-        localizer: Any = SimpleNamespace(
-            particles=100, localize=lambda *_, there=there: seen(there, 2.0)
-        )
+        monkeypatch.setattr(placing, "localize", lambda *_, there=there: seen(there, 2.0))
+        config = Discriminative(particles=100, redetection=redetection)
         before = Found(seen(HERE, -1.0), Rival(HERE))
-        found = Placer(localizer, redetection).search(np.random.default_rng(0), lost, frame, before)
+        found = placing.search(config, np.random.default_rng(0), lost, frame, before)
         assert found.jumped is clear
         assert found.look.pose == (red if clear else HERE)

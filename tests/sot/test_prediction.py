@@ -35,12 +35,6 @@ def test_the_shift_of_the_scene_is_measured(scene: NDArray[np.uint8], dx: int, d
     np.testing.assert_allclose(shift, (dx, dy), atol=1.0)
 
 
-def test_a_picture_without_texture_does_not_move(scene: NDArray[np.uint8]) -> None:
-    flat = Frame(0, 0.0, np.full((HEIGHT, WIDTH, 3), 80, np.uint8))
-    spectrum = spectrum_of(small_picture(flat))
-    np.testing.assert_array_equal(camera_shift(spectrum, spectrum, flat), (0, 0))
-
-
 @pytest.mark.parametrize(
     ("camera", "target", "model"),
     [

@@ -134,15 +134,3 @@ def test_searchers_stay_in_the_frame() -> None:
     for x, y in [*searchers[:, :2].tolist(), *(place[:2] for place in places)]:
         assert 0 <= x <= 299
         assert 0 <= y <= 199
-
-
-@pytest.mark.parametrize(("half", "small", "large"), [(12.0, 2, 100), (2.0, 2, 100), (1.0, 1, 100)])
-def test_sizes_stay_between_the_smallest_and_the_frame(
-    half: float, small: float, large: float
-) -> None:
-    frame, cue = picture(60, 60), Redetection(growth=5.0, sigma=1e3)
-    model, last = cue.learn(frame, LAST), LAST._replace(a=half, b=half)
-    given = np.tile(np.array(last), (400, 1))
-    searchers, _ = cue.step(np.random.default_rng(7), model, given, frame, last, 3)
-    assert searchers[:, 2:4].min() == pytest.approx(small)
-    assert searchers[:, 2:4].max() == pytest.approx(large)

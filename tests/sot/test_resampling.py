@@ -58,26 +58,10 @@ def test_expected_copies_are_n_times_the_weight(name: str) -> None:
     assert (np.abs(total.mean(axis=0) - n * weights) <= 4 * error + 1e-12).all()
 
 
-def test_multinomial_draws_are_independent() -> None:
-    rng = np.random.default_rng(2)
-    pairs = draw("multinomial", rng, np.array([0.5, 0.5]), 40_000).reshape(-1, 2)
-    same = np.mean(pairs[:, 0] == pairs[:, 1])
-    assert abs(same - 0.5) < 4 * 0.5 / math.sqrt(20_000)
-
-
 @given(shares, st.integers(0, 1000))
 def test_systematic_copies_are_within_one_of_the_expected(weights: list[float], seed: int) -> None:
     w = np.array(weights) / sum(weights)
     assert (np.abs(copies("systematic", w, w.size, seed) - w.size * w) < 1 + 1e-9).all()
-
-
-def test_less_variance_than_multinomial() -> None:
-    weights = np.array([0.03, 0.17, 0.21, 0.59])
-    spread = {
-        name: np.var([copies(name, weights, 50, seed) for seed in range(500)], axis=0).sum()
-        for name in NAMES
-    }
-    assert spread["systematic"] < spread["multinomial"] / 4
 
 
 @scheme

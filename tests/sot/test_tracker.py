@@ -14,19 +14,16 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from disks import fill
-from kinds import ALGORITHMS, CONFIGS, FILTERS, KINDS, parts
+from kinds import ALGORITHMS, CONFIGS, FILTERS, KINDS
 from motes import synthetic
-from motes.core.config import to_dict
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.cues.color import Color
-from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.known_target import KnownTarget
 from motes.sot.mean_shift import MeanShift
 from motes.sot.opencv_api import OpenCVTracker
@@ -35,8 +32,6 @@ from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene, sequence
-
-Floats = NDArray[np.float64]
 
 every = pytest.mark.parametrize("name", CONFIGS)
 of_algorithms = pytest.mark.parametrize("name", ALGORITHMS)
@@ -51,15 +46,6 @@ NEAR = ["zhao_pei"]
 """Hues, and eight directions that are turned, are as near to some leaves as to the target."""
 SEARCHERS = [name for name in FILTERS if list(CONFIGS[name].cues) == ["color"]]
 """Filters that can look for a known target: those on color alone."""
-START = (30.0, 36.0)
-
-
-def test_the_kinds_have_every_part_that_any_has() -> None:
-    kinds, everything = (
-        {(config["type"], *part) for config in map(to_dict, configs) for part in parts(config)}
-        for configs in ([CONFIGS[name] for name in KINDS], CONFIGS.values())
-    )
-    assert everything - kinds == set()
 
 
 def path(index: int) -> tuple[float, float]:
@@ -356,35 +342,24 @@ def test_a_correction_ends_a_search_even_where_nothing_is_seen(name: str) -> Non
     assert tracker.correct(TARGET).status is Status.TRACKING
 
 
+@pytest.mark.slow
 @of_kinds
 def test_saved_and_loaded_it_goes_on_the_same(name: str, tmp_path: Path) -> None:
     """At the start, while it tracks, when its target is lost, and while it searches."""
     tracker = loaded = Tracker(CONFIGS[name], 9)
     tracker.init(FRAMES[0], TARGET)
-    for index in range(16):
-        picture = scene(index, path(index) if index < 8 else None)
+    for index in range(14):
+        picture = scene(index, path(index) if index < 6 else None)
         if index:
             assert same(loaded.update(picture), tracker.update(picture))
-        tracker.save(tmp_path / "state")
-        loaded = Tracker.load(tmp_path / "state")
+        if index in (0, 4, 8, 9, 13):
+            tracker.save(tmp_path / "state")
+            loaded = Tracker.load(tmp_path / "state")
     assert loaded.config == tracker.config
     assert same(loaded.correct(TARGET), tracker.correct(TARGET))  # in the frame that was saved
     # And the seed is there too.
     first, again = (follow(one, FRAMES[:5]) for one in (tracker, loaded))
     assert all(same(one, other) for one, other in zip(first, again, strict=True))
-
-
-@pytest.mark.parametrize("name", [name for name in KINDS if name in SEARCHERS])
-def test_saved_and_loaded_it_goes_on_searching(name: str, tmp_path: Path) -> None:
-    tracker = Tracker(CONFIGS[name], 9)
-    tracker.search(scene(0, None), known(name), [Place(border=9)])
-    for index in range(1, 4):
-        tracker.update(scene(index, None))
-    tracker.save(tmp_path / "state")
-    loaded = Tracker.load(tmp_path / "state")
-    for index in range(4, 24):
-        picture = scene(index, path(index) if index > 8 else None)
-        assert same(loaded.update(picture), tracker.update(picture))
 
 
 # Files
@@ -462,14 +437,6 @@ def test_lost_searched_and_found_again(name: str) -> None:
         assert tracks[index].confidence < 0.5 or iou(tracks[index].box, where.box) > 0.3
     assert covers(tracks[-1], region((70 - 0.5 * 39, 50)))
     assert tracks[-1].confidence > 0.3
-
-
-@pytest.mark.parametrize("name", [name for name in CONFIGS if name.startswith("mean_shift")])
-def test_mean_shift_says_that_it_lost_the_target(name: str) -> None:
-    tracks = hidden_for_long(name, 0)
-    assert tracks[14].status is Status.LOST
-    assert {track.status for track in tracks[15:40]} == {Status.SEARCHING}
-    assert max(track.confidence for track in tracks[10:40]) < 0.1
 
 
 OCCLUDED = list(synthetic.occluded((160, 120), frames=110, length=12))
@@ -594,16 +561,6 @@ def test_a_known_target_is_found_when_it_comes(
             assert track.confidence < 0.5 or iou(track.box, region(center).box) > 0.3
     assert track.status is Status.TRACKING
     assert covers(track, region(center))
-
-
-@pytest.mark.parametrize("name", SEARCHERS)
-def test_a_known_target_that_is_there_already(name: str) -> None:
-    tracker = Tracker(CONFIGS[name], 1)
-    tracker.search(FRAMES[0], known(name), background=scene(99, None))
-    for picture in FRAMES[1:]:
-        track = tracker.update(picture)
-    assert track.status is Status.TRACKING
-    assert iou(track.box, region(path(15)).box) > 0.45
 
 
 def test_a_resemblance_of_a_few_frames_is_no_known_target() -> None:
@@ -753,25 +710,6 @@ def test_real_sequences(data: Path, name: str, low: float) -> None:
     assert np.mean(scores) > low
 
 
-def test_the_algorithms_are_all_there_are() -> None:
-    assert {type(CONFIGS[name]) for name in ALGORITHMS} == {type(c) for c in CONFIGS.values()}
-
-
-@pytest.mark.parametrize("seed", [-1, 1.5, "1"])
-def test_seeds_that_are_none(seed: Any) -> None:
-    with pytest.raises(ConfigError, match="A seed is a whole number"):
-        Tracker(seed=seed)
-
-
-def test_files_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="Cannot read the tracker"):
-        Tracker.load(tmp_path / "none")
-    tracker = Tracker()
-    tracker.init(np.zeros((40, 40, 3), np.uint8), (5, 5, 20, 20))
-    with pytest.raises(FormatError, match="Cannot write the tracker"):
-        tracker.save(tmp_path / "none" / "tracker")
-
-
 def test_any_callable_is_a_detector() -> None:
     box = region(path(1)).box
     seen: list[int] = []
@@ -801,20 +739,6 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
     assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
 
 
-@pytest.mark.parametrize("form", [np.array, list])
-def test_a_detector_may_return_rows_as_for_a_scene(form: Any) -> None:
-    rows = form([(*TARGET.box, 0.9)])
-    track = Tracker().detect(FRAMES[0], lambda frame: rows)
-    assert track is not None
-    assert track.box == pytest.approx(TARGET.box)
-
-
-@pytest.mark.parametrize("found", [7, None, ["a"]])
-def test_what_are_no_detections_is_refused(found: Any) -> None:
-    with pytest.raises(ConfigError, match=r"The detector returned .*; it must return"):
-        Tracker().detect(FRAMES[0], lambda frame: found)
-
-
 def test_a_background_image_sets_the_appearance_rule() -> None:
     appearing: list[Any] = []
     for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):
@@ -822,17 +746,6 @@ def test_a_background_image_sets_the_appearance_rule() -> None:
         tracker.search(FRAMES[0], known("nummiaro"), background=background)
         appearing.append(tracker.info.n_supporting)
     assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
-
-
-def test_a_target_saved_to_a_missing_folder(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="cannot be written"):
-        known("nummiaro").save(tmp_path / "none" / "target.json")
-
-
-@pytest.mark.parametrize("config", [None, 5, {}])
-def test_what_is_no_configuration_is_refused(config: Any) -> None:
-    with pytest.raises(ConfigError, match="Give a preset's name or a configuration; got"):
-        Tracker(config)
 
 
 def test_a_full_disk_leaves_the_tracker_saved_before(
@@ -846,22 +759,3 @@ def test_a_full_disk_leaves_the_tracker_saved_before(
     with pytest.raises(FormatError, match="No space left"):
         tracker.save(tmp_path / "saved")
     assert (tmp_path / "saved").read_bytes() == before
-
-
-def test_a_large_frame_is_looked_at_around_fewer_places() -> None:
-    """A start at 4K takes as long as one at 640x480."""
-    seen: list[int] = []
-
-    class Counting(Color, frozen=True):
-        def distances(self, model: Any, frame: Frame, ellipses: Any) -> Any:
-            seen.append(len(ellipses))
-            return Color.distances(self, model, frame, ellipses)
-
-    cue = Counting()
-    frame = Frame(0, 0.0, np.zeros((300, 400, 3), np.uint8))
-    region = Ellipse(200, 150, 10, 10)
-    for places, most in ((400_000, 120_000), (5_000, 5_000)):
-        seen.clear()
-        rule = AppearanceRule(max_positions=places)
-        rule.background(cue, cue.learn(frame, region), frame, region, target_in_frame=False)
-        assert most / 2 < sum(seen) <= most

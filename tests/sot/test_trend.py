@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motes.cues.scale_filter import ScaleFilter
-from motes.sot.discriminative.trend import Trend
+from motes.cues.correlation_filter import ScaleFilter
+from motes.sot.discriminative.size import Trend
 
 
 def test_steady_growth_is_followed_without_lag() -> None:

@@ -14,9 +14,7 @@ from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
-from motes.mot.detection import pretrained
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.detection.pretrained import PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
@@ -91,16 +89,6 @@ def test_views_give_the_same_tracks(name: str) -> None:
         assert_same(follow(name, views), expected(name))
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_gray_images_are_read_as_they_are(name: str) -> None:
-    gray = [pixels[:, :, 1] for pixels in PIXELS]
-    assert np.shares_memory(as_rgb(gray[0]), PIXELS[0])
-    copies = [np.repeat(image[:, :, None], 3, axis=2) for image in gray]
-    assert_same(follow(name, gray), follow(name, copies))
-    packed = [image.copy() for image in gray]
-    assert_same(follow(name, packed), follow(name, copies))
-
-
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_opencv_images_are_read_where_they_lie(name: str) -> None:
     tracker = OpenCVTracker(name, seed=2)
@@ -130,13 +118,3 @@ def test_detectors_and_drawings_take_views() -> None:
     assert found[0] == found[1] == found[2]
     assert any(found[0])
     np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)
-
-
-def test_people_are_found_in_views(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("cv2")
-    monkeypatch.setattr(pretrained, "LEAST_PERSON", -1.0)
-    detector = PeopleDetector()
-    picture = np.random.default_rng(0).integers(0, 256, (160, 90, 3), np.uint8)
-    views = (picture, bgr(picture), part(picture))
-    found = [detector(Frame(0, 0.0, view)) for view in views]
-    assert found[0] == found[1] == found[2]

@@ -7,10 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from motes.core.geometry import Box
-from motes.synthetic.painted_film import PaintedFilm, shared
+from motes.synthetic.painted_film import PaintedFilm
 from motes.synthetic.pitch import Pitch
-from motes.synthetic.street import LORRY, Street
+from motes.synthetic.street import Street
 
 FILMS = [Street, Pitch]
 
@@ -51,22 +50,9 @@ def test_a_car_is_hidden_behind_the_lorry_and_seen_again() -> None:
     assert max(visible[100:130]) > 0.9
 
 
-def test_a_cloud_dims_the_street_and_passes() -> None:
-    street = Street()
-    sky = [street[index][0].pixels[:100].mean() for index in (0, 130, 199)]
-    assert sky[1] < 0.8 * sky[0]
-    assert sky[2] == pytest.approx(sky[0], rel=0.01)
-
-
 def test_players_of_a_team_are_alike_and_cross() -> None:
     pitch = Pitch()
     assert len({player.jersey for player in pitch.players}) == 2
     visible = [pitch.truths(index)[0].visible for index in range(len(pitch))]
     assert min(visible) < 0.5  # another one passes before him
     assert np.mean(np.array(visible) > 0.5) > 0.8
-
-
-def test_shared_areas_worked_by_hand() -> None:
-    assert shared(Box(0, 0, 4, 4), Box(2, 1, 4, 2)) == 4
-    assert shared(Box(0, 0, 4, 4), Box(4, 0, 4, 4)) == 0
-    assert shared(LORRY, LORRY) == LORRY.width * LORRY.height

@@ -15,7 +15,6 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip, Stem
-from motes.synthetic.scenery import GRAIN
 
 CLIPS: list[Callable[..., Clip]] = [
     synthetic.demo,
@@ -99,14 +98,6 @@ def test_a_target_that_is_not_visible_leaves_no_trace() -> None:
     assert np.array_equal(clip[middle][0].pixels, without[middle][0].pixels)
 
 
-def test_the_head_points_along_a() -> None:
-    pixels = Clip(SMALL, (Target(np.array([[80.0, 60, 40, 30, 0]])),))[0][0].pixels.astype(int)
-    red, _, blue = pixels[58:63, 100:116].mean(axis=(0, 1))
-    assert red > 2 * blue
-    tail = pixels[45:75, 50:70]
-    assert tail.std(axis=0).mean() > 1.5 * tail.std(axis=1).mean()  # stripes along a
-
-
 def test_the_texture_turns_with_the_target() -> None:
     states = np.array([[79.5, 59.5, 40, 40, quarter * math.pi / 2] for quarter in range(4)])
     clip = Clip(SMALL, (Target(states),))
@@ -142,13 +133,6 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
         clip[30]
 
 
-def test_the_grain_differs_from_frame_to_frame_and_is_faint() -> None:
-    clip = Clip(SMALL, (Target(np.tile([80.0, 60, 20, 12, 0.0], (2, 1))),))
-    first, second = (frame.pixels.astype(int) for frame, _ in clip)
-    assert 4 < (first - second).std() < 10
-    assert np.abs(first - second).max() <= 2 * GRAIN
-
-
 def test_demo_meets_every_difficulty() -> None:
     clip = synthetic.demo()
     states = clip.targets[0].states
@@ -168,12 +152,6 @@ def test_demo_meets_every_difficulty() -> None:
     assert np.abs(np.diff(states[:200, 4])).max() < 0.3
 
 
-def test_demo_begins_again_or_ends_early() -> None:
-    states = synthetic.demo(frames=650).targets[0].states
-    assert np.array_equal(states[300:600], states[:300])
-    assert np.array_equal(synthetic.demo(frames=7).targets[0].states, states[:7])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("leap", [1.3, 3.0])
 def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
@@ -190,12 +168,6 @@ def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
     assert np.array_equal(apart, steps[:19] > width + 1)
     changes = np.abs(np.diff(np.diff(states[:, 0])))
     assert changes.max() < 0.35 * leap * leap * width  # no single frame makes the whole leap
-
-
-def test_turning_turns_once_and_keeps_its_size() -> None:
-    states = synthetic.turning(frames=80).targets[0].states
-    assert np.allclose(np.diff(states[:, 4]), 2 * math.pi / 80)
-    assert len(np.unique(states[:, :4], axis=0)) == 1
 
 
 def test_rolling_shows_the_other_side_in_the_end() -> None:
@@ -217,37 +189,6 @@ def test_rolling_shows_the_other_side_in_the_end() -> None:
             inside = half & (np.hypot(u, v) < 0.8)
             blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
             assert blue == (like is lower), index
-
-
-def test_growing_grows_and_shrinks() -> None:
-    states = synthetic.growing(frames=80, factor=4).targets[0].states
-    assert states[40, 2:4] / states[0, 2:4] == pytest.approx([4, 4])
-    assert np.allclose(states[1:40, 2], states[:40:-1, 2])
-    assert np.allclose(states[:, 2] / states[:, 3], states[0, 2] / states[0, 3])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("length", [1, 12, 40])
-def test_occluded_hides_for_the_given_length(length: int) -> None:
-    visible = np.array([t.visible for _, (t,) in synthetic.occluded((320, 240), 235, length)])
-    hidden = "".join("x" if value == 0 else " " for value in visible).split()
-    assert hidden == ["x" * length] * 2
-
-
-def test_crossing_meets_in_the_middle() -> None:
-    truths = [truths for _, truths in synthetic.crossing(SMALL, frames=40)]
-    assert min(behind.visible for behind, _ in truths) < 0.6
-    assert min(front.visible for _, front in truths) > 0.99
-    assert truths[0][0].ellipse.x > truths[0][1].ellipse.x
-    assert truths[-1][0].ellipse.x < truths[-1][1].ellipse.x
-
-
-@pytest.mark.parametrize("target", [(28, 44), (60, 100), (120, 200)])
-def test_still_has_the_size_asked_for_and_moves_slowly(target: tuple[int, int]) -> None:
-    clip = synthetic.still((640, 480), target)
-    for state in clip.targets[0].states:
-        assert Ellipse(*state).box[2:] == pytest.approx(target)
-    assert np.hypot(*np.diff(clip.targets[0].states[:, :2], axis=0).T).max() < 0.5
 
 
 @pytest.mark.slow

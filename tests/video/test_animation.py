@@ -69,12 +69,6 @@ def test_the_picture_for_other_programs_is_no_part_of_an_animation(tmp_path: Pat
     assert np.array_equal(frames[0].pixels, picture(1))
 
 
-def test_an_animation_without_times_gets_some_and_says_so(tmp_path: Path) -> None:
-    with open_source(save(tmp_path / "a.png", duration=0)) as source:
-        assert [frame.time for frame in source] == pytest.approx([0, 0.04, 0.08, 0.12, 0.16])
-        assert source.report.retimed == 4
-
-
 def test_an_animation_among_images_does_not_pass_for_one_of_them(tmp_path: Path) -> None:
     IMAGES[0].save(tmp_path / "1.png")
     save(tmp_path / "2.png", duration=40)

@@ -54,12 +54,3 @@ def test_changes(what: str) -> None:
     assert {index: change for index, change in found.items() if change} == expected
     cuts = [index for index, change in expected.items() if change == "cut"]
     assert [*cuts_in(frames)] == cuts
-
-
-def test_pictures_of_any_size_are_compared() -> None:
-    for width, height in ((1, 1), (3, 200), (200, 3), (1920, 8)):
-        changes = PictureChanges()
-        for i, value in enumerate((0, 90, 255)):
-            pixels = np.full((height, width, 3), value, np.uint8)
-            pixels[:, ::2] //= 2
-            assert changes.update(Frame(i, i / 25, pixels)) in (None, "light", "cut")

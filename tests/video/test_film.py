@@ -10,18 +10,16 @@ from typing import Any
 import av
 import numpy as np
 import pytest
-from PIL import Image
 
 from clips import spoil
 from coded import KINDS, video
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import SourceError
 from motes.video import film as film_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import DamagedError, Film
 from motes.video.report import Report
 from motes.video.seeker import Seeker
 from motes.video.sources import open_source
-from oracles import mosaic
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -64,19 +62,6 @@ def test_a_part_is_decoded_from_the_last_key_picture(
     monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
     assert len([*film.backward(29, 0)]) == 30
     assert decoded < 70
-
-
-def test_images_and_ranges(tmp_path: Path) -> None:
-    for i in range(6):
-        Image.fromarray(mosaic(i, 20, 30)).save(tmp_path / f"{i}.png")
-    film = Film(tmp_path, start=2, end=5)
-    assert film.frames == range(2, 5)
-    assert (film.width, film.height) == (30, 20)
-    frames = [*film.backward(4, 2)]
-    assert [frame.index for frame in frames] == [4, 3, 2]
-    assert (frames[0].pixels == mosaic(4, 20, 30)).all()
-    with pytest.raises(ConfigError, match="6 frames, none of them from 6 on"):
-        Film(tmp_path, start=6)
 
 
 def test_sources_that_cannot_be_read_twice() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,12 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from arena import wait_for
-from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.video import decoder, live
 from motes.video.live import Live, open_watched
 from motes.video.sources import Source
-from motes.video.writer import VideoWriter
 from streams import camera
 
 TIMEOUT = 0.5
@@ -161,14 +158,3 @@ def test_an_address_that_does_not_answer_yet_is_waited_for() -> None:
             stream.hung_up.clear()
             words(news, "is back")
             assert picture(news).pixels.shape == (64, 96, 3)
-
-
-def test_a_recording_is_read_as_it_is(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
-        for index in range(5):
-            writer.write(gray(index))
-    with open_watched(str(tmp_path / "film.mkv")) as film:
-        assert isinstance(film, Source)
-        assert len(list(film)) == 5
-    with pytest.raises(SourceError, match="There is no file"):
-        open_watched(str(tmp_path / "nothing.mkv"))

@@ -66,16 +66,6 @@ def test_old_frames_are_left_out_and_counted(monkeypatch: pytest.MonkeyPatch) ->
     assert film.report.late == 4
 
 
-def test_a_short_burst_is_used_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(newest, "LONGEST_WAIT", 1000.0)
-    film = Film()
-    with reading(film) as frames:
-        film.give(5)
-        film.stop()
-        assert [frame.index for frame in frames] == list(range(5))
-    assert film.report.late == 0
-
-
 def test_a_recording_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(newest, "LONGEST_WAIT", -1.0)
     film = Film(realtime=False)

@@ -54,15 +54,6 @@ def test_a_pipe_gives_the_pictures_of_the_file(tmp_path: Path, ending: str) -> N
         assert np.array_equal(frame.pixels, other.pixels)
 
 
-def test_a_silent_pipe_is_stopped_by_another_thread(tmp_path: Path) -> None:
-    data = clip(tmp_path / "film.ts", 60, noisy=True).read_bytes()
-    with sent(data[: len(data) // 2], tmp_path) as (name, _), open_source(name) as source:
-        timer = threading.Timer(0.2, source.stop)
-        timer.start()
-        assert 5 < len(list(source)) < 40  # and its end is no error
-        timer.join()
-
-
 def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

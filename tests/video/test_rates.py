@@ -11,9 +11,7 @@ from PIL import Image
 
 from clips import clip
 from motes import open_source
-from motes.cli import main
 from motes.core.errors import ConfigError, SourceError
-from motes.correction.correct import correct
 from motes.video.film import Film
 
 
@@ -48,12 +46,6 @@ def test_the_rate_of_images_is_that_of_their_seqinfo(tmp_path: Path, place: str)
     assert times(folder, fps=10)[0] == pytest.approx([index / 10 for index in range(5)])
 
 
-def test_the_seqinfo_of_another_folder_does_not_count(tmp_path: Path) -> None:
-    folder = images(tmp_path / "others")
-    (tmp_path / "seqinfo.ini").write_text("[Sequence]\nimDir=img1\nframeRate=7\n")
-    assert times(folder)[0][1] == 1 / 25
-
-
 @pytest.mark.parametrize("text", ["frameRate=0", "frameRate=fast", "frameRate=inf", "[[", "="])
 def test_a_seqinfo_without_a_rate_is_refused_unless_one_is_given(tmp_path: Path, text: str) -> None:
     folder = images(tmp_path / "img1")
@@ -81,6 +73,8 @@ def test_what_is_assumed_is_in_the_report(tmp_path: Path) -> None:
 def test_a_rate_replaces_the_times_of_a_film(tmp_path: Path) -> None:
     film = clip(tmp_path / "clip.mp4", 12)
     assert times(film, fps=100)[0] == pytest.approx([index / 100 for index in range(12)])
+    with open_source(film, fps=100) as source:
+        assert source.duration == pytest.approx(0.12)
     backward = [frame.time for frame in Film(film, fps=100).backward(8, 5)]
     assert backward == pytest.approx([0.08, 0.07, 0.06, 0.05])
 
@@ -91,41 +85,3 @@ def test_what_is_no_rate_is_refused(tmp_path: Path, fps: float) -> None:
     for read in (open_source, Film):
         with pytest.raises(ConfigError, match="fps is"):
             read(folder, fps=fps)
-
-
-def test_a_correction_has_the_times_of_its_rate(tmp_path: Path) -> None:
-    tracks = correct(images(tmp_path / "img"), {0: (20, 20, 20, 20)}, "mean_shift", fps=2)
-    assert [track.time for track in tracks] == [0, 0.5, 1, 1.5, 2]
-
-
-def test_commands_say_once_what_they_assume(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    images(Path("img"), 30)
-    init = ["--init", "20,20,20,20", "--preset", "nummiaro"]
-    lines = {
-        "follow.csv": ["track", "img", *init],
-        "key.csv": ["track", "img", "--at", "0=20,20,20,20", "--preset", "nummiaro"],
-        "several.csv": ["track", "img", *init, "--init", "40,20,9,9"],
-        "watch.csv": ["watch", "img"],
-    }
-    for name, line in lines.items():
-        main([*line, "-o", name])
-        said = capfd.readouterr().err
-        assert said.count("25 a second are assumed; give --fps if it is another.") == 1, name
-        main([*line, "-o", name, "--overwrite", "--fps", "10"])
-        assert "assumed" not in capfd.readouterr().err
-        assert ",2.900000," in Path(name).read_text() or ",2.9," in Path(name).read_text(), name
-
-
-def test_speeds_of_a_folder_are_those_of_its_rate(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    images(Path("img"), 30)
-    line = "track img --init 20,20,20,20 --preset mean_shift --scale 10 --fps 5 -o rows.csv"
-    assert main(line.split()) == 0
-    head, *rows = (row.split(",") for row in Path("rows.csv").read_text().splitlines())
-    speed = [float(row[head.index("speed")]) for row in rows[10:]]
-    assert np.median(speed) == pytest.approx(0.5, rel=0.2)  # a pixel a frame, 10 pixels a metre

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import socket
 import threading
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,8 +16,7 @@ from clips import clip, picture
 from motes.cli import main
 from motes.cli.exit_codes import AWAY
 from motes.core.errors import AwayError, ConfigError, SourceError
-from motes.video import decoder, newest, pace, reconnect
-from motes.video.live import Live, open_watched
+from motes.video import decoder, pace, reconnect
 from motes.video.pace import Pace
 from motes.video.sources import open_source
 from streams import camera, server
@@ -121,23 +119,6 @@ def test_a_stream_that_ends_by_the_other_side_has_a_code_of_its_own(
     assert rows.read_text().startswith("frame,")
 
 
-def test_frames_of_a_live_source_have_their_arrival(tmp_path: Path) -> None:
-    before = time.monotonic()
-    with server(jpegs) as url, open_source(url, end=8) as source:
-        arrivals = [frame.arrived or 0 for frame in source]
-        assert source.realtime
-    assert before < arrivals[0] <= arrivals[-1] < time.monotonic()
-    with open_source(clip(tmp_path / "a.ts", 3)) as source:
-        assert {frame.arrived for frame in source} == {None}
-        assert not source.realtime
-
-
-def test_a_pause_ends_when_nobody_waits_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reconnect, "FIRST_PAUSE", 1000.0)
-    with server(jpegs) as url, open_source(url, on_drop=lambda line: source.stop()) as source:
-        assert len(list(source)) == 10
-
-
 @pytest.mark.parametrize("ending", ["ts", "mkv"])
 @pytest.mark.parametrize("head", [b"", b"Connection: close\r\n", b"Transfer-Encoding: chunked\r\n"])
 def test_a_finished_file_that_does_not_say_its_length_ends(
@@ -171,29 +152,6 @@ def test_an_error_in_such_a_file_stays_one(tmp_path: Path, monkeypatch: pytest.M
             list(source)
         assert source.report.decoded == 75
     done.set()
-
-
-def test_a_rig_lets_a_finished_file_end_too(tmp_path: Path) -> None:
-    data = clip(tmp_path / "a.ts", 75).read_bytes()
-    with (
-        server(lambda connection, number: connection.sendall(HEAD + b"\r\n" + data)) as url,
-        open_watched(url) as film,
-    ):
-        assert isinstance(film, Live)
-        assert not [news for news in film if isinstance(news, str)]
-
-
-def test_motes_watch_goes_on_after_a_drop(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(newest, "LONGEST_WAIT", 1000.0)  # its pictures come all at once
-    rows = tmp_path / "r.csv"
-    with server(jpegs) as url:
-        main(["watch", url, "--end", "25", "-o", str(rows)])
-    error = capsys.readouterr().err
-    assert error.count("ended. It is tried again") == 2
-    assert error.count("is back after") == 2
-    assert "25 frames" in error
 
 
 class Clock:

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PIL import Image
 
 from coded import KINDS, video
 from motes.core.errors import SourceError
 from motes.video.decoder import Decoder
 from motes.video.film import Film
 from motes.video.seeker import Seeker
-from oracles import mosaic
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -27,14 +25,6 @@ def test_frames_in_any_order_are_those_of_the_film(tmp_path: Path, kind: str) ->
     for place in places:
         assert (seeker.pixels(place) == expected[place]).all(), place
     seeker.close()
-
-
-def test_frames_of_images(tmp_path: Path) -> None:
-    for i in range(5):
-        Image.fromarray(mosaic(i, 20, 30)).save(tmp_path / f"{i}.png")
-    seeker = Seeker(Film(tmp_path, quick=True))
-    for place in (3, 4, 0, 0, 2):
-        assert (seeker.pixels(place) == mosaic(place, 20, 30)).all()
 
 
 def test_the_nearest_place_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,16 +48,6 @@ from motes.video.report import Report
 from motes.video.sources import open_source
 from streams import server
 
-KNOWN = {
-    "car_traffic_small.mp4": (640, 360),
-    "ethz_cond_video1.wmv": (160, 120),
-    "ethz_cond_video2.wmv": (160, 120),
-    "ethz_cond_video3.wmv": (160, 120),
-    "one-by-one-person-detection.mp4": (768, 432),
-    "pycv_movie.mpg": (384, 288),
-    "sam2_cups.mp4": (1280, 720),
-}
-
 
 def read(source: str | Path, **selection: Any) -> tuple[list[Frame], Report]:
     with open_source(source, **selection) as frames:
@@ -122,16 +112,6 @@ def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> N
             assert [frame.time for frame in frames] == [i * FRAME_INTERVAL for i in expected]
 
 
-def test_the_selection_of_a_video_keeps_index_and_time(whole: Path) -> None:
-    everything, _ = read(whole)
-    chosen, report = read(whole, start=3, end=9, stride=2)
-    assert [frame.index for frame in chosen] == [3, 5, 7]
-    for frame in chosen:
-        assert frame.time == everything[frame.index].time
-        assert np.array_equal(frame.pixels, everything[frame.index].pixels)
-    assert report.problems is None  # not reading to the end is no truncation
-
-
 @pytest.mark.parametrize(
     "selection",
     [
@@ -155,11 +135,6 @@ def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, Any]
     with pytest.raises(ConfigError) as caught:
         open_source(whole, **selection)
     assert "\n" not in str(caught.value)
-
-
-def test_a_selection_may_be_of_numpys_numbers(whole: Path) -> None:
-    frames, _ = read(whole, start=np.int64(3), end=np.int32(9), stride=np.uint8(2))
-    assert [frame.index for frame in frames] == [3, 5, 7]
 
 
 def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
@@ -292,25 +267,6 @@ def test_pixel_forms_and_odd_sizes(
         assert np.abs(frame.pixels[12:, 16:].astype(int) - expected).max() <= limit
 
 
-@pytest.mark.parametrize("form", ["gray", "gray16le"])
-def test_gray_video_becomes_rgb(tmp_path: Path, form: str) -> None:
-    path = clip(tmp_path / "gray.mkv", 3, width=63, height=47, codec="ffv1", pix_fmt=form)
-    for frame in read(path)[0]:
-        assert frame.pixels.shape == (47, 63, 3)
-        assert (frame.pixels == frame.pixels[:, :, :1]).all()
-        luma = picture(frame.index, 63, 47) @ [0.299, 0.587, 0.114]
-        assert np.abs(frame.pixels[:, :, 0] - luma).max() <= 2
-
-
-def test_pixels_are_the_users_own(tmp_path: Path) -> None:
-    # This codec decodes to RGB, and each picture builds on the one before.
-    path = clip(tmp_path / "runs.mov", 5, codec="qtrle", pix_fmt="rgb24")
-    with open_source(path) as source:
-        for frame in source:
-            assert np.array_equal(frame.pixels, picture(frame.index))
-            frame.pixels[:] = 0
-
-
 # Damage
 
 
@@ -341,13 +297,6 @@ def test_a_cut_file_that_ends_without_error_is_noticed(
         assert report.truncated
         assert report.ended == pytest.approx(len(frames) / 25, abs=0.05)
         assert report.expected == pytest.approx(60 / 25, abs=0.05)
-
-
-def test_a_cut_is_noticed_where_only_the_first_picture_is_left(tmp_path: Path) -> None:
-    frames, report = read(cut(clip(tmp_path / "short.mkv", 12), 0.75))
-    assert len(frames) == 1
-    assert report.truncated
-    assert (report.ended, report.expected) == pytest.approx((0.04, 0.48))
 
 
 def test_sound_that_outlasts_the_pictures_is_no_truncation(tmp_path: Path) -> None:
@@ -381,16 +330,6 @@ def test_a_damaged_mkv_is_read_to_its_end(tmp_path: Path) -> None:
     assert "skipped" in (report.problems or "")
 
 
-def test_a_damaged_file_reads_the_same_each_time(tmp_path: Path) -> None:
-    path = damage(clip(tmp_path / "damaged.mkv", 100, noisy=True))
-    readings = [read(path) for _ in range(3)]
-    assert readings[0][1].damaged > 0
-    for frames, report in readings[1:]:
-        assert report == readings[0][1]
-        for first, again in zip(readings[0][0], frames, strict=True):
-            assert np.array_equal(first.pixels, again.pixels)
-
-
 def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) -> None:
     path = clip(tmp_path / "spoiled.mp4", MAX_BAD_PACKETS + 20, options={"g": "1", "bf": "0"})
     frames, report = read(spoil(path, 5, MAX_BAD_PACKETS))
@@ -411,12 +350,6 @@ def test_a_file_without_a_next_packet_is_given_up(tmp_path: Path) -> None:
     assert "after frame 28" in error_of(path)
 
 
-def test_a_name_may_hold_a_colon(whole: Path, tmp_path: Path) -> None:
-    (tmp_path / "12:30.mp4").write_bytes(whole.read_bytes())
-    with contextlib.chdir(tmp_path):
-        assert len(read("12:30.mp4")[0]) == 12
-
-
 def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
     path, other = clip(tmp_path / "a.ts", 10), clip(tmp_path / "b.ts", 10, width=80)
     path.write_bytes(path.read_bytes() + other.read_bytes())
@@ -424,20 +357,6 @@ def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
     assert "Frame 10" in message
     assert "80x48" in message
     assert "64x48" in message
-
-
-@pytest.mark.slow
-def test_memory_stays_flat(tmp_path: Path) -> None:
-    statm = Path("/proc/self/statm")
-    if not statm.exists():
-        pytest.skip("this system does not tell a process's memory")
-    path = clip(tmp_path / "long.mp4", 3000, options={"preset": "ultrafast"})
-    used = {}
-    with open_source(path) as source:
-        for frame in source:
-            if frame.index in (500, 2900):
-                used[frame.index] = int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-    assert used[2900] - used[500] < 8e6  # the pictures themselves are 22 MB
 
 
 # What is no source
@@ -592,14 +511,6 @@ def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
             assert np.array_equal(out[:, :, 1], np.asarray(image))
 
 
-def test_a_16_bit_rgb_image_keeps_its_high_bytes(tmp_path: Path) -> None:
-    deep = np.random.default_rng(0).integers(0, 65536, (5, 7, 3), np.uint16)
-    data = b"P6 7 5 65535\n" + deep.astype(">u2").tobytes()
-    (tmp_path / "deep.ppm").write_bytes(data)
-    out = read_image(tmp_path / "deep.ppm").astype(int)
-    assert np.abs(out - deep / 257).max() <= 1
-
-
 @pytest.mark.parametrize("kind", ["deep.tif", "folder", "gray16le", "rgb48le"])
 def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path, kind: str) -> None:
     """Cameras of 10 to 12 bits are not read by their high byte, nor by a dark first picture."""
@@ -659,11 +570,6 @@ def test_a_turned_photograph_is_upright(tmp_path: Path) -> None:
     exif[0x0112] = 6  # to be shown turned clockwise by 90 degrees
     image.save(tmp_path / "turned.png", exif=exif)
     assert np.array_equal(read_image(tmp_path / "turned.png"), np.rot90(picture(0), -1))
-
-
-def test_a_missing_image_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SourceError, match="no image"):
-        read_image(tmp_path / "missing.png")
 
 
 # Cameras and servers
@@ -769,17 +675,6 @@ def test_a_server_that_stops_sending_is_noticed(
     assert "secret" not in str(caught.value)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("pause", [None, 0.05])
-def test_a_server_that_never_answers_is_noticed(
-    pause: float | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
-    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    with sending(b"", 1000, pause) as url:
-        assert "does not answer" in error_of(url)
-
-
 def test_a_server_that_is_not_there_is_noticed() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
@@ -788,29 +683,6 @@ def test_a_server_that_is_not_there_is_noticed() -> None:
 
 
 # Real videos
-
-
-@pytest.mark.parametrize("name", KNOWN)
-def test_real_videos_begin(name: str, data: Path) -> None:
-    frames, report = read(data / "video" / name, end=5)
-    assert [frame.index for frame in frames] == list(range(5))
-    assert {(frame.width, frame.height) for frame in frames} == {KNOWN[name]}
-    assert report.problems is None
-    assert all(a.time < b.time for a, b in itertools.pairwise(frames))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "count"),
-    [("car_traffic_small.mp4", 917), ("pycv_movie.mpg", 485), ("sam2_cups.mp4", 300)],
-)
-def test_real_videos_are_complete(name: str, count: int, data: Path) -> None:
-    with open_source(data / "video" / name, stride=10) as source:
-        frames = list(source)
-    assert source.report.decoded == count
-    assert source.report.problems is None
-    assert len(frames) == len(range(0, count, 10))
-    assert source.frame_count is None or abs(source.frame_count - len(frames)) <= 1
 
 
 def test_pictures_are_freed_at_once(tmp_path: Path) -> None:

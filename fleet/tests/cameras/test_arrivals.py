@@ -11,8 +11,7 @@ from motes import Status
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes_fleet.cameras.known_objects import KnownObject
-from motes_fleet.cameras.reidentification import CrossCameraAssociation, unmistakable
-from motes_fleet.cameras.rig_config import Rig
+from motes_fleet.cameras.reidentification import unmistakable
 
 SIZE = 320, 240
 DT = 0.04
@@ -86,14 +85,6 @@ def test_it_is_announced_until_it_is_there_and_for_a_second_at_most() -> None:
     assert not any(asked[26:])
 
 
-def test_who_is_outside_of_the_other_picture_is_not_announced() -> None:
-    cameras = Giving(RIG + SHIFT)
-    cameras.tell("office", 1.0)
-    cameras.tell("hall", 1.0, walking(x=20))
-    assert cameras.expected("office", 1.04) == ()
-    assert cameras.expected("hall", 1.04) == ()
-
-
 def test_a_passage_expects_the_object_at_the_place_when_its_time_comes() -> None:
     cameras = Giving(f"{RIG}scale = 0.5\n")
     cameras.tell("office", 1.0)
@@ -111,14 +102,6 @@ def test_a_passage_expects_the_object_at_the_place_when_its_time_comes() -> None
     # Who comes back, and leaves again, is announced again.
     cameras.leaves(2.2)
     assert len(cameras.expected("office", 3.3)) == 1
-
-
-def test_an_arrival_that_somebody_else_has_meanwhile_is_no_second_one() -> None:
-    cameras = Giving(RIG + SHIFT)
-    cameras.tell("office", 1.0)
-    (who,) = cameras.tell("hall", 1.0, walking())
-    first, second = (replace(sighting(n, at=(), x=200), expected=who) for n in (5, 6))
-    assert cameras.tell("office", 1.04, first, second) == [who, who + 1]
 
 
 def test_two_identities_of_one_object_are_merged() -> None:
@@ -194,15 +177,6 @@ def test_an_overlap_without_a_homography_is_learned_and_merges() -> None:
     cameras.tell("office", 4.0, sighting(5, at=(), x=130))
     (arrival,) = cameras.expected("office", 4.04)
     assert arrival.ellipse.x == pytest.approx(99.5, abs=1)
-
-
-def test_a_known_target_is_always_the_same() -> None:
-    handover = CrossCameraAssociation(Rig.parse(RIG), known_target=True)
-    for camera in ("hall", "office"):
-        seen = sighting(1, at=())
-        assert handover.update(CameraReport(camera, 0, 0.0, (seen,), SIZE)) == {1: 1}
-    lost = sighting(1, at=(), status=Status.LOST)
-    assert handover.update(CameraReport("hall", 1, 0.04, (lost,), SIZE)) == {1: 1}
 
 
 def test_only_looks_that_nobody_else_has_pair_objects() -> None:

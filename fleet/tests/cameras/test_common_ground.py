@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motes import Box
-from motes_fleet.cameras.common_ground import NEIGHBORS, CommonGround
+from motes_fleet.cameras.common_ground import CommonGround
 from motes_fleet.cameras.rig_config import Overlap
 
 TILTED = ((0.9, 0.2, -30.0), (-0.1, 1.1, 12.0), (0.0004, 0.0002, 1.0))
@@ -40,12 +40,6 @@ def test_a_learned_ground_is_near_the_true_one(wrong: int) -> None:
         assert ground.there(there, 30, "b") == pytest.approx(point, abs=2.5)
 
 
-def test_nothing_is_known_of_ground_where_nobody_was() -> None:
-    assert learned(NEIGHBORS - 1).there((100, 80), 20, "a") is None
-    assert learned(300).there((600, 80), 20, "a") is None
-    assert learned(300).slope((600, 80), 20, "a") is None
-
-
 def test_feet_on_one_line_are_enough_to_stay_on_it() -> None:
     ground = CommonGround(LEARNED)
     for x in range(0, 200, 4):
@@ -64,13 +58,3 @@ def test_slopes_are_derivatives() -> None:
     back = ground.slope(one, 20, "b")
     assert back is not None
     np.testing.assert_allclose(slope @ back, np.eye(2), atol=1e-3)
-
-
-def test_sizes_are_those_of_pairs_and_else_of_the_ground() -> None:
-    ground = learned(300)
-    slope = np.diag([2.0, 0.5])
-    assert ground.sizes((100, 80), slope, "a") == pytest.approx((1.5, 2))
-    there = ground.there((100, 80), 20, "a")
-    assert there is not None
-    assert ground.sizes(there, slope, "b") == pytest.approx((1 / 1.5, 0.5))
-    assert CommonGround(GIVEN).sizes((100, 80), slope, "a") == (1, 1)

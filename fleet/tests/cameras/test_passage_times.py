@@ -9,11 +9,6 @@ from scipy import stats
 from motes_fleet.cameras.passage_times import PACE, SHORTEST, PassageTimes
 
 
-def test_before_any_is_learned_all_times_count_the_same() -> None:
-    times = PassageTimes()
-    assert [times.cost(seconds) for seconds in (0.0, 0.5, 3.0, 60.0)] == [0.0] * 4
-
-
 def test_the_next_logarithm_has_students_distribution() -> None:
     """Of all learned at once: Murphy 2007, equations 85 to 89 and 104."""
     taken, times = np.array([2.0, 2.5, 1.8, 3.1]), PassageTimes()

@@ -24,10 +24,9 @@ from motes import FormatError
 from motes.cli import main
 from motes.core import Again, Ended, LocalPool, News, Started, Task, outcome
 from motes_fleet.cluster.driver import BatchEvent, batch
-from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import Record, records
-from motes_fleet.cluster.state import counts, load_jobs, write_table
+from motes_fleet.cluster.state import load_jobs
 from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
 from motes_fleet.commands.batch_progress import BatchProgress
@@ -96,17 +95,6 @@ def rows(out: Path, name: str) -> str:
     return (out / "rows" / f"job={name}" / "rows.csv").read_text()
 
 
-def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
-    jobs, out = [job(name, film) for name in "abc"], tmp_path / "out"
-    first = InProcess()
-    kept, made = run(out, jobs[:2], first)
-    assert (kept, sorted(made), sorted(first.done)) == ([], ["a", "b"], ["a", "b"])
-    again = InProcess()
-    kept, made = run(out, jobs, again)
-    assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
-    assert rows(out, "c") == "film-0.mp4 0\n"
-
-
 def test_changed_inputs_are_told_by_their_checksums(tmp_path: Path, film: Path) -> None:
     jobs, out = [job("a", film)], tmp_path / "out"
     _, made = run(out, jobs, InProcess())
@@ -148,19 +136,6 @@ def test_failed_jobs_wait_until_they_are_asked_for(tmp_path: Path, film: Path) -
     assert (kept, [*made]) == (["good"], ["fails"])
     film.write_bytes(film.read_bytes() + b"mended")
     assert [*run(out, jobs, InProcess())[1]] == ["good", "fails"]
-
-
-def test_a_missing_film_fails_alone(tmp_path: Path, film: Path) -> None:
-    jobs, out = [job("a", tmp_path / "none.mp4"), job("b", film)], tmp_path / "out"
-    _, made = run(out, jobs, InProcess())
-    assert "none.mp4 is missing" in str(made["a"].error)
-    assert made["b"].status == "done"
-
-
-def test_a_folder_that_only_the_workers_see(tmp_path: Path, film: Path) -> None:
-    plan = Plan(out=str(tmp_path / "theirs"), make=batch_jobs.make)
-    with pytest.raises(FormatError, match="give a folder that all nodes see"):
-        list(batch(InProcess(), Folder(tmp_path / "ours"), [job("a", film)], plan, lambda _: None))
 
 
 def test_a_file_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -324,22 +299,6 @@ def test_a_dataset_of_parquet(home: Path) -> None:
     ]
     assert table[0]["label"] == "one"
     assert re.fullmatch("[0-9a-f]{64}", table[0]["checksum"])
-
-
-def test_the_table_of_results_without_pyarrow(
-    tmp_path: Path, film: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from motes_fleet.cluster.state import Options, save
-
-    jobs, store = [job("a", film), job("b", film)], Folder(tmp_path / "out")
-    save(store, jobs, Options(2, "csv", overlay=False))
-    run(tmp_path / "out", jobs[:1], InProcess())
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    assert write_table(store) == "jobs.csv"
-    lines = (tmp_path / "out" / "jobs.csv").read_text().splitlines()
-    assert lines[0].startswith("job,do,source,label,status")
-    assert [line.split(",")[4] for line in lines[1:]] == ["done", "waiting"]
-    assert counts(store)[0] == {"done": 1, "waiting": 1}
 
 
 def test_progress_is_counted(
@@ -519,11 +478,3 @@ def test_a_driver_that_ended_goes_on(
         assert not list(Path("long").glob("_attempts/*"))
         one = rows(Path("long"), "j0")
         assert [rows(Path("long"), f"j{n}") for n in range(6)] == [one] * 6
-
-
-def test_missing_is_known_of_files_folders_and_patterns(tmp_path: Path, film: Path) -> None:
-    assert not missing(str(film))
-    assert not missing(str(tmp_path))
-    assert not missing(f"{tmp_path}/*.mp4")
-    assert missing(f"{tmp_path}/*.avi")
-    assert missing(f"{tmp_path}/none.mp4")

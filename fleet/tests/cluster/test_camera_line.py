@@ -26,7 +26,7 @@ from motes_fleet.cameras.camera_report import (
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Camera, Rig
 from motes_fleet.cluster import camera_actor
-from motes_fleet.cluster.camera_actor import ClusterCamera, pipe_of, reason
+from motes_fleet.cluster.camera_actor import ClusterCamera, pipe_of
 
 HALL = Camera("hall", "", node="upstairs")
 
@@ -167,29 +167,3 @@ def test_a_camera_waits_for_a_program_that_does_not_listen() -> None:
                 used += 1
                 assert len(sent) - used < 2000
     assert used == len(sent) == 5000
-
-
-def test_what_no_node_can_start_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(camera_actor, "PLACED_WITHIN", 0.0)
-    go = threading.Event()
-
-    def work(program: tuple[str, int], key: bytes) -> None:
-        go.wait()
-        sends([CameraReady("hall", True), CameraEnded("hall", 1)])(program, key)
-
-    with watching(Actors(work)) as rig:
-        news = iter(rig)
-        first = next(news)
-        go.set()
-        assert [*news] == [CameraEnded("hall", 1)]
-    assert first == CameraMessage("hall", "it waits for a node that has 'upstairs' to start it.")
-
-
-def test_the_end_of_an_actor_is_one_short_line() -> None:
-    lost = OSError(
-        "The actor died.\n\tpid: 7\nThe actor died because its node has died. Node Id: 1"
-    )
-    assert reason(lost) == "its node died"
-    assert reason(OSError("The actor\ndied")) == "its process ended"
-    lost.cause = TimeoutError("timed\nout")  # type: ignore[attr-defined]
-    assert reason(lost) == "its process ended with TimeoutError: timed out"

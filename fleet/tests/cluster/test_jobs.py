@@ -18,41 +18,19 @@ ROW = {"source": "film.mp4", "init": "1,2,3,4"}
 
 
 @pytest.mark.parametrize(
-    ("value", "regions"),
-    [
-        ("1,2,3,4", ((1, 2, 3, 4),)),
-        ("1, 2, 3, 4, 0.5", ((1, 2, 3, 4, 0.5),)),
-        ("1,2,3,4; 5,6,7,8", ((1, 2, 3, 4), (5, 6, 7, 8))),
-        ([1, 2, 3, 4], ((1, 2, 3, 4),)),
-        ([[1, 2, 3, 4], [5, 6, 7, 8]], ((1, 2, 3, 4), (5, 6, 7, 8))),
-    ],
-)
-def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
-    assert job_of(ROW | {"init": value}, "film").init == regions
-
-
-@pytest.mark.parametrize(
     ("row", "words"),
     [
         ({"sede": 1}, "no column 'sede'; did you mean 'seed'"),
         ({"source": ""}, "has no source"),
         ({"seed": "x"}, "^column seed: got 'x'; it takes integer.$"),
         ({"do": "trck", "end": "2.5"}, 'refine", "track" or "watch"; column end: got \'2.5\'; it'),
-        ({"init": "1,2,a,4"}, "column init: got '1,2,a,4'; it takes list"),
-        ({"seed": -1}, "0 or more"),
         ({"label": "a\u2028b"}, "U.2028"),
-        ({"do": "trck"}, '^column do: got \'trck\'; it takes "refine", "track" or "watch".$'),
-        ({"init": "1,2,3"}, "4 numbers"),
         ({"init": "1,2,0,4"}, "no area"),
         ({"init": ""}, "one of init, keyframes and detect"),
-        ({"keyframes": "k.csv"}, "one of init, keyframes and detect"),
         ({"do": "watch"}, "watch takes no init"),
         ({"do": "refine", "init": ""}, "rows and keyframes"),
         ({"rows": "r.csv"}, "track takes no rows"),
-        ({"init": "", "detect": "hand"}, "column detect: got 'hand'; it takes \"face\""),
         ({"init": "", "keyframes": "k.csv", "stride": 2}, "stride"),
-        ({"preset": "numiaro"}, "did you mean 'nummiaro'"),
-        ({"do": "watch", "init": "", "network": "a.onnx"}, "watch takes no network"),
         ({"preset": "nummiaro", "network": "a.onnx"}, "preset nummiaro takes no network"),
         ({"source": "rtsp://camera/1"}, "is live"),
     ],
@@ -60,14 +38,6 @@ def test_regions(value: object, regions: tuple[tuple[float, ...], ...]) -> None:
 def test_mistakes_in_a_row(row: dict[str, object], words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         job_of(ROW | row, "film")
-
-
-def test_all_mistakes_of_a_row_are_named() -> None:
-    row = {"source": "", "init": "1,2,3; 1,2,0,4", "seed": -1, "rows": "r.csv", "preset": "numiaro"}
-    with pytest.raises(ConfigError) as caught:
-        job_of(ROW | row, "film")
-    for words in ("no source", "got 3", "no area", "seed and start", "takes no rows", "numiaro"):
-        assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("value", ["a.onnx, b.onnx", ["a.onnx", "b.onnx"]])
@@ -79,12 +49,6 @@ def test_the_files_of_a_network_are_inputs(value: object) -> None:
     moved = job.with_files(lambda path: f"copies/{Path(path).name}")
     assert (moved.source, moved.network) == ("copies/film.mp4", ("copies/a.onnx", "copies/b.onnx"))
     assert job.digest() != job_of(ROW, "film").digest()
-
-
-def test_a_job_is_told_from_others() -> None:
-    one = job_of(ROW, "film")
-    assert one.digest("csv") == job_of(ROW | {"seed": ""}, "film").digest("csv")
-    assert len({one.digest("csv"), one.digest("parquet"), job_of(ROW, "other").digest("csv")}) == 3
 
 
 def test_every_form_of_a_table(tmp_path: Path) -> None:
@@ -110,14 +74,6 @@ def test_every_form_of_a_table(tmp_path: Path) -> None:
     assert [job.name for job in films.jobs()] == ["film-0", "film-1"]
 
 
-def test_films_of_a_pattern_have_the_names_of_their_folders(tmp_path: Path) -> None:
-    for folder in ("a", "b"):
-        (tmp_path / folder).mkdir()
-        batch_jobs.films(tmp_path / folder, 1)
-    table = JobTable(f"{tmp_path}/*/*.mp4", {"do": "watch"})
-    assert [job.name for job in table.jobs()] == ["a/film-0", "b/film-0"]
-
-
 def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
     film, other = batch_jobs.films(tmp_path, 2)
     table = batch_jobs.table(
@@ -136,18 +92,6 @@ def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
     assert "none.mp4 is missing" in problems[0]
     assert "the config" in problems[1]
     assert "row 2 has the name 'film-0' too" in problems[2]
-
-
-def test_a_mistake_of_many_rows_is_said_once(tmp_path: Path) -> None:
-    path = tmp_path / "jobs.csv"
-    lines = [
-        f"{film},9,{index // 4 - 1}" for index, film in enumerate(batch_jobs.films(tmp_path, 6))
-    ]
-    path.write_text("\n".join(["source,sed,seed", *lines, ""]))
-    count, bad, problems = JobTable(str(path), {"do": "watch"}).problems(missing, lambda _: None)
-    assert (count, bad, len(problems)) == (6, 6, 2)
-    assert "jobs.csv, rows 2, 3, 4 and 3 more: There is no column 'sed'" in problems[0]
-    assert "jobs.csv, rows 2, 3, 4 and 1 more: seed and start are 0" in problems[1]
 
 
 @pytest.mark.parametrize(

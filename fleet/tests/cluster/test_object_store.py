@@ -12,7 +12,6 @@ import pytest
 import batch_jobs
 from motes_fleet.cluster import objects
 from motes_fleet.cluster.inputs import missing
-from motes_fleet.cluster.objects import StoreError
 from motes_fleet.cluster.store import open_store
 
 BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
@@ -55,16 +54,6 @@ def test_a_store_on_a_bad_network(server: tuple[Any, Any], monkeypatch: pytest.M
     assert list(store.lines("a/0")) == [b"new\n", b"lines"]
     store.remove("a")
     assert not list(store.names("a"))
-
-
-def test_a_server_that_always_fails(
-    server: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _, proxy = server
-    monkeypatch.setattr(objects, "TRIES", 2)
-    monkeypatch.setattr(proxy, "_share", 1.0)
-    with pytest.raises(StoreError, match=r"films/x failed 2 times .*; check the network"):
-        open_store("s3://films").write("x", b"")
 
 
 def test_a_batch_from_s3_to_s3(

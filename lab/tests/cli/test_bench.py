@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +22,9 @@ from motes_lab.report.tables import Table
 from motes_lab.speed import measure as speed
 from motes_lab.speed import parts
 from motes_lab.speed import report as speed_report
-from motes_lab.speed.measure import MAIN, OURS, TARGETS
+from motes_lab.speed.measure import MAIN
 from motes_lab.speed.report import against, stored_ratios, trackers_table
 
-SMALL = (160, 120)
 SECONDS = {
     ("nummiaro", MAIN): [0.001, 0.002, 0.003],
     ("nummiaro", (28, 44)): [0.0005] * 3,
@@ -92,21 +90,6 @@ def test_what_got_slower_is_marked() -> None:
         ("maggio", "60x100", "cv2:csrt"): ["0.267", "0.134", "+100%", "slower"],
     }
     assert table.note.startswith("2 of 6 are more than 15% slower")
-
-
-def test_everything_has_its_turn_in_every_round() -> None:
-    calls: list[str] = []
-
-    def run(name: str) -> list[float]:
-        calls.append(name)
-        return [len(calls)]
-
-    jobs = {name: partial(run, name) for name in ("a", "b")}
-    steps = [{name: [*seconds] for name, seconds in step.items()} for step in
-             speed.interleaved(jobs, 3)]  # fmt: skip
-    assert calls == ["a", "b"] * 3
-    assert steps[0] == {"a": [1], "b": [2]}
-    assert steps[2] == {"a": [1, 3, 5], "b": [2, 4, 6]}
 
 
 def test_real_sequences_have_ratios_and_their_geometric_means() -> None:
@@ -242,31 +225,6 @@ def test_the_command_writes_all_there_is(
     assert {path.name for path in Path("new").iterdir()} == written
 
 
-def test_parts_that_cannot_be_measured(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    for more, message in (
-        (["--against", "none.md"], "--against compares the part trackers"),
-        ([], "Real sequences are in a folder; give it with --data."),
-    ):
-        assert main(["bench", "--part", "sequences", *more]) == 2
-        assert message in capfd.readouterr().err
-
-
-def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    table = trackers_table({job: [times[0] / 1e4] * 3 for job, times in SECONDS.items()}, "")
-    fast = re.sub(r"(nummiaro \| 60x100 .*\| )[\d.]+( \| [\d.]+ \|)$", r"\g<1>1e-9\2",
-                  markdown.table(table), flags=re.MULTILINE)  # fmt: skip
-    Path("earlier.md").write_text(fast)
-    line = "bench --rounds 1 --part trackers --against earlier.md --out new"
-    assert main(line.split()) == 0
-    out = capfd.readouterr().out
-    assert re.search(r"nummiaro +60x100 +cv2:mosse +\S+ +1\.00e-09 +\+\d+% +slower", out)
-    assert "1 of 1 are more than 15% slower" in out
-    for path in Path("new").iterdir():
-        if path.name != "bench-against.csv":
-            path.unlink()
-    assert main(line.split()) == 5
-
-
 def test_real_sequences_are_measured_too(
     small: Path, sequences: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -297,16 +255,6 @@ def test_real_sequences_are_measured_too(
     assert not Path("other").exists()
 
 
-def test_the_stored_table_is_whole() -> None:
-    """`make bench` compares with it."""
-    page = Path(__file__).parents[2] / "docs" / "performance.md"
-    stored = stored_ratios(page.read_text(encoding="utf-8"), page)
-    sizes = [f"{width}x{height}" for width, height in TARGETS]
-    assert set(stored) == {
-        (name, size, peer) for name in OURS for size in sizes for peer in speed_report.RATIOS
-    }
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says so")
 def test_little_memory_is_needed(tmp_path: Path) -> None:
@@ -327,13 +275,6 @@ def test_little_memory_is_needed(tmp_path: Path) -> None:
     assert 1024 * int(own) < 125e6, done.stderr
 
 
-def test_a_bench_of_nothing_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--rounds", "0"]) == 2
-    error = capfd.readouterr().err
-    assert error.count("\n") == 1
-    assert "1 or more" in error
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "line", ["bench --rounds HUGE", "evaluate . --seeds HUGE", "experiment pairs . --seeds HUGE"]
@@ -343,12 +284,3 @@ def test_numbers_that_are_too_large(line: str, capfd: pytest.CaptureFixture[str]
     error = capfd.readouterr().err
     assert error.count("\n") == 1
     assert "defect" not in error
-
-
-@pytest.mark.slow
-def test_the_program_names_itself() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "motes_lab", "evaluate"], capture_output=True, text=True
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "see motes-lab evaluate --help" in done.stderr

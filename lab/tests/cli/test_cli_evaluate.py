@@ -75,19 +75,6 @@ def test_results(whole: str, go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_said(whole: str, go: Go) -> None:
-    code, out, error = go(f"data {WHOLE} --out whole --resume")
-    assert code == 0
-    assert error == "motes: 32 passes, 0 failed; wrote whole/summary.md.\n"
-    title, head, first, second, moved, *_ = out.splitlines()
-    assert (title, moved) == ("One pass (OPE):", "Starts moved by a pixel:")
-    assert head.split()[:3] == ["tracker", "sequences", "AUC"]
-    assert re.match(r"  my\.toml +2 of 2  0\.\d{3} ± 0\.\d{3} ", first)
-    assert re.match(r"  mine:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
-    assert len({len(line) for line in (head, first, second)}) == 1
-
-
-@pytest.mark.slow
 def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     shutil.copytree(whole, "more")
     gone = Path("more/tracks/mine%3ASeeded/b/ope-1.csv")
@@ -126,35 +113,6 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert "no more of this" in Path("failing", "summary.md").read_text()
 
 
-@pytest.mark.slow
-def test_a_terminal_that_knows_few_characters(home: Path) -> None:
-    line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
-    done = subprocess.run(
-        [*PROGRAM, "evaluate", *line.split()],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        text=True,
-    )
-    assert (done.returncode, done.stderr) == (
-        0,
-        "motes: 1 pass, 0 failed; wrote plain/summary.md.\n",
-    )
-    assert "mine:Still" in done.stdout
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
-def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
-    folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
-    shutil.copytree("data/a", folder / "a")
-    shutil.copytree("data/a", Path(os.fsdecode(os.fsencode(folder) + b"/caf\xe9")))
-    (folder / "a/img/0007.png").write_text("nothing")
-    assert go(f"{folder} --tracker mine:Still --workers 1 --out bytes")[0] == 6
-    bad, good = table("bytes")
-    assert "0007.png cannot be read" in bad["error"]
-    assert (good["sequence"], good["error"]) == ("caf\\udce9", "")
-
-
 @pytest.mark.parametrize(
     ("line", "code", "error"),
     [
@@ -180,17 +138,6 @@ def test_refusals(line: str, code: int, error: str, go: Go) -> None:
     assert re.search(error, message), message
     assert message.count("\n") == 1
     assert not Path("refused").exists()
-
-
-@pytest.mark.slow
-def test_a_video_with_its_truth(go: Go) -> None:
-    Path("truth.txt").write_text(Path("data/a/groundtruth_rect.txt").read_text())
-    code, *_ = go(
-        "data/a/img --annotation truth.txt --first-pixel 1 --tracker mine:Still --workers 1 "
-        "--out one"
-    )
-    assert code == 0
-    assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
 
 
 @contextlib.contextmanager
@@ -245,18 +192,6 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
         "--resume.\n"
     )
     assert table("nothing") == []
-
-
-@pytest.mark.slow
-def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scratch = home / "scratch"
-    scratch.mkdir()
-    monkeypatch.setenv("TMPDIR", str(scratch))
-    line = "data --tracker mine:Still --tracker mine:Hangs --workers 2 --out left"
-    with started(line, home) as process:
-        assert list(scratch.glob("motes-*"))
-        process.kill()
-    wait_for(lambda: not list(scratch.glob("motes-*")))
 
 
 @pytest.mark.slow

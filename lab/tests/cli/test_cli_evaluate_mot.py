@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -68,21 +67,6 @@ def test_results(whole: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_said(whole: str, go: Go) -> None:
-    """And tracks that are there are not made again."""
-    before = {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")}
-    code, out, error = go(f"data {WHOLE} --out whole --resume")
-    assert (code, error) == (0, "motes: 6 passes, 0 failed; wrote whole/summary.md.\n")
-    title, head, first, second = out.splitlines()
-    assert title == "All objects (MOT):"
-    assert head.split()[:4] == ["tracker", "sequences", "HOTA", "DetA"]
-    assert re.match(r"  results=mine +2 of 2  +1\.000 ", first)
-    assert re.match(r"  crowds_of:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
-    assert {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")} == before
-    assert len(before) == 12
-
-
-@pytest.mark.slow
 def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     line = "worse --tracker crowds_of:Echo --tracker crowds_of:Raises --tracker nix --workers 1"
     code, out, error = go(f"{line} --out failing")
@@ -110,13 +94,6 @@ def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go
     path.write_text(text)
     assert (code, out) == (5, "")
     assert "with this sequence b, which had other truth or detections" in error
-
-
-@pytest.mark.slow
-def test_a_detector(go: Go) -> None:
-    line = "data --sequence a --tracker crowds_of:Echo --workers 1 --detector crowds_of:Nothing"
-    assert go(f"{line} --out seen")[0] == 0
-    assert [row["false_negatives"] for row in table("seen")] == ["24", "24"]
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,6 @@ from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
 from .input_checks import worker_count as worker_count
 from .known_run import TrackerOptions as TrackerOptions
-from .load_config import load_target as load_target
 from .load_config import open_network as open_network
 from .load_config import tracker_config as tracker_config
 from .load_config import watch_config as watch_config
@@ -44,7 +43,6 @@ from .option_groups import PresetName as PresetName
 from .option_groups import Workers as Workers
 from .option_groups import options as options
 from .progress import TerminalBar as TerminalBar
-from .settings import default_preset as default_preset
 from .track_options import KeyframeOptions as KeyframeOptions
 from .track_options import TargetOptions as TargetOptions
 from .track_options import TrackOutputs as TrackOutputs

@@ -32,8 +32,8 @@ def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
     painter = ScenePainter(places)
 
     def painted(moment: Moment) -> Draw:
-        every = moment.places.items()
-        speeds = {identity: place.speed for identity, place in every if isfinite(place.speed)}
+        every = {each.identity: each.number("speed") for each in moment.tracks}
+        speeds = {identity: speed for identity, speed in every.items() if isfinite(speed)}
         return painter.painted(moment.frame, moment.tracks, moment.events, speeds)
 
     return painted
@@ -47,16 +47,16 @@ def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
     trail = deque[Point](maxlen=TRAIL)
 
     def painted(moment: Moment) -> Draw:
-        info, place = moment.info, moment.place
+        info, target = moment.info, moment.target
         if info is None:
             return lambda: moment.frame.pixels
-        seen = moment.status is Status.TRACKING
-        trail.append(info.track.ellipse[:2] if seen else NOWHERE)
-        label = None
-        if unit is not None and place is not None and isfinite(place.speed):
-            label = f"{describe(info.track)}  {place.speed:.2f} {unit}/s"
+        seen = target.status is Status.TRACKING
+        trail.append(target.ellipse[:2] if seen else NOWHERE)
+        label, speed = None, target.number("speed")
+        if unit is not None and isfinite(speed):
+            label = f"{describe(target)}  {speed:.2f} {unit}/s"
         return partial(
-            draw, moment.frame.pixels, info.track, particles=info.ellipses, weights=info.weights,
+            draw, moment.frame.pixels, target, particles=info.ellipses, weights=info.weights,
             trail=list(trail), label=label,
         )  # fmt: skip
 

@@ -32,7 +32,7 @@ from motes.cli.option_groups import (
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
-from motes.rows.schema import GROUND
+from motes.core.track import GROUND
 
 if TYPE_CHECKING:
     from motes.correction.history import History
@@ -284,7 +284,7 @@ def _measured(recorded: Recording, plane: RealUnits, rows: Path, form: str) -> R
 
     if COLUMNS not in registry.FORMATS.resolve(form).holds:
         raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
-    if any(GROUND[0] in each.more for row in recorded for each in row.objects):
+    if any(GROUND[0] in each.further for row in recorded for each in row.objects):
         raise ConfigError(f"{rows} has metres already; omit --scale, --ground and --lens.")
     return in_metres(recorded, plane)
 

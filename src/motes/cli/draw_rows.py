@@ -8,12 +8,12 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from motes.cli.frame_loop import Hindsight, Moment, Moments
+from motes.cli.frame_loop import Moment, Moments
 from motes.cli.watch_loop import counted_moments
 from motes.core.errors import InputError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Track
+from motes.core.track import GROUND, Track
 from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
@@ -21,14 +21,14 @@ from motes.formats.recording import ANONYMOUS, FilmFacts
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import (
     PIXELS,
+    Columns,
     GroundMotions,
-    GroundPlace,
     RealUnits,
     motion_in_hindsight,
 )
 from motes.mot.analytics.regions import Regions
-from motes.rows.journal import FrameRow, ObjectRow
-from motes.rows.schema import GROUND
+from motes.rows.journal import FrameRow
+from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 from motes.video.sources import Source
 
@@ -55,9 +55,9 @@ class Given:
     @property
     def metres(self) -> bool:
         """Whether they have places in metres."""
-        return any(GROUND[0] in each.more for row in self.rows.values() for each in row.objects)
+        return any(GROUND[0] in each.further for row in self.rows.values() for each in row.objects)
 
-    def objects(self, frame: Frame) -> Sequence[ObjectRow]:
+    def objects(self, frame: Frame) -> Sequence[Track]:
         """Return the objects in a frame."""
         return self.rows[frame.index].objects if frame.index in self.rows else ()
 
@@ -118,27 +118,20 @@ def target_moments(film: Source, given: Given, units: RealUnits | None) -> Momen
         places = {} if given.metres else _measured(given, units or PIXELS)
         for frame in _checked(frames, given, film):
             each = next(iter(given.objects(frame)), None)
-            info = None if each is None else Hindsight(each.track(frame.index, frame.time))
-            place = _ground(each) if given.metres else places.get(frame.index)
-            yield Moment(frame, info, 0.0, place)
+            if each is None:
+                yield Moment(frame, [Track.nowhere(frame.index, frame.time)])
+            else:
+                more = {**each.further, **places.get(frame.index, {})}
+                track = replace(each, time=frame.time, further=more)
+                yield Moment(frame, [track], StepInfo(track))
 
     return moments
 
 
-def _ground(row: ObjectRow | None) -> GroundPlace | None:
-    """Return the place on the ground that a row has; None without one."""
-    if row is None or GROUND[0] not in row.more:
-        return None
-    return GroundPlace(*map(row.number, GROUND))
-
-
-def _measured(given: Given, units: RealUnits) -> dict[int, GroundPlace | None]:
+def _measured(given: Given, units: RealUnits) -> dict[int, Columns]:
     """Return places and speeds in frames; where covariances are unknown, so are deviations."""
     frames = range(given.last + 1)
-    tracks = [
-        next((each.track(row.frame, row.time) for each in row.objects), None) if row else None
-        for row in map(given.rows.get, frames)
-    ]
+    tracks = [next(iter(row.objects), None) if row else None for row in map(given.rows.get, frames)]
     return dict(zip(frames, motion_in_hindsight(units, tracks), strict=True))
 
 
@@ -156,11 +149,8 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
             for each in given.objects(frame):
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
-                found = replace(
-                    each.track(frame.index, frame.time), ellipse=ellipse,
-                    sought=frame.index < ends[each.identity],
-                )  # fmt: skip
-                tracks.append(found)
+                sought = frame.index < ends[each.identity]
+                tracks.append(replace(each, time=frame.time, ellipse=ellipse, sought=sought))
             yield frame, tracks
 
     return lambda frames: counted_moments(objects(frames), counter, motions)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
@@ -15,20 +15,14 @@ from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
-from motes.core.track import Status, Track
+from motes.core.track import Track
 from motes.mot.analytics.event import Event
-from motes.mot.analytics.real_units import GroundPlace
-from motes.rows.journal import FrameRow, ObjectRow, object_rows
-from motes.rows.schema import hindsight
+from motes.rows.journal import FrameRow
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
-
-
-class Hindsight(StepInfo, frozen=True, eq=False):
-    """What is known of a frame in hindsight: a track without particles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,43 +31,27 @@ class Moment:
 
     frame: Frame
     """The frame."""
+    tracks: Sequence[Track] = ()
+    """Its objects. The target of a tracker is the only one, also where it is nowhere."""
     info: StepInfo | None = None
     """The report of the tracker of one target; None before it has one."""
     seconds: float = 0.0
     """Time of the tracker."""
-    place: GroundPlace | None = None
-    """The target's place on the ground; None if it is not measured, or not seen."""
-    tracks: Sequence[Track] = ()
     events: Sequence[Event] = ()
-    """Several objects, and what they do."""
+    """What several objects do."""
     undecided: int | None = None
     """The first frame that may still get an event; None if no frame so far may."""
-    places: Mapping[int, GroundPlace] = field(default_factory=dict)
-    """The places on the ground of these objects, by identity, where they are measured and seen."""
-    single: bool = True
-    """Whether it is of one target, which `tracks` does not have."""
 
     @property
-    def picture(self) -> FrameRow:
+    def rows(self) -> FrameRow:
         """The rows of the frame."""
-        if not self.single:
-            return FrameRow(
-                self.frame.index, self.frame.time, object_rows(self.tracks, self.places)
-            )
-        known = hindsight(self.info.track) if isinstance(self.info, Hindsight) else {}
-        further = known if self.place is None else known | self.place.columns
-        target = ObjectRow.of_target(self.track, further)
-        return FrameRow(self.frame.index, self.frame.time, (target,))
+        return FrameRow(self.frame.index, self.frame.time, tuple(self.tracks))
 
     @property
-    def track(self) -> Track | None:
-        """The target's track; None before there is a target."""
-        return self.info.track if self.info else None
-
-    @property
-    def status(self) -> Status:
-        """The track's status; without a track, searching."""
-        return self.info.track.status if self.info else Status.SEARCHING
+    def target(self) -> Track:
+        """The track of the one target; it is searched for, and nowhere, before there is one."""
+        (target,) = self.tracks
+        return target
 
 
 Moments = Callable[[Iterator[Frame]], Generator[Moment, None, None]]

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from motes.cli.input_checks import error_context, numbers_of
 from motes.cli.settings import settings_of
-from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.errors import ConfigError
 from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.cli.option_groups import ConfigOptions
     from motes.cli.watch_options import ObjectOptions
     from motes.mot.pipeline_config import WatchConfig
-    from motes.sot.known_target import KnownTarget
     from motes.sot.presets import TrackerConfig
 
 
@@ -23,10 +22,9 @@ def tracker_config(
     preset: str,
     file: Path | None,
     changes: Sequence[str] = (),
-    target: KnownTarget | None = None,
     network: str | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's colors, the file and the options, in this order.
+    """Return a preset, changed by the file and the options, in this order.
 
     Raises
     ------
@@ -35,12 +33,10 @@ def tracker_config(
     SourceError
         If the file cannot be read.
     """
-    from motes.core.config import from_toml, to_dict
+    from motes.core.config import from_toml
     from motes.sot import presets
 
     base = presets.preset(preset)
-    if target is not None and "color" in base.cues:
-        base = presets.configure(base, {"color": to_dict(target.color)})
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
@@ -148,13 +144,3 @@ def open_network(config: TrackerConfig) -> None:
     network = getattr(config, "network", None)
     if network is not None:
         network.open()
-
-
-def load_target(path: Path) -> KnownTarget:
-    """Return the target in a histogram file; raise a SourceError if it cannot be read."""
-    from motes.sot.known_target import KnownTarget
-
-    try:
-        return KnownTarget.load(path)
-    except FormatError as error:
-        raise SourceError(str(error)) from None

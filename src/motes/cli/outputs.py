@@ -70,11 +70,11 @@ class RowsOutput(Sink):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        picture = moment.picture
+        row = moment.rows
         if self._label is not None:
-            objects = [replace(each, label=each.label or self._label) for each in picture.objects]
-            picture = replace(picture, objects=tuple(objects))
-        self._writer.add(picture)
+            objects = [replace(each, label=each.label or self._label) for each in row.objects]
+            row = replace(row, objects=tuple(objects))
+        self._writer.add(row)
 
     @property
     def result(self) -> str | None:
@@ -144,8 +144,7 @@ class MotOutput(Lines):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
-        picture = moment.picture
-        self.put([line_of("results", picture.frame, each) for each in visible(picture)])
+        self.put([line_of("results", each) for each in visible(moment.rows)])
 
 
 class DocumentOutput(Sink):
@@ -182,19 +181,19 @@ class DocumentOutput(Sink):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's objects to the journal."""
-        self.add(moment.picture)
+        self.add(moment.rows)
 
-    def add(self, picture: FrameRow) -> None:
+    def add(self, row: FrameRow) -> None:
         """Add the objects of a frame that have a place, and the name of the frame's image."""
-        film, file = self._film, self._film.file_of(picture.frame)
-        objects = tuple(each for each in picture.objects if each.placed)
-        searched = tuple(each.identity for each in picture.objects if each.searched)
+        film, file = self._film, self._film.file_of(row.frame)
+        objects = tuple(each for each in row.objects if each.placed)
+        searched = tuple(each.identity for each in row.objects if each.searched)
         try:
             if self._journal is None:
                 head = Header(text_name(film.name), film.width, film.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
             name = None if file is None else text_name(file)
-            self._journal.add(replace(picture, objects=objects, file=name, searched=searched))
+            self._journal.add(replace(row, objects=objects, file=name, searched=searched))
         except FormatError as error:
             self._failed = True
             if isinstance(error.__cause__, OSError):

@@ -20,7 +20,7 @@ from motes.core.errors import ConfigError
 from motes.core.extras import optional
 from motes.core.files import write_whole, writing
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.track import Status
+from motes.core.track import GROUND, Status, Track
 from motes.core.types import Bytes
 from motes.formats import runs
 from motes.mot.analytics.regions import Regions
@@ -31,7 +31,7 @@ from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
-from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.journal import FrameRow
 from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
 from motes.sot.segmentation import Segmenter
@@ -178,17 +178,12 @@ class MotionFigures(_Pictures):
 
     def write(self, moment: Moment) -> None:
         """Record a frame."""
-        place, track = moment.place, moment.track
-        if track is None or place is None:  # it is not seen
-            self._rows.append((moment.frame.time, *[math.nan] * 10))
-            return
-        _, _, a_std, b_std, _ = np.sqrt(track.covariance.diagonal()).tolist()
-        self._rows.append(
-            (
-                moment.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
-                place.speed_std, track.ellipse.a, track.ellipse.b, a_std, b_std,
-            )
-        )  # fmt: skip
+        track, nothing = moment.target, math.nan
+        sizes = nothing, nothing, nothing, nothing
+        if GROUND[0] in track.further:  # it is seen
+            _, _, a_std, b_std, _ = np.sqrt(track.covariance.diagonal()).tolist()
+            sizes = track.ellipse.a, track.ellipse.b, a_std, b_std
+        self._rows.append((moment.frame.time, *map(track.number, GROUND), *sizes))
 
     def pictures(self) -> Iterator[tuple[str, bytes]]:
         """Yield the figures."""
@@ -231,7 +226,7 @@ class Figures(_Pictures):
         frame, info = moment.frame, moment.info
         if info is None:
             return
-        tracking = moment.status is Status.TRACKING
+        tracking = info.track.status is Status.TRACKING
         supporting = math.nan if info.n_supporting is None else info.n_supporting
         seconds = moment.seconds, self._compared(moment)
         self._samples = self._samples or len(info.weights)  # a budget may change it later
@@ -250,8 +245,8 @@ class Figures(_Pictures):
             clock = time.perf_counter()
             self._companion.update(moment.frame)
             return time.perf_counter() - clock
-        if moment.track is not None and moment.status is Status.TRACKING:
-            self._companion.init(moment.frame, moment.track.box)
+        if moment.target.status is Status.TRACKING:
+            self._companion.init(moment.frame, moment.target.box)
             self._accompanied = True
         return math.nan
 
@@ -287,11 +282,11 @@ class Masks(DocumentOutput):
 
     def write(self, moment: Moment) -> None:
         """Add the object of a frame with its mask; one without a mask is searched for."""
-        track, each = moment.track, ObjectRow.nowhere(1)
-        if track is not None and track.status is Status.TRACKING:
-            mask = self._segmenter.update(moment.frame.pixels, track.ellipse)
+        frame, track = moment.frame, moment.target
+        absent = track.status is Status.ABSENT
+        each = Track.nowhere(frame.index, frame.time, Status.ABSENT if absent else Status.SEARCHING)
+        if track.status is Status.TRACKING:
+            mask = self._segmenter.update(frame.pixels, track.ellipse)
             if mask.any():
-                each = replace(ObjectRow.of_target(track), mask=runs.encode(mask))
-        elif track is not None and track.status is Status.ABSENT:
-            each = ObjectRow.nowhere(1, Status.ABSENT)
-        self.add(FrameRow(moment.frame.index, moment.frame.time, (each,)))
+                each = replace(track, mask=runs.encode(mask))
+        self.add(FrameRow(frame.index, frame.time, (each,)))

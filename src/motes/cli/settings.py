@@ -52,11 +52,6 @@ def settings_of(given: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def default_preset(particles: bool) -> str:
-    """Return the preset of `motes track`; only particle filters find colors."""
-    return "nummiaro" if particles else "default"
-
-
 def is_key(path: str) -> bool:
     """Return whether a path is that of a configuration's value, as of an option that was one."""
     from motes.core.config_keys import keys

@@ -14,11 +14,12 @@ from motes.cli.known_run import units_of
 from motes.cli.messages import counted, log
 from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Overwrite
 from motes.core.files import is_special
+from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import check_beside, hand_on, history_beside
 from motes.correction.rows import KnownRows
-from motes.mot.analytics.real_units import GroundPlace, motion_in_hindsight
-from motes.rows.schema import GROUND, HINDSIGHT
+from motes.mot.analytics.real_units import motion_in_hindsight
+from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import TrackWriter, check_writable
 
 app = App(name="smooth", help_format="plaintext")
@@ -57,9 +58,7 @@ def smooth(
         check_writable(output, overwrite)  # these are named first, not what is beside them
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
-    places: list[GroundPlace | None] = [None] * len(tracks)
-    if plane is not None:
-        places = motion_in_hindsight(plane, tracks)
+    places = motion_in_hindsight(plane, tracks)
     further = HINDSIGHT if plane is None else (*HINDSIGHT, *GROUND)
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track, place in zip(tracks, places, strict=True):

@@ -18,7 +18,7 @@ from motes.cli.option_groups import (
     FrameOptions,
     PresetName,
 )
-from motes.cli.settings import TRACKER_HELP, default_preset
+from motes.cli.settings import TRACKER_HELP
 from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
@@ -28,7 +28,7 @@ app = App(
     help_epilogue=TRACKER_HELP,
     help_format="plaintext",
     help_formatter=Help(
-        "--init", "--at", "--keyframes", "--histogram", "--start", "--end", "--scale", "--output",
+        "--init", "--at", "--keyframes", "--detect", "--start", "--end", "--scale", "--output",
         "--overlay", "--overwrite", "--resume", "--preset", "--set", "--network", "--help-all",
     ),
 )  # fmt: skip
@@ -45,12 +45,12 @@ def track(
     units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: Annotated[
-        PresetName | None,
+        PresetName,
         Parameter(
             group=CONFIGURATION,
-            help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram.",
+            help=PRESETS,
         ),
-    ] = None,
+    ] = "default",
     values: ConfigOptions = ConfigOptions(),
     network_files: Annotated[
         FileName | None, Parameter(name="--network", group=CONFIGURATION)
@@ -79,9 +79,7 @@ def track(
 
         show_all("track")
         return DONE
-    known = target.known()
-    preset = preset or default_preset(known is not None or outputs.save_histogram is not None)
-    config = tracker_config(preset, values.config, values.changes or (), known, network_files)
+    config = tracker_config(preset, values.config, values.changes or (), network_files)
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -92,14 +90,8 @@ def track(
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     open_network(config)
-    if outputs.save_histogram is not None and not keys.given:
-        from motes.cli.save_histogram import save_histogram
-
-        return save_histogram(
-            source, outputs.save_histogram, target, frames, outputs, config, preset
-        )
     _check_fitting(target, keys, frames, units, outputs)
-    begin = None if keys.given else target.begin(known)
+    begin = None if keys.given else target.begin()
     plane = units.units()
     region = target.region() if keys.given else None
     marks = keys.marks(source) if keys.given else []
@@ -143,7 +135,6 @@ def _check_fitting(
         unfit: dict[str, object] = {
             "--stride": frames.stride != 1, "--show": outputs.show,
             "--resume": outputs.resume, "--figures": outputs.figures,
-            "--save-histogram": outputs.save_histogram,
         }  # fmt: skip
         refuse(unfit, "not for keyframes")
         return

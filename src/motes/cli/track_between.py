@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from msgspec import structs
 
 from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Hindsight, Moment, Sink, Tally, summarize
+from motes.cli.frame_loop import Moment, Sink, Tally, summarize
 from motes.cli.input_checks import point_out_corners
 from motes.cli.messages import counted
 from motes.cli.option_groups import say_rate
@@ -25,16 +26,17 @@ from motes.cli.track_units import check_size
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
-from motes.core.track import Status, Track
+from motes.core.track import GROUND, Status, Track
 from motes.correction.correct import stretches
 from motes.correction.history import History, Marks, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
-from motes.mot.analytics.real_units import GroundPlace, motion_in_hindsight
-from motes.rows.schema import GROUND, HINDSIGHT
+from motes.mot.analytics.real_units import motion_in_hindsight
+from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
+from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 
 
@@ -114,12 +116,10 @@ class KeyframeRun(Tally):
         def write(stretch: Stretch, tracks: list[Track]) -> None:
             if path is not None and not self.frames:
                 history.unfinished_with(left).save(path)
-            places: list[GroundPlace | None] = [None] * len(tracks)
-            if self._units is not None:
-                places = motion_in_hindsight(self._units, map(as_read, tracks))
+            places = motion_in_hindsight(self._units, map(as_read, tracks))
             for track, place in zip(tracks, places, strict=True):
                 if track.frame not in self._moments:  # that of a keyframe is in two stretches
-                    self._write(track, place, outputs)
+                    self._write(structs.replace(track, smoothed=True, further=place), outputs)
             if stretch == left[0]:  # and not only its forward pass, at an interrupt
                 left.pop(0)
                 if path is not None:
@@ -136,10 +136,10 @@ class KeyframeRun(Tally):
         if path is not None and not left:
             history.save(path, line_count(rows_path(path)))
 
-    def _write(self, track: Track, place: GroundPlace | None, outputs: list[Sink]) -> None:
+    def _write(self, track: Track, outputs: list[Sink]) -> None:
         """Write the row of a track; its frame is black until it is drawn."""
         frame = Frame(track.frame, track.time, self._black)
-        moment = Moment(frame, Hindsight(track), 0.0, place)
+        moment = Moment(frame, [track], StepInfo(track))
         for output in outputs:
             output.write(moment)
         self._moments[track.frame] = moment

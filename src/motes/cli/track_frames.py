@@ -20,10 +20,10 @@ from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.track import Status
+from motes.core.track import GROUND, Status, Track
 from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
-from motes.rows.schema import FORMS, GROUND
+from motes.rows.schema import FORMS
 from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
@@ -82,8 +82,8 @@ def follow(
         else:
             begun = begin(tracker, frame) is not None
         info, seconds = tracker.info if begun else None, time.perf_counter() - clock
-        place = None if motion is None else motion.update(info.track if info else None)
-        yield Moment(frame, info, seconds, place)
+        track = info.track if info else Track.nowhere(frame.index, frame.time)
+        yield Moment(frame, [track if motion is None else motion.update(track)], info, seconds)
 
 
 def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
@@ -101,7 +101,7 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
             for region in () if begun else regions:
                 point_out_corners(region, frame.width, frame.height)
             each = [replace(track, identity=i) for i, track in enumerate(tracks, start=1)]
-            yield Moment(frame, None, seconds, tracks=each, single=False)
+            yield Moment(frame, each, None, seconds)
 
     with asked.frames.open(asked.source) as film:
         say_rate(film)
@@ -140,7 +140,8 @@ class TargetTally(Tally):
     def add(self, moment: Moment) -> str:
         """Count a frame; return the state of the target."""
         super().add(moment)
-        self._tracked += moment.status is Status.TRACKING
+        status = moment.target.status
+        self._tracked += status is Status.TRACKING
         if self._changes.update(moment.frame) == "cut":
             self._cuts.append(str(moment.frame.index))
         if self._before is not None:
@@ -150,15 +151,18 @@ class TargetTally(Tally):
                 count = len((moment.info or self._before.info).weights)
                 self._particles += count
                 self._range = min(self._range[0], count), max(self._range[1], count)
-            if moment.status is Status.LOST:
+            if moment.target.status is Status.LOST:
                 self._events.append(f"lost at frame {moment.frame.index}")
                 self._lost_since = moment.frame.time
-            if moment.status is Status.TRACKING and self._before.status is not Status.TRACKING:
+            if (
+                moment.target.status is Status.TRACKING
+                and self._before.target.status is not Status.TRACKING
+            ):
                 self._events.append(f"found at frame {moment.frame.index}")
                 if self._lost_since is not None:
                     self._away = max(self._away, moment.frame.time - self._lost_since)
         self._before = moment
-        return f"{moment.status} {moment.track.confidence:.2f}" if moment.track else moment.status
+        return f"{status} {moment.target.confidence:.2f}" if moment.info else status
 
     def __str__(self) -> str:
         parts = [super().__str__(), f"tracked in {100 * self._tracked / self.frames:.1f} %"]

@@ -25,6 +25,7 @@ from motes.cli.parts import part
 from motes.cli.settings import HELP
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
+from motes.core.track import GROUND
 
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
@@ -94,7 +95,7 @@ def watch(
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
         raise ConfigError(
-            "--histogram is for a file of several cameras; for one, give it to motes track."
+            "--histogram is for a file of several cameras; for one, see Tracker.search of Python."
         )
     where = counting.regions()
     config = watch_config(preset, objects, values, own_code=own_code)
@@ -117,7 +118,6 @@ def watch(
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
-    from motes.rows.schema import GROUND
     from motes.video.sources import is_recorded
 
     sending: list[Sink] = []

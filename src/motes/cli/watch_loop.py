@@ -57,10 +57,8 @@ def counted_moments(
         for frame, tracks in found:
             named = [each for each in tracks if each.identity != ANONYMOUS]
             events = counter.update(named, frame.time)
-            before, last = last, Moment(
-                frame, tracks=tracks, events=events, undecided=counter.undecided, single=False,
-                places={} if motions is None else motions.update(tracks),
-            )  # fmt: skip
+            placed = tracks if motions is None else motions.update(tracks)
+            before, last = last, Moment(frame, placed, None, 0.0, events, counter.undecided)
             if before is not None:
                 yield before
     except (MotesError, KeyboardInterrupt) as raised:

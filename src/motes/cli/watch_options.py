@@ -65,7 +65,7 @@ class ObjectOptions:
     moves, and then the camera may move too."""
     histogram: Path | None = None
     """With a file of several cameras: search for the target in this file, which motes track
-    --save-histogram has written. A camera that finds it reports its place to the others."""
+    KnownTarget.save has written. A camera that finds it reports its place to the others."""
 
 
 @options(Group("Counting", sort_key=1))

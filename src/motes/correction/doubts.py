@@ -9,6 +9,7 @@ of t is the sum over all frames of how much less likely they are to be wrong.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +53,8 @@ def ranked(
     confidence: Floats,
     keys: Flags,
     count: int,
-    asked: Flags | None = None,
+    asked: Sequence[Flags] = (),
+    least: float = 0.0,
 ) -> list[Ranked]:
     """Return doubtful frames, each to be corrected after those before it, the largest gain first.
 
@@ -65,36 +67,36 @@ def ranked(
     count
         Number of frames to return; there are fewer if no other frame has a gain.
     asked
-        (n,), the frames that may be returned; by default all of them.
+        (n,) each, the frames that may be returned: those of the first, then those of the next. By
+        default all of them.
+    least
+        Gain above which a frame is returned.
     """
     variances, confidence, keys = variances.copy(), confidence.copy(), keys.copy()
-    asked = np.ones(len(keys), bool) if asked is None else asked
-    best: dict[tuple[int, int], Ranked] = {}
     found: list[Ranked] = []
-    while len(found) < count:
-        spans = _spans(keys)
-        for span in set(spans) - set(best):
+    for group in asked or [np.ones(len(keys), bool)]:
+        best: dict[tuple[int, int], Ranked] = {}
+        while len(found) < count and (spans := _spans(keys)):
+            for span in set(spans) - set(best):
+                part = slice(*span)
+                low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
+                values = ellipses[part], variances[part], confidence[part]
+                gains = _gains(*values, group[part], low, high)
+                place = int(gains.argmax()) if len(gains) else 0
+                best[span] = Ranked(span[0] + place, float(gains[place]))
+            span = max(spans, key=lambda each: best[each].gain)
+            top = best[span]
+            if top.gain <= least or keys[top.place]:
+                break
+            found.append(top)
             part = slice(*span)
             low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-            values = ellipses[part], variances[part], confidence[part]
-            gains = _gains(*values, asked[part], low, high)
-            place = int(gains.argmax()) if len(gains) else 0
-            best[span] = Ranked(span[0] + place, float(gains[place]))
-        if not spans:
-            break
-        span = max(spans, key=lambda each: best[each].gain)
-        top = best[span]
-        if top.gain <= 0 or keys[top.place]:
-            break
-        found.append(top)
-        part = slice(*span)
-        low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-        places = np.arange(span[1] - span[0])
-        left = 1 - _correlation(places, np.array([top.place - span[0]]), low, high)[:, 0] ** 2
-        variances[part] *= left[:, None]
-        confidence[part] = 1 - (1 - confidence[part]) * left
-        keys[top.place] = True
-        del best[span]  # with a keyframe at its end, it is another one
+            places = np.arange(span[1] - span[0])
+            left = 1 - _correlation(places, np.array([top.place - span[0]]), low, high)[:, 0] ** 2
+            variances[part] *= left[:, None]
+            confidence[part] = 1 - (1 - confidence[part]) * left
+            keys[top.place] = True
+            del best[span]  # with a keyframe at its end, it is another one
     return found
 
 

@@ -12,24 +12,15 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import lines_of, read_text, write_whole, writing
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.mot.analytics.real_units import GroundPlace, RealUnits, motion_in_hindsight
-from motes.rows.journal import FrameRow, ObjectRow
+from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
+from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
+from motes.rows.journal import FrameRow
 from motes.rows.reader import table_of
-from motes.rows.schema import (
-    COLUMNS,
-    DEVIATIONS,
-    ELLIPSE,
-    GROUND,
-    HINDSIGHT,
-    NUMBERS,
-    form_of,
-    head,
-    hindsight,
-    line,
-)
+from motes.rows.schema import HINDSIGHT, NUMBERS, form_of, head, line
 from motes.video.film import Film
 
+NEEDED = ("frame", "time", "id", "label", *ELLIPSE, "confidence", "status")
+"""The columns without which rows cannot be corrected."""
 LARGEST = 1e9
 """Largest number of a row, in any unit."""
 LEAST_HALF = 1e-3
@@ -69,7 +60,7 @@ class KnownRows:
             text = text[: text.rfind("\n") + 1]
         table = table_of(text, path, self._form)
         self.columns = tuple(table.dtype.names or ())
-        if missing := [name for name in COLUMNS if name not in self.columns]:
+        if missing := [name for name in NEEDED if name not in self.columns]:
             what = f"{path} lacks {', '.join(missing)} among its columns"
             raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
         if len(identities := sorted({*table["id"].tolist()})) > 1:
@@ -171,11 +162,10 @@ class KnownRows:
         """Whether the rows have places and speeds in metres."""
         return set(GROUND) <= set(self.columns)
 
-    def row(self, track: Track, place: GroundPlace | None) -> FrameRow:
+    def row(self, track: Track, place: Columns) -> FrameRow:
         """Return a row of the target in hindsight, with its identity, its class and its metres."""
-        further = hindsight(track) if place is None else hindsight(track) | place.columns
-        target = ObjectRow.of(replace(track, identity=self._id, label=self._label), further)
-        return FrameRow(track.frame, track.time, (target,))
+        named = replace(track, identity=self._id, label=self._label, smoothed=True, further=place)
+        return FrameRow(track.frame, track.time, (named,))
 
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
@@ -197,9 +187,7 @@ class KnownRows:
         if columns != self.columns:
             self.columns, new = columns, known
             self._head = [f"{text}\n" for text in head(self._form, columns)]
-        places: list[GroundPlace | None] = [None] * len(self.tracks)
-        if units is not None:
-            places = motion_in_hindsight(units, map(as_read, self.tracks))
+        places = motion_in_hindsight(units, map(as_read, self.tracks))
         for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
                 row = self.row(track, place)
@@ -260,14 +248,4 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
             f"{path} tracks the target in frame {row['frame']}, but has no place and size of it; "
             f"correct that row."
         )
-    return Track(
-        frame=int(row["frame"]),
-        time=number["time"],
-        ellipse=ellipse,
-        covariance=np.diag([number[name] ** 2 for name in DEVIATIONS]),
-        confidence=number["confidence"],
-        status=status,
-        distance=number["distance"],
-        effective_sample_size=number["effective_sample_size"],
-        outlier=bool(row.get("outlier", 0)),
-    )
+    return replace(Track.from_dict(row | {"occluded_by": None}), further={}, bounds=None)

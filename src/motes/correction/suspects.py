@@ -1,4 +1,4 @@
-"""Doubtful frames of a track, with the reasons: cuts, jumps, leaps of size, dissent, losses."""
+"""Doubtful frames of a track, and why: another's, cuts, jumps, leaps of size, dissent, losses."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ LEAST_GAIN = 0.5
 """Frames that a correction is expected to make right, at least: others are not worth a look."""
 DOUBTFUL = [each for each in Status if each not in (Status.TRACKING, Status.ABSENT)]
 """States in which a frame is doubtful."""
+ANOTHER = "perhaps another"
+"""Why a frame comes before all others: a neighbor who looks alike may be followed in its place."""
 EITHER = 0.5
 """Confidence after a jump: the place before it or the one after it is right."""
 
@@ -48,7 +50,8 @@ def doubts(
 
     The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
     or more), from the covariances, the confidences, and jumps. A frame is doubtful for a reason;
-    its distance from a keyframe alone is none. Frames with a gain below `LEAST_GAIN` are left out.
+    its distance from a keyframe alone is none. Frames in which perhaps another is followed come
+    first; those with a gain below `LEAST_GAIN` are left out.
 
     Parameters
     ----------
@@ -80,6 +83,7 @@ def doubts(
         stop = start + (int(following[0]) if len(following) else len(keys))
         confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
     named = {
+        ANOTHER: np.array([track.belief < EITHER for track in tracks], bool),
         "a tracker was elsewhere": outlier,
         "cut": cut,
         "jump": jumps,
@@ -90,11 +94,11 @@ def doubts(
     ellipses = np.where(absent[:, None], np.nan, only.ellipses)
     variances = np.nan_to_num(np.maximum(only.variances - _drifted(only, keys), 0))
     doubtful = np.logical_or.reduce([*named.values()])
-    found = ranked(ellipses, variances, np.nan_to_num(confidence), keys, count, doubtful)
+    asked = named[ANOTHER], doubtful
+    found = ranked(ellipses, variances, np.nan_to_num(confidence), keys, count, asked, LEAST_GAIN)
     return [
         Doubt(tracks[place].frame, gain, tuple(why for why, holds in named.items() if holds[place]))
         for place, gain in found
-        if gain >= LEAST_GAIN
     ]
 
 

@@ -11,12 +11,10 @@ from __future__ import annotations
 from motes.cues.base import AdaptableCue, Cue, visible
 from motes.cues.color import Color, ColorModel
 from motes.cues.color_posterior import Posterior
-from motes.cues.correlation_filter import Correlation
-from motes.cues.edge_histogram import Edges
+from motes.cues.correlation_filter import Correlation, ScaleFilter
+from motes.cues.gradients import Edges, Hog
 from motes.cues.histogram_cue import HistogramCue, bhattacharyya
-from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
-from motes.cues.scale_filter import ScaleFilter
 from motes.cues.structure_tensor import Orientation
 
 __all__ = [

@@ -120,8 +120,8 @@ CUES = Registry[type[Cue]](
     {
         "color": "motes.cues.color:Color",
         "orientation": "motes.cues.structure_tensor:Orientation",
-        "edges": "motes.cues.edge_histogram:Edges",
-        "hog": "motes.cues.hog:Hog",
+        "edges": "motes.cues.gradients:Edges",
+        "hog": "motes.cues.gradients:Hog",
         "correlation": "motes.cues.correlation_filter:Correlation",
         "posterior": "motes.cues.color_posterior:Posterior",
     },

@@ -25,7 +25,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.saved_state import SAME
 from motes.core.types import Singles, Spectra
-from motes.cues import fourier_ridge as ridge
+from motes.cues import fourier as ridge
 from motes.cues.fourier import fast_length, irfft2, rfft2
 from motes.cues.search_window import CELL_SIZE, cut, features
 

@@ -21,7 +21,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats, Singles
 from motes.cues.base import AdaptableCue, check_bins
-from motes.cues.feature_maps import Plane, blocks, plane_over
+from motes.cues.gradients import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramModel, bhattacharyya
 from motes.cues.sampling import PROFILES, EllipsePixels
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from motes.core.track import Status
 from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
@@ -32,7 +34,7 @@ def aspects(recorded: Recording) -> set[str]:
                 HIDDEN: each.status is Status.OCCLUDED,
                 GUESSES: each.status not in SHOWN,
                 MASKS: each.mask is not None,
-                COLUMNS: bool(each.more) or each.distance is not None,
+                COLUMNS: bool(each.further) or math.isfinite(each.distance),
             }
             found.update(name for name, has in held.items() if has)
     return found

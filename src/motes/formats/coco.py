@@ -15,23 +15,25 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from msgspec import structs
 
 from motes import __version__
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats import runs, shapes
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
     Recording,
+    placed,
     recording_of,
     sound,
 )
 from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, counted, read_json
-from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
+from motes.rows.journal import FrameRow, Header, text_name
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
@@ -84,7 +86,7 @@ def _image(row: FrameRow, head: Header) -> dict[str, object]:
     }
 
 
-def _class(each: ObjectRow, names: dict[int, str], head: Header) -> str:
+def _class(each: Track, names: dict[int, str], head: Header) -> str:
     return (each.label or head.label) if each.identity == ANONYMOUS else names[each.identity]
 
 
@@ -110,7 +112,7 @@ def _annotations(
             }
 
 
-def _place(each: ObjectRow, corners: shapes.Corners, head: Header) -> dict[str, object]:
+def _place(each: Track, corners: shapes.Corners, head: Header) -> dict[str, object]:
     width, height = corners.right - corners.left, corners.bottom - corners.top
     bbox = [corners.left, corners.top, round(width, 2), round(height, 2)]
     if each.mask is None:
@@ -197,8 +199,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
             if not (each.is_crowd or each.is_skeleton):
-                row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
-                objects.append((frames[each.image_id], row))
+                frame, label = frames[each.image_id], labels.get(each.category_id)
+                objects.append(_row(each, frame, images[each.image_id], label, facts))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {frames[image.id]: image.time for image in document.images}
     files = {frames[image.id]: image.file_name for image in document.images}
@@ -225,17 +227,19 @@ def _check_once(what: str, ids: Sequence[int]) -> None:
             raise FormatError(f"{what}[{place}]: {each} is already in {what}[{seen[each]}]")
 
 
-def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) -> ObjectRow:
+def _row(
+    each: _Annotation, frame: int, image: _Image, label: str | None, facts: FilmFacts
+) -> Track:
     mask = runs.mask_runs(each.segmentation, image.height, image.width)
-    row = ObjectRow(
-        _identity(each),
+    row = placed(
+        frame,
         _ellipse(each, image),
+        _identity(each),
         each.score,
         Status.OCCLUDED if _flag(each.attributes, "occluded") else Status.TRACKING,
-        label=shapes.label_or_none(label, facts.label),
-        mask=mask,
+        shapes.label_or_none(label, facts.label),
     )
-    return sound(row)
+    return sound(structs.replace(row, mask=mask))
 
 
 def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:

@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import structs
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
@@ -26,6 +27,7 @@ from motes.formats.recording import (
     FilmFacts,
     Recording,
     frames_between,
+    placed,
     recording_of,
     sound,
 )
@@ -33,7 +35,7 @@ from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, 
 from motes.formats.text import angle, at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
-from motes.rows.journal import ObjectRow, text_name
+from motes.rows.journal import text_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -147,7 +149,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         raise FormatError(f"it is not XML: {error}") from None
     if root.tag != "annotations":
         raise FormatError("it has no annotations of CVAT")
-    objects: list[tuple[int, ObjectRow]] = []
+    objects: list[Track] = []
     tracks, images = list(root.iter("track")), list(root.iter("image"))
     if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
@@ -168,11 +170,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError("its frame is that of another image")
             files[frame] = image.get("name", "")
             objects += [
-                (frame, _row(shape, ANONYMOUS, _label(shape, facts)))
+                _row(shape, frame, ANONYMOUS, _label(shape, facts))
                 for shape in image
                 if shape.tag in SHAPES
             ]
-    last = max((frame for frame, _ in objects), default=-1)
+    last = max((each.frame for each in objects), default=-1)
     times = dict.fromkeys(files if images and not tracks else _annotated(root, facts.seen(last)))
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
@@ -270,23 +272,22 @@ HOLDERS = ("track", "image", "skeleton")
 SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
 
 
-def _read_track(
-    track: Element, identity: int, label: str | None
-) -> Iterator[tuple[int, ObjectRow]]:
+def _read_track(track: Element, identity: int, label: str | None) -> Iterator[Track]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
     for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
         if _flag(shape, "outside"):
             continue
-        frame, row = _frame(shape), _row(shape, identity, label)
-        yield frame, row
+        frame = _frame(shape)
+        row = _row(shape, frame, identity, label)
+        yield row
         if following is None:
             continue
         until = _frame(following)
-        end = _row(following, identity, label).ellipse
+        end = _row(following, until, identity, label).ellipse
         for between in frames_between(frame, until):
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
-            yield between, ObjectRow(identity, place, 1.0, row.status, label=label, keyframe=False)
+            yield structs.replace(row, frame=between, ellipse=place, keyframe=False)
 
 
 def _between(start: Ellipse, end: Ellipse, share: float) -> Ellipse:
@@ -308,13 +309,13 @@ def _flag(shape: Element, name: str, usual: str = "0") -> bool:
     return text == "1"
 
 
-def _row(shape: Element, identity: int, label: str | None) -> ObjectRow:
+def _row(shape: Element, frame: int, identity: int, label: str | None) -> Track:
     """Return the object of a shape; errors name its frame."""
     with at(f"{shape.tag} of frame {shape.get('frame')}" if "frame" in shape.attrib else shape.tag):
         status = Status.OCCLUDED if _flag(shape, "occluded") else Status.TRACKING
         key = _flag(shape, "keyframe", "1")
-        row = ObjectRow(identity, _ellipse(shape), 1.0, status, label=label, keyframe=key)
-        return sound(row)
+        row = placed(frame, _ellipse(shape), identity, 1.0, status, label)
+        return sound(structs.replace(row, keyframe=key))
 
 
 def _ellipse(shape: Element) -> Ellipse:

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from motes.core.track import Track
 from motes.formats.recording import Recording
 from motes.formats.visibility import check_identities, visible
-from motes.rows.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")
 NAME = "object_"
@@ -41,7 +41,7 @@ def write(recorded: Recording) -> Iterator[bytes]:
         yield ",".join([str(row.frame), *fields]).encode() + b"\n"
 
 
-def _fields(each: ObjectRow | None) -> list[str]:
+def _fields(each: Track | None) -> list[str]:
     if each is None:
         return [""] * len(POINTS) * len(VALUES)
     x, y, a, b, theta = each.ellipse

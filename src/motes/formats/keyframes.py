@@ -16,11 +16,10 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import FilmFacts, Recording, recording_of, sound
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import only_object
-from motes.rows.journal import ObjectRow
 
 TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
 """Those of boxes, and of ellipses."""
@@ -73,7 +72,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     for frame, region in marks.items():
         with at(f"frame {frame}"):
             if region is not None:
-                objects.append((frame, sound(ObjectRow(1, region, 1.0, Status.TRACKING))))
+                objects.append(sound(placed(frame, region)))
     return recording_of(facts, objects, dict.fromkeys(marks))
 
 

@@ -16,20 +16,25 @@ from typing import Annotated, Any, Self
 
 import msgspec
 import numpy as np
-from msgspec import Meta
+from msgspec import Meta, structs
 
 from motes import __version__
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.core.types import Floats
-from motes.formats.recording import FilmFacts, Recording, frames_between, recording_of, sound
+from motes.formats.recording import (
+    FilmFacts,
+    Recording,
+    frames_between,
+    placed,
+    recording_of,
+    sound,
+)
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
 from motes.formats.text import angle, at, counted, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import check_identities, visible
-from motes.rows.journal import ObjectRow
 
 REGION = "videorectangle"
 SAME_RATE = 1e-5
@@ -208,8 +213,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if len({key.frame for key in region.value.sequence}) < len(region.value.sequence):
                 raise ValueError("it has two keyframes in one frame")
             for frame, (ellipse, key) in _frames(region.value, facts, clock).items():
-                row = ObjectRow(identity, ellipse, 1.0, Status.TRACKING, label=label, keyframe=key)
-                objects.append((frame, row))
+                row = placed(frame, ellipse, identity, label=label)
+                objects.append(structs.replace(row, keyframe=key))
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:
         facts = replace(facts, fps=rate)
@@ -352,4 +357,4 @@ def _ellipse(numbers: Floats, facts: FilmFacts) -> Ellipse:
     cos, sin = math.cos(theta), math.sin(theta)
     left, top = x / 100 * facts.width, y / 100 * facts.height
     center = left + a * cos - b * sin - 0.5, top + a * sin + b * cos - 0.5
-    return sound(ObjectRow(1, Ellipse(*center, a, b, theta), 1.0, Status.TRACKING)).ellipse
+    return sound(placed(0, Ellipse(*center, a, b, theta))).ellipse

@@ -19,13 +19,12 @@ from typing import Literal
 from motes.core.errors import FormatError
 from motes.core.files import check_ended, lines_of
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of
+from motes.core.track import Status, Track
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
 from motes.formats.text import counted, fields_of, number, read_text
 from motes.formats.visibility import shown, visible
-from motes.rows.journal import ObjectRow
 
 Kind = Literal["truth", "results", "detections"]
 
@@ -55,11 +54,11 @@ def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
     """
     for row in recorded:
         for each in shown(row) if kind == "truth" else visible(row):
-            yield line_of(kind, row.frame, each).encode() + b"\n"
+            yield line_of(kind, each).encode() + b"\n"
 
 
-def line_of(kind: Kind, frame: int, each: ObjectRow) -> str:
-    """Return the line of an object in a frame that counts from 0.
+def line_of(kind: Kind, each: Track) -> str:
+    """Return the line of an object in a frame.
 
     - Results: frame, identity, box, confidence, class, 1, -1. The class is 1 for an object without
       one, and -1 for one that is none of `CLASSES`.
@@ -67,7 +66,7 @@ def line_of(kind: Kind, frame: int, each: ObjectRow) -> str:
       confidence 0, which does not count. An occluded object counts, with visibility 0.
     - Detections: frame, -1, box, confidence, -1, -1, -1.
     """
-    box, sure = _box(each), f"{each.confidence:.4f}"
+    frame, box, sure = each.frame, _box(each), f"{each.confidence:.4f}"
     if kind == "detections":
         return f"{frame + 1},-1,{box},{sure},-1,-1,-1"
     if kind == "results":
@@ -77,7 +76,7 @@ def line_of(kind: Kind, frame: int, each: ObjectRow) -> str:
     return f"{frame + 1},{each.identity},{box},{flag},{number_of(each.label)},{1 - hidden}"
 
 
-def _box(each: ObjectRow) -> str:
+def _box(each: Track) -> str:
     x, y, width, height = each.box
     return f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
 
@@ -106,8 +105,8 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         scores
     )
     # One target of results may be lost where it has no line.
-    told = kind != "results" or len({each.identity for _, each in objects}) > 1
-    last = max((frame for frame, _ in objects), default=-1)
+    told = kind != "results" or len({each.identity for each in objects}) > 1
+    last = max((each.frame for each in objects), default=-1)
     seen = facts.seen(last) if told else range(0)
     return recording_of(facts, objects, told=seen, left_out=left_out)
 
@@ -139,19 +138,17 @@ def class_names(folder: Path) -> dict[int, str]:
 
 def _objects(
     lines: Iterable[list[float]], kind: Kind, names: Mapping[int, str], usual: str
-) -> Iterator[tuple[int, ObjectRow]]:
+) -> Iterator[Track]:
     for frame, identity, x, y, width, height, score, label, share in lines:
         if kind != "detections" and identity < ANONYMOUS:
             raise FormatError(f"{identity:.0f} is no identity; they count from 0, and -1 is none")
-        yield (
+        yield placed(
             int(frame) - 1,
-            ObjectRow(
-                ANONYMOUS if kind == "detections" else int(identity),
-                Ellipse.from_box((x - 1, y - 1, width, height)),
-                score if 0 <= score <= 1 else 1.0,
-                Status.OCCLUDED if share == 0 else Status.TRACKING,
-                label=label_or_none(_class_name(int(label), names), usual),
-            ),
+            Ellipse.from_box((x - 1, y - 1, width, height)),
+            ANONYMOUS if kind == "detections" else int(identity),
+            score if 0 <= score <= 1 else 1.0,
+            Status.OCCLUDED if share == 0 else Status.TRACKING,
+            label_or_none(_class_name(int(label), names), usual),
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,10 +11,11 @@ from msgspec import structs
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.geometry import FARTHEST
+from motes.core.geometry import FARTHEST, Ellipse
 from motes.core.labels import check_label
+from motes.core.track import Status, Track
 from motes.formats.regions import MAX_FRAME
-from motes.rows.journal import FrameRow, Header, ObjectRow, text_name
+from motes.rows.journal import FrameRow, Header, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
@@ -94,7 +96,7 @@ class FilmFacts:
 
 def recording_of(
     facts: FilmFacts,
-    objects: Iterable[tuple[int, ObjectRow]],
+    objects: Iterable[Track],
     times: Mapping[int, float | None] = {},
     size: tuple[int, int] | None = None,
     files: Mapping[int, str] = {},
@@ -102,7 +104,7 @@ def recording_of(
     searched: Iterable[tuple[int, int]] = (),
     told: range = range(0),
 ) -> Recording:
-    """Return a recording of pairs of a frame and an object there, in any order.
+    """Return a recording of objects in frames, in any order; they get the times of these.
 
     Parameters
     ----------
@@ -133,9 +135,10 @@ def recording_of(
     """
     if told.stop > MAX_FRAME:
         raise FormatError(f"no film has {told.stop} frames")
-    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in (*times, *told)}
+    frames: dict[int, list[Track]] = {frame: [] for frame in (*times, *told)}
     there = set[tuple[int, int]]()
-    for frame, each in objects:
+    for each in objects:
+        frame = each.frame
         if each.identity != ANONYMOUS and (frame, each.identity) in there:
             raise FormatError(f"frame {frame} has the object {each.identity} twice")
         there.add((frame, each.identity))
@@ -164,7 +167,7 @@ def recording_of(
             FrameRow(
                 frame,
                 seconds[frame],
-                tuple(frames[frame]),
+                tuple(structs.replace(each, time=seconds[frame]) for each in frames[frame]),
                 files.get(frame) or facts.file(frame),
                 tuple(missed.get(frame, ())),
             )
@@ -199,7 +202,22 @@ def _between(
     return {frame: facts.time(frame) + each for frame, each in zip(frames, by, strict=True)}
 
 
-def sound(each: ObjectRow) -> ObjectRow:
+def placed(
+    frame: int,
+    ellipse: Ellipse,
+    identity: int = 1,
+    confidence: float = 1.0,
+    status: Status = Status.TRACKING,
+    label: str | None = None,
+) -> Track:
+    """Return an object in a frame whose time `recording_of` adds."""
+    return Track(
+        frame, math.nan, ellipse, confidence=confidence, status=status, identity=identity,
+        label=label,
+    )  # fmt: skip
+
+
+def sound(each: Track) -> Track:
     """Return an object of a file; raise a ValueError if it has no place, size or confidence."""
     if not all(abs(value) <= FARTHEST for value in (*each.ellipse, *each.box, each.confidence)):
         raise ValueError("a number of the object is not finite, or too large")

@@ -17,7 +17,7 @@ import msgspec
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
-from motes.core.track import Status
+from motes.core.track import BOX, ELLIPSE, Status
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -35,7 +35,6 @@ from motes.formats.text import fields_of
 from motes.formats.truth import kind_of
 from motes.formats.visibility import SURE, certain, marked
 from motes.rows.reader import SEPARATED
-from motes.rows.schema import BOX, ELLIPSE
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
 """A guess in formats that cannot mark it, so that it is not there, and in those that can."""

@@ -12,25 +12,15 @@ from typing import Any
 
 import msgspec
 
-from motes.core.errors import FormatError, SourceError
-from motes.core.geometry import Box, Ellipse, check_angle
-from motes.core.track import Status
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.geometry import check_angle
+from motes.core.track import BOX, COLUMNS, ELLIPSE, GROUND, Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import ENDING, FrameRow, Header, ObjectRow
+from motes.rows.journal import ENDING, FrameRow, Header
 from motes.rows.reader import read_track
-from motes.rows.schema import (
-    BOX,
-    CAMERA,
-    COLUMNS,
-    ELLIPSE,
-    GROUND,
-    HINDSIGHT,
-    Form,
-    head,
-    line,
-)
+from motes.rows.schema import CAMERA, HINDSIGHT, Form, further, head, line
 
 KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
 """The columns that are read; others are left out."""
@@ -43,16 +33,21 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
     where it is not there. Boxes of others are silent on frames without one.
     """
     every = [each for row in recorded for each in row.objects]
-    further = dict.fromkeys(name for each in every for name in each.more)
+    more = dict.fromkeys(name for each in every for name in further(each))
     alone = every and (recorded.single or (not recorded.told and _alone(every)))
-    usual = [ObjectRow.nowhere(every[0].identity)] if alone else []
-    values = (row.values(each, [*further]) for row in recorded for each in row.objects or usual)
-    return (*COLUMNS, *further), values
+
+    def objects(row: FrameRow) -> Sequence[Track]:
+        if row.objects or not alone:
+            return row.objects
+        return [Track.nowhere(row.frame, row.time, identity=every[0].identity)]
+
+    values = (row.values(each, [*more]) for row in recorded for each in objects(row))
+    return (*COLUMNS, *more), values
 
 
-def _alone(objects: Sequence[ObjectRow]) -> bool:
+def _alone(objects: Sequence[Track]) -> bool:
     """Return whether there is one object, and it was followed."""
-    followed = any(each.distance is not None or each.ellipse.theta != 0 for each in objects)
+    followed = any(math.isfinite(each.distance) or each.ellipse.theta != 0 for each in objects)
     identities = {each.identity for each in objects}
     return followed and len(identities) == 1 and ANONYMOUS not in identities
 
@@ -94,7 +89,6 @@ def recording_of_journal(path: Path) -> Recording:
     SourceError
         If the file cannot be read, is no journal, or a line is damaged.
     """
-    decoder = msgspec.json.Decoder(FrameRow)
     frames, left_out = list[FrameRow](), list[str]()
     first: Header | None = None
     try:
@@ -102,12 +96,12 @@ def recording_of_journal(path: Path) -> Recording:
             first = msgspec.json.decode(file.readline(), type=Header)
             for text in file:
                 if text.endswith(b"\n"):
-                    frames.append(decoder.decode(text))
+                    frames.append(FrameRow.from_dict(msgspec.json.decode(text)))
                 else:
                     left_out.append("the last line, which is cut off")
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+    except (LookupError, TypeError, ValueError, OverflowError, ConfigError, RecursionError):
         if first is not None:
             raise SourceError(
                 f"{path} is damaged in line {len(frames) + 2}; remove the line, and try again."
@@ -132,7 +126,6 @@ def recording_of_rows(
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
-    further = [name for name in KNOWN[len(COLUMNS) :] if name in names]
     others = [name for name in names if name not in KNOWN]
     left_out = [f"the columns {', '.join(others)[:80]}"] if others else []
     objects, searched = [], []
@@ -143,25 +136,23 @@ def recording_of_rows(
         with at(f"row {number}"):
             frame = whole(str(known["frame"]))
             times[frame] = float(known["time"]) if "time" in names else None
-            each = _object(known, place, further, rated="confidence" in names)
+            each = _object(known, place, rated="confidence" in names)
             if each is None:
                 searched.append((frame, _identity(known)))
             else:
                 if each.identity not in turned:
                     check_angle(each.ellipse.theta)
                     turned.add(each.identity)
-                objects.append((frame, each))
+                objects.append(each)
     told = facts.run or range(0)
     return recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
 
 
-def _object(
-    row: Mapping[str, Any], place: Sequence[str], further: Sequence[str], *, rated: bool
-) -> ObjectRow | None:
+def _object(row: Mapping[str, Any], place: Sequence[str], *, rated: bool) -> Track | None:
     """Return the object of a row; None where it has no place, as one that is searched for."""
     status = Status(row.get("status", Status.TRACKING))
-    more = {name: row[name] for name in further if name in row}
-    for name, value in more.items():
+    for name in KNOWN[len(COLUMNS) :]:
+        value = row.get(name, 0)
         if not isinstance(value, str | int | float):
             raise ValueError(f"{name} is not a number")
         if isinstance(value, float) and not math.isfinite(value):
@@ -169,22 +160,15 @@ def _object(
     absent = status is Status.ABSENT
     if not absent and status not in SHOWN and not any(name in row for name in place):
         return None
-    numbers = [math.nan if absent else float(row[name]) for name in place]
-    behind = row.get("occluded_by")
-    sure = row["confidence"] if rated and status is Status.TRACKING else math.nan if absent else 1.0
-    found = ObjectRow(
-        _identity(row),
-        Ellipse(*numbers) if place is ELLIPSE else Ellipse.from_box(numbers),
-        float(row.get("confidence", sure)),
-        status,
-        None if behind is None else whole(str(behind)),
-        row.get("label"),
-        more=more,
-        distance=_number(row, "distance"),
-        effective_sample_size=_number(row, "effective_sample_size"),
-        bounds=Box(*(float(row[name]) for name in BOX)) if "left" in row else None,
-    )
-    return found if absent else sound(found)
+    needed = [] if absent else [*place, *["confidence"] * (rated and status is Status.TRACKING)]
+    known = {name: row[name] for name in needed}
+    known |= {name: row[name] for name in KNOWN if name in row}
+    known |= {"frame": whole(str(row["frame"])), "id": _identity(row)}
+    if "occluded_by" in known:
+        known["occluded_by"] = whole(str(known["occluded_by"]))
+    if absent:
+        return Track.from_dict(known | dict.fromkeys((*BOX, *ELLIPSE)))
+    return sound(Track.from_dict({"confidence": 1.0} | known))
 
 
 def _identity(row: Mapping[str, Any]) -> int:
@@ -192,7 +176,3 @@ def _identity(row: Mapping[str, Any]) -> int:
     if identity < ANONYMOUS:
         raise ValueError(f"{identity} is no identity; they count from 0, and -1 is none")
     return identity
-
-
-def _number(row: Mapping[str, Any], name: str) -> float | None:
-    return float(row[name]) if name in row else None

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse, area, clipped
+from motes.core.track import Track
 from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import FrameRow, Header, ObjectRow
+from motes.rows.journal import FrameRow, Header
 
 MIN_AREA = 0.01
 """Smallest area inside the frame of an object that is annotated, in square pixels."""
@@ -37,7 +38,7 @@ class Corners(NamedTuple):
         )
 
 
-def visible_box(each: ObjectRow, head: Header) -> Corners | None:
+def visible_box(each: Track, head: Header) -> Corners | None:
     """Return the part of an object's box inside the frame; None if it is not annotated."""
     if each.status not in SHOWN:
         return None
@@ -52,7 +53,7 @@ def visible_box(each: ObjectRow, head: Header) -> Corners | None:
     return cut if cut == whole or area(visible_outline(each, head)) >= MIN_AREA else None
 
 
-def visible_outline(each: ObjectRow, head: Header) -> NDArray[np.float64]:
+def visible_outline(each: Track, head: Header) -> NDArray[np.float64]:
     """Return the corners (n, 2) of the part of an object's ellipse inside the frame."""
     # The first pixel's center is at 0 in an ellipse, and at 0.5 in coordinates of its corners.
     return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)

@@ -22,12 +22,11 @@ from typing import Literal
 from motes.core.errors import FormatError
 from motes.core.files import check_ended
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recording, recording_of, sound
+from motes.core.track import Track
+from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
 from motes.formats.text import read_text
 from motes.formats.visibility import only_object
-from motes.rows.journal import ObjectRow
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
 
@@ -54,7 +53,7 @@ def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
         yield line.encode() + b"\n"
 
 
-def _line(kind: Kind, each: ObjectRow) -> str:
+def _line(kind: Kind, each: Track) -> str:
     if kind == "otb":
         x, y, width, height = each.box
         return f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
@@ -109,5 +108,5 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         if region is not ABSENT and not absent[frame]:
             x, y, *rest = region.ellipse
             ellipse = Ellipse(x - first, y - first, *rest)
-            objects.append((frame, sound(ObjectRow(1, ellipse, 1.0, Status.TRACKING))))
+            objects.append(sound(placed(frame, ellipse)))
     return replace(recording_of(facts, objects, dict.fromkeys(range(len(regions)))), single=True)

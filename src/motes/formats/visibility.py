@@ -9,9 +9,9 @@ from typing import Any
 from msgspec import structs
 
 from motes.core.errors import FormatError
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, Recording
-from motes.rows.journal import FrameRow, ObjectRow
+from motes.rows.journal import FrameRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
 """The states of an object that is in the picture."""
@@ -23,12 +23,12 @@ SURE = 0.5
 """The lowest confidence of an object that others may take for seen."""
 
 
-def shown(row: FrameRow) -> Iterator[ObjectRow]:
+def shown(row: FrameRow) -> Iterator[Track]:
     """Yield the objects of a frame whose positions are known, or predicted while hidden."""
     return (each for each in row.objects if each.status in SHOWN)
 
 
-def visible(row: FrameRow) -> Iterator[ObjectRow]:
+def visible(row: FrameRow) -> Iterator[Track]:
     """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
     return (each for each in row.objects if each.status in VISIBLE)
 
@@ -46,7 +46,7 @@ def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int
     """
     count = 0
 
-    def told(each: ObjectRow) -> ObjectRow:
+    def told(each: Track) -> Track:
         nonlocal count
         if not guessed(each.status, each.confidence):
             return each
@@ -73,7 +73,7 @@ def certain(recorded: Recording) -> Recording:
         seen |= dict.fromkeys([*others, *row.searched], row.frame)
     end = max((row.frame for row in recorded), default=0)
 
-    def missed(each: ObjectRow, frame: int) -> bool:
+    def missed(each: Track, frame: int) -> bool:
         ended = last[each.identity] < end and frame > seen.get(each.identity, -1)
         return each.status in MISSED and not ended
 
@@ -92,7 +92,7 @@ def check_identities(identities: Iterable[int], what: str) -> None:
         )
 
 
-def only_object(recorded: Recording, what: str) -> dict[int, ObjectRow]:
+def only_object(recorded: Recording, what: str) -> dict[int, Track]:
     """Return the one object of a recording by frame, where it is visible.
 
     Raises
@@ -100,7 +100,7 @@ def only_object(recorded: Recording, what: str) -> dict[int, ObjectRow]:
     FormatError
         If there are several objects; `what` names the format.
     """
-    found: dict[int, ObjectRow] = {}
+    found: dict[int, Track] = {}
     identity: int | None = None
     for row in recorded:
         for each in visible(row):

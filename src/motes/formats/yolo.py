@@ -21,13 +21,13 @@ import msgspec
 from motes.core.errors import FormatError
 from motes.core.files import lines_of
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes.core.track import Track
 from motes.formats.image_names import frame_of, images_of
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.rows.journal import ObjectRow, text_name
+from motes.rows.journal import text_name
 
 NAMES = "data.yaml"
 CLASSES, DARKNET = "classes.txt", "obj.names"
@@ -117,7 +117,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     tracked = max(sixth, default=0) > 1 and all(len(fields) < 7 for *_, fields in lines)
     for where, frame, fields in lines:
         with at(where):
-            objects.append((frame, _row(fields, names, facts, tracked=tracked)))
+            objects.append(_row(frame, fields, names, facts, tracked=tracked))
     if len(ended) > 1:  # some tools end the last line of no text; then a cut cannot be told
         raise FormatError(
             f"{ended[False]}: its last line has no end, unlike those of other texts, so it may be "
@@ -128,7 +128,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return recording_of(facts, objects, times, left_out=left_out)
 
 
-def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked: bool) -> ObjectRow:
+def _row(
+    frame: int, fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked: bool
+) -> Track:
     label, *rest = fields
     if len(rest) not in (4, 5, 6):
         raise ValueError(
@@ -154,7 +156,7 @@ def _row(fields: list[str], names: dict[int, str], facts: FilmFacts, *, tracked:
         raise ValueError(f"there is no class {label}; the file of names has {len(names)}")
     name = label_or_none(names.get(number_of_class, f"class {number_of_class}"), facts.label)
     confidence = more[0] if more else 1.0
-    row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
+    row = placed(frame, Ellipse.from_box(box), identity, confidence, label=name)
     return sound(row)
 
 

@@ -11,7 +11,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.cues.sampling import Lattice
 
 COLOR = Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=256))

@@ -6,7 +6,7 @@ runs give equal bytes; what is not known is an empty field in CSV, and null in J
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from math import isfinite, sqrt
 from pathlib import Path
@@ -16,27 +16,14 @@ import msgspec
 
 from motes.core.errors import ConfigError
 from motes.core.spreadsheet import guarded
-from motes.core.track import Track
+from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Track
 
 Form = Literal["csv", "jsonl"]
 FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
 """The form of each file ending."""
 
-BOX = ("left", "top", "width", "height")
-"""The axis-parallel box around the object, in pixels."""
-ELLIPSE = ("x", "y", "a", "b", "theta")
-"""Its center and half-axes in pixels, and the angle of a in radians."""
-COLUMNS = (
-    "frame", "time", "id", "label", *BOX, *ELLIPSE, "confidence", "status", "distance",
-    "effective_sample_size", "occluded_by",
-)  # fmt: skip
-"""The columns of all rows."""
-DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
-"""Columns of standard deviations, in the order of an ellipse."""
 HINDSIGHT = (*DEVIATIONS, "outlier")
 """Further columns of tracks that are known in hindsight: smoothed or corrected ones."""
-GROUND = ("x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std")
-"""Further columns of places in metres and speeds in metres per second."""
 CAMERA = "camera"
 """The further column of rows of several cameras."""
 
@@ -71,10 +58,13 @@ def form_of(path: str | Path, form: Form | None = None) -> Form:
     return FORMS[ending]
 
 
-def hindsight(track: Track) -> dict[str, float | int]:
-    """Return the columns `HINDSIGHT` of a track."""
+def further(track: Track) -> Mapping[str, float | str | None]:
+    """Return the further columns of a track; one in hindsight has those of `HINDSIGHT`."""
+    if not track.smoothed:
+        return track.further
     deviations = [sqrt(each) for each in track.covariance.diagonal().tolist()]
-    return dict(zip(DEVIATIONS, deviations, strict=True)) | {"outlier": int(track.outlier)}
+    known = dict(zip(DEVIATIONS, deviations, strict=True))
+    return {**known, "outlier": int(track.outlier), **track.further}
 
 
 def head(form: Form, columns: Sequence[str]) -> list[str]:

@@ -11,15 +11,16 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO, Literal, Self
+from typing import Any, BinaryIO, Literal, Self
 
 import msgspec
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
-from motes.core.track import Track
-from motes.rows.journal import FrameRow, Header, ObjectRow
-from motes.rows.schema import COLUMNS, HINDSIGHT, Form, form_of, head, hindsight, line
+from motes.core.track import COLUMNS, Track
+from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import HINDSIGHT, Form, form_of, head, line
 
 
 def check_writable(path: str | Path, overwrite: bool = False) -> None:
@@ -249,9 +250,9 @@ class JournalWriter(Lines):
 
     def add(self, row: FrameRow) -> None:
         """Add the row of a frame."""
-        self._encode(row)
+        self._encode(row.to_dict())
 
-    def _encode(self, line: Header | FrameRow) -> None:
+    def _encode(self, line: Header | dict[str, Any]) -> None:
         self.put([msgspec.json.encode(line).decode()])
 
 
@@ -319,9 +320,12 @@ class TrackWriter(Lines):
         A frame without a track has empty fields (CSV) or null (JSON Lines) and the status
         `searching`. Columns that a track does not have are taken from `further`.
         """
-        if track is not None and set(HINDSIGHT) <= set(self._further):
-            further = {**hindsight(track), **further}
-        self.add(FrameRow(frame, time, (ObjectRow.of_target(track, further),)))
+        if track is None:
+            row = Track.nowhere(frame, time)
+        else:
+            smoothed = track.smoothed or set(HINDSIGHT) <= set(self._further)
+            row = replace(track, further={**track.further, **further}, smoothed=smoothed)
+        self.add(FrameRow(frame, time, (replace(row, frame=frame, time=time),)))
 
     def add(self, picture: FrameRow) -> None:
         """Write the rows of all objects in a frame."""

@@ -22,8 +22,7 @@ from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
-from motes.cues.edge_histogram import Edges
-from motes.cues.hog import Hog
+from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import Algorithm
 from motes.sot.cue_names import check_cue_names
@@ -38,11 +37,15 @@ from motes.sot.filtering.model_update import (
     any_changes,
     update_models,
 )
-from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
 from motes.sot.filtering.observation import Observation, Observer
-from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
-from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.filtering.resampling import (
+    KldSampling,
+    Multinomial,
+    Resampling,
+    Weights,
+    mean_ellipse,
+)
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_state import FilterState, Model, check_state
 from motes.sot.step_info import StepInfo

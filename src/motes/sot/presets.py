@@ -14,8 +14,7 @@ from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, tag_of
 from motes.cues.base import CUES
 from motes.cues.color import Color
-from motes.cues.edge_histogram import Edges
-from motes.cues.hog import Hog
+from motes.cues.gradients import Edges, Hog
 from motes.cues.sampling import EveryPixel, Lattice, Sampling
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import TRACKERS, Algorithm

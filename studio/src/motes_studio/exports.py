@@ -17,7 +17,7 @@ from motes import ConfigError, FormatError, Status, Track
 from motes.core import to_dict, to_toml
 from motes.correction import FORMAT, History
 from motes.formats import LABEL, Recording, registry
-from motes.rows import FORMS, FrameRow, Header, ObjectRow, hindsight, text_name
+from motes.rows import FORMS, FrameRow, Header, text_name
 from motes_studio.commands import Places, Watch
 from motes_studio.document import DrawnTarget, places_toml
 from motes_studio.messages import OpenFilm
@@ -49,21 +49,18 @@ def class_of(name: str) -> str:
 
 def target_rows(tracks: Sequence[Track]) -> list[FrameRow]:
     """Return the rows of one object, as `motes track --at ... -o` writes them."""
-    return [
-        FrameRow(track.frame, track.time, (ObjectRow.of_target(track, hindsight(track)),))
-        for track in tracks
-    ]
+    return [FrameRow(track.frame, track.time, (replace(track, smoothed=True),)) for track in tracks]
 
 
 def objects_rows(found: Mapping[int, tuple[str, Sequence[Track]]]) -> list[FrameRow]:
     """Return the rows of several objects, with their numbers as identities, and their classes."""
-    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
+    frames: dict[int, tuple[float, list[Track]]] = {}
     for number, (name, tracks) in found.items():
         label = None if class_of(name) == LABEL else class_of(name)
         for track in tracks:
             _, objects = frames.setdefault(track.frame, (track.time, []))
             if track.status is not Status.ABSENT:
-                objects.append(replace(ObjectRow.of_target(track), identity=number, label=label))
+                objects.append(replace(track, identity=number, label=label))
     return [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
 
 
@@ -111,7 +108,7 @@ def write_scene(
         The JSON of `ScenePart`s.
     """
     found = (msgspec.json.decode(part, type=ScenePart) for part in parts)
-    frames = [row for part in found for row in part.frames]
+    frames = [FrameRow.from_dict(row) for part in found for row in part.frames]
     if form in FORMS.values():  # as `motes watch` writes them: a row for each object
         frames = [row for row in frames if row.objects]
     return _write(place, path, form, film, frames, guesses=guesses)

@@ -15,10 +15,10 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from motes import ConfigError, Ellipse, FormatError, MotesError, Status
+from motes import ConfigError, Ellipse, FormatError, MotesError, Status, Track
 from motes.correction import check_keyframes
 from motes.formats import COLUMNS, VISIBLE, FilmFacts, Recording, parquet, registry
-from motes.rows import ObjectRow, text_name
+from motes.rows import text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
 from motes_studio.messages import OpenFilm
@@ -177,7 +177,7 @@ def taken(
     """
     if form == "keyframes":
         return [_marked(recorded, times, stem)], []
-    found: dict[int, dict[int, ObjectRow]] = {}
+    found: dict[int, dict[int, Track]] = {}
     for row in recorded:
         for each in row.objects:
             if row.frame in found.setdefault(each.identity, {}):
@@ -215,16 +215,14 @@ def taken(
             keys={frame: tuple(each) for frame, each in places.items()} if own else _drawn(places),
         )  # fmt: skip
         targets.append(target)
-        cues, missing = len(target.tracker.cues), ObjectRow.nowhere(identity, Status.ABSENT)
-        tables.append(
-            table_of(
-                (
-                    line(rows.get(at, missing).track(at, times[at]), [0.0] * cues, final=True)
-                    for at in range(first, last + 1)
-                ),
-                cues,
-            )
+        cues = len(target.tracker.cues)
+        nowhere = Track.nowhere(first, 0.0, Status.ABSENT)
+        each_frame = (
+            replace(rows.get(frame, nowhere), frame=frame, time=times[frame])
+            for frame in range(first, last + 1)
         )
+        lines = [line(track, [0.0] * cues, final=True) for track in each_frame]
+        tables.append(table_of(lines, cues))
     return targets, tables
 
 

@@ -173,6 +173,7 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     status: str
     distance: float | None
     effective_sample_size: float | None
+    belief: float | None
     """All of these are as in the rows of `motes track`."""
     deviations: tuple[float, ...] | None
     """Standard deviations of x, y, a, b, theta."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
 from msgspec.structs import asdict
 
-from motes import ConfigError, Event, EventCounter, Regions, Scene, scene_config
+from motes import ConfigError, Event, EventCounter, Regions, Scene, Track, scene_config
 from motes.core import PreparedDetector, from_dict, from_toml, merge, to_dict
 from motes.mot import WatchConfig, detector_values
-from motes.rows import FrameRow, ObjectRow, object_rows
+from motes.rows import FrameRow
 from motes.video import Film
 from motes_studio.commands import Watch
 from motes_studio.messages import SceneFrame, SceneObject
@@ -24,7 +24,8 @@ REFUSED = ("detector",)
 class ScenePart(msgspec.Struct, frozen=True):
     """Some frames of the many-object mode."""
 
-    frames: list[FrameRow]
+    frames: list[dict[str, Any]]
+    """As of `FrameRow.to_dict`."""
     events: list[dict[str, Any]]
     """What is new."""
     objects: int
@@ -64,10 +65,12 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         totals.update(event.total for event in events)
         fields = [event.fields() for event in events]
-        return ScenePart(rows, fields, scene.created - scene.terminated, dict(totals))
+        return ScenePart(
+            [row.to_dict() for row in rows], fields, scene.created - scene.terminated, dict(totals)
+        )
 
     for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
-        row = FrameRow(frame.index, frame.time, object_rows(tracks))
+        row = FrameRow(frame.index, frame.time, tuple(tracks))
         yield part([row], counter.update(tracks, frame.time))
     yield part([], counter.finish())
 
@@ -82,12 +85,13 @@ def joined(parts: list[ScenePart]) -> ScenePart:
     )
 
 
-def shown(row: FrameRow) -> SceneFrame:
-    """Return a frame for the page."""
+def shown(frame: Mapping[str, Any]) -> SceneFrame:
+    """Return a frame of a part for the page."""
+    row = FrameRow.from_dict(frame)
     return SceneFrame(row.frame, row.time, [*map(_object, row.objects)])
 
 
-def _object(each: ObjectRow) -> SceneObject:
+def _object(each: Track) -> SceneObject:
     x, y, width, height = (round(value, 2) for value in each.box)
     return SceneObject(
         each.identity, x, y, width, height, each.confidence, str(each.status), each.occluded_by,

@@ -31,7 +31,7 @@ CREATE TABLE IF NOT EXISTS part (
     PRIMARY KEY (session, key, number)
 ) STRICT;
 """
-VERSION = 2
+VERSION = 3
 
 
 class Store:

@@ -14,8 +14,8 @@ from motes_studio.messages import Row
 STATUSES = tuple(Status)
 """A status is stored as its place here."""
 FRAME, TIME, ELLIPSE, VARIANCES = 0, 1, slice(2, 7), slice(7, 12)
-CONFIDENCE, STATUS, DISTANCE, SIZE, OUTLIER, FINAL = 12, 13, 14, 15, 16, 17
-MILLISECONDS, SUPPORTING, CUES = 18, 19, 20
+CONFIDENCE, STATUS, DISTANCE, SIZE, BELIEF, OUTLIER, FINAL = 12, 13, 14, 15, 16, 17, 18
+MILLISECONDS, SUPPORTING, CUES = 19, 20, 21
 """The columns; those from `CUES` on are the cue weights. `SIZE` is the effective sample size."""
 
 Table = Floats
@@ -34,7 +34,7 @@ def line(
     return [
         track.frame, track.time, *track.ellipse, *track.covariance.diagonal().tolist(),
         track.confidence, STATUSES.index(track.status), track.distance,
-        track.effective_sample_size, track.outlier, final, milliseconds,
+        track.effective_sample_size, track.belief, track.outlier, final, milliseconds,
         math.nan if supporting is None else supporting, *cue_weights,
     ]  # fmt: skip
 
@@ -56,7 +56,7 @@ def tracks(table: Table) -> list[Track]:
             frame=int(row[FRAME]), time=row[TIME], ellipse=Ellipse(*row[ELLIPSE]),
             covariance=np.diag(row[VARIANCES]), confidence=row[CONFIDENCE],
             status=STATUSES[int(row[STATUS])], distance=row[DISTANCE],
-            effective_sample_size=row[SIZE], outlier=bool(row[OUTLIER]),
+            effective_sample_size=row[SIZE], belief=row[BELIEF], outlier=bool(row[OUTLIER]),
         )
         for row in table.tolist()
     ]  # fmt: skip
@@ -83,6 +83,7 @@ def rows(table: Table) -> list[Row]:
                 frame=int(row[FRAME]), time=row[TIME], x=x, y=y, a=a, b=b, theta=theta,
                 confidence=values[CONFIDENCE], status=str(STATUSES[int(row[STATUS])]),
                 distance=values[DISTANCE], effective_sample_size=values[SIZE],
+                belief=values[BELIEF],
                 deviations=deviations if all(map(math.isfinite, deviations)) else None,
                 cue_weights=tuple(value if math.isfinite(value) else 0.0 for value in row[CUES:]),
                 final=bool(row[FINAL]), milliseconds=values[MILLISECONDS],

@@ -55,28 +55,6 @@ def test_a_draft_is_sent_once_and_the_next_one_stays(shown: Shown) -> None:
     assert shown.state("[s.session.objects.length, s.draft?.region[0]]") == [1, 9]
 
 
-def test_a_drag_that_is_too_small_is_answered(shown: Shown) -> None:
-    shown.open()
-    shown.page.keyboard.press("b")
-    x, y = shown.at(100, 100)
-    shown.page.mouse.move(x, y)
-    shown.page.mouse.down()
-    shown.page.mouse.move(x + 1, y + 1)
-    shown.page.mouse.up()
-    shown.page.get_by_text("This is too small; drag from one corner").wait_for()
-    assert shown.state("[s.session.objects.length, s.draft]") == [0, None]
-
-
-def test_an_object_is_drawn_again_by_a_button(shown: Shown) -> None:
-    shown.open()
-    shown.draw()
-    shown.go(20)
-    shown.page.get_by_role("button", name="Draw again").click()
-    shown.drag(CORNERS[0], (200, 160))
-    shown.until("s.session.objects[0].keyframes.length === 2 && !s.draft")
-    assert shown.state("[s.session.objects.length, s.tool]") == [1, "select"]
-
-
 def test_a_button_that_is_pressed_is_not_replaced(shown: Shown) -> None:
     page = shown.page
     shown.open()
@@ -111,14 +89,6 @@ def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
     assert shown.state("s.session.objects[0].keyframes[0].frame") == 0
 
 
-def test_the_number_of_the_frame_that_is_shown_ends_following(shown: Shown) -> None:
-    shown.open()
-    do(shown, "app.store.set({ frame: 30, following: true });")
-    shown.wait("document.getElementById('frame').value === '30'")
-    shown.go(30)
-    assert not shown.state("s.following")
-
-
 def test_what_a_tracker_saw_stays_until_its_picture_has_come(shown: Shown) -> None:
     kept = do(
         shown,
@@ -130,24 +100,6 @@ def test_what_a_tracker_saw_stays_until_its_picture_has_come(shown: Shown) -> No
         "return [kept, store.state.overlays.size]; });",
     )
     assert kept == [[0, 1, *range(10, 60)], 0]
-
-
-def test_a_button_of_a_run_that_has_just_ended_does_nothing(shown: Shown) -> None:
-    shown.open()
-    job = "{ job: 1, kind: 'track', status: 'running', done: 1, total: 2, rate: null, left: null }"
-    do(shown, f"app.store.set({{ jobs: new Map([[1, {job}]]) }});")
-    shown.page.get_by_role("button", name="Stop").wait_for()
-    do(shown, "app.store.set({ jobs: new Map() });"
-              "document.querySelector('.job button[aria-label=Stop]').click();")  # fmt: skip
-
-
-def test_two_clicks_on_a_film_open_one_session(shown: Shown) -> None:
-    every = "fetch('/api/sessions').then((answer) => answer.json())"
-    gone = "({ id }) => fetch(`/api/sessions/${id}`, { method: 'DELETE' })"
-    shown.page.evaluate(f"{every}.then((all) => Promise.all(all.map({gone})))")
-    shown.page.get_by_label("Films", exact=True).get_by_role("button").first.dblclick()
-    shown.until("s.pictured === 0")
-    assert len(shown.page.evaluate(every)) == 1
 
 
 def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
@@ -163,17 +115,6 @@ def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
     shown.tracked()
     shown.page.keyboard.press("End")
     shown.until(f"s.pictured === {frames - 1}")
-
-
-def test_damage_that_a_look_meets_is_a_note(shown: Shown, films: Path) -> None:
-    spoil(films / "film.mp4", 30, 2).rename(films / "spoilt.mp4")
-    shown.page.reload()
-    shown.open("spoilt.mp4")
-    shown.page.locator("#frame").fill("31")
-    shown.page.locator("#frame").press("Enter")
-    shown.page.locator("#notes").get_by_text("spoilt.mp4 is damaged; it is read").first.wait_for()
-    shown.page.get_by_text("Read with problems").wait_for()
-    assert not shown.page.locator("#alerts .message").count()
 
 
 def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:

@@ -59,21 +59,6 @@ def test_tracks_are_made_corrected_and_taken_home(
     assert (tmp_path / "page.csv").read_bytes() == repeated(command, files, films, tmp_path)
 
 
-def test_an_ellipse_is_turned_and_moved_by_its_handles(shown: Shown) -> None:
-    shown.open()
-    shown.draw(key="e")
-    x, y, a, b, theta = shown.state("s.session.objects[0].keyframes[0].region")
-    assert (a, b, theta) == (30, 40, 0)
-    scale = shown.page.evaluate("import('/static/main.js').then(({ app }) => app.viewNow().scale)")
-    shown.drag((x + a + 22 / scale, y), (x + 30, y + 30))
-    shown.until("s.session.objects[0].keyframes[0].region[4] > 0.7 && !s.draft")
-    assert shown.state("s.session.objects[0].keyframes[0].region[4]") == pytest.approx(
-        0.785, abs=0.02
-    )
-    shown.drag((x, y), (x + 20, y))
-    shown.until(f"s.session.objects[0].keyframes[0].region[0] > {x} + 15 && !s.draft")
-
-
 def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
     shown.open()
     shown.draw()
@@ -102,17 +87,6 @@ def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
     )  # fmt: skip
 
 
-def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
-    shown.open()
-    number = shown.draw()
-    shown.track()
-    shown.page.keyboard.press("n")
-    shown.until(f"s.doubts.get({number})")
-    items = shown.state(f"s.doubts.get({number})")
-    if items:
-        shown.until(f"s.frame === {items[0]['frame']}")
-
-
 def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
     shown.open()
     shown.draw()
@@ -124,20 +98,6 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
     shown.track()
     shown.until("s.newest && s.pictured === s.newest.frame")
     assert shown.page.evaluate("window.seen.length > 0 && window.seen.every(Boolean)")
-
-
-def test_the_particles_of_a_frame_come(shown: Shown) -> None:
-    shown.open(tracker="nummiaro")
-    shown.draw()
-    shown.track()
-    shown.go(12)
-    shown.until("s.looked?.frame === 12 && s.looked.particles.length")
-    shown.go(0)
-    shown.until("s.looked?.frame === 0")
-    session = shown.state("s.session.id")
-    for place, so in (("", "s.session === null"), (session, "s.looked?.frame === 0")):
-        shown.page.evaluate(f"location.hash = '{place}'")  # what was asked for before is not known
-        shown.until(so)
 
 
 def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:
@@ -248,32 +208,6 @@ def test_what_is_typed_stays_while_the_session_changes(shown: Shown) -> None:
         page.get_by_role("button", name="Remove line 1")
     ).wait_for()
     assert page.evaluate("document.activeElement.getAttribute('aria-label')") == "Remove line 1"
-
-
-def test_names_stay_within_the_stage(shown: Shown) -> None:
-    places = shown.page.evaluate(
-        "import('/static/layers.js').then(({ placeOfLabel }) => [[-5, 50], [105, 50], [50, -20],"
-        " [50, 130], [50, 50]].map(([x, y]) => placeOfLabel([x, y, 8, 6, 0], [30, 10],"
-        " [0, 0, 100, 80], 2)))"
-    )
-    assert places == [[0, 42], [70, 42], [35, 10], [35, 80], [35, 42]]
-
-
-def test_the_annotated_film_is_that_of_the_command_line(
-    shown: Shown, films: Path, tmp_path: Path
-) -> None:
-    shown.open(tracker="nummiaro")
-    shown.draw()
-    shown.track()
-    shown.page.keyboard.press("x")
-    with shown.page.expect_download() as download:
-        shown.page.get_by_role("button", name="Annotated film").click()
-    download.value.save_as(tmp_path / "ours.mp4")
-    box = ",".join(map(str, shown.state("s.session.objects[0].keyframes[0].region")))
-    theirs = tmp_path / "theirs.mp4"
-    words = ["track", str(films / "film.mp4"), "--preset", "nummiaro", "--at", f"0={box}"]
-    assert main([*words, "--overlay", str(theirs)]) == 0
-    assert (tmp_path / "ours.mp4").read_bytes() == theirs.read_bytes()
 
 
 def test_handles_are_those_that_can_be_dragged(shown: Shown) -> None:

@@ -24,11 +24,6 @@ CUT = """() => [...document.querySelectorAll('button, select, input, h2, .captio
         return width && (left < -1 || right > innerWidth + 1); })
     .map((one) => one.outerHTML)"""
 """What of the page sticks out of the window."""
-WIDER = """() => [...document.querySelectorAll('#left, #right, #tools, #transport, ' +
-    '.check, .action .grow, #transport button')]
-    .filter((one) => one.checkVisibility() && one.scrollWidth > one.clientWidth)
-    .map((one) => one.outerHTML.slice(0, 80))"""
-"""What of the bars and panels is cut off, or lies over what stands beside it."""
 
 
 def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
@@ -48,51 +43,6 @@ def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
     assert {*answers, "reply"} == set(described(messages.Message))
     assert tuple(row) == messages.Row.__struct_fields__
     assert tuple(scene_object) == messages.SceneObject.__struct_fields__
-
-
-def test_all_that_moves_is_counted(shown: Shown) -> None:
-    page = shown.page
-    shown.open()
-    page.get_by_role("button", name="Draw a line that is counted").click()
-    shown.drag((40, 120), (160, 118), (280, 120))
-    shown.until("s.session.places.lines.length === 1")
-    page.get_by_role("button", name="Draw a zone that is counted").click()
-    for point in ((60, 60), (200, 60), (200, 180)):
-        page.mouse.click(*shown.at(*point))
-    page.keyboard.press("Enter")
-    shown.until("s.session.places.zones.length === 1 && !s.corners.length")
-    page.get_by_role("button", name="Click four points of the ground").click()
-    for point in ((20, 20), (300, 20), (300, 220), (20, 220)):
-        page.mouse.click(*shown.at(*point))
-    page.get_by_label("X of point 2").fill("7")
-    page.get_by_role("button", name="Set the ground").click()
-    shown.until("s.session.places.ground?.length === 4")
-    assert shown.state("s.session.places.ground[1][2]") == 7
-    page.get_by_label("Name of line 1", exact=True).fill("door")
-    page.get_by_label("Name of line 1", exact=True).press("Enter")
-    shown.until("s.session.places.lines[0].name === 'door'")
-    names = page.get_by_role("textbox", name="Name of crossings of line 1")
-    assert [names.nth(at).input_value() for at in (0, 1)] == ["in", "out"]
-    page.get_by_role("button", name="Track all that moves").click()
-    shown.until(
-        "[...s.jobs.values()].some(({ kind, status }) => kind === 'watch' && status === 'done')"
-    )
-    shown.until(f"s.scene.filter(Boolean).length === {FRAMES} && s.counts")
-    page.get_by_role("row", name="Objects now").wait_for()
-    lists = shown.page.request.get(f"{shown.address}api/sessions").json()
-    card = next(each for each in lists if each["id"] == shown.state("s.session.id"))
-    assert (card["objects"], card["counted"]) == (0, True)
-    page.get_by_role("button", name="Export and import").click()
-    page.get_by_label("Format of the rows").select_option("mot")
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Rows of all objects").click()
-    assert download.value.suggested_filename == "film-watched.txt"
-    page.keyboard.press("Escape")
-    shown.draw()
-    page.get_by_role("button", name="Command line").click()
-    commands = page.locator("pre[aria-label=Command]")
-    commands.nth(1).wait_for()
-    assert [each.split()[1] for each in commands.all_inner_texts()] == ["track", "watch"]
 
 
 def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
@@ -285,26 +235,6 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         assert heights[-1][1] <= height + 1
 
 
-def test_a_film_of_one_frame_has_one(shown: Shown, films: Path) -> None:
-    film(films / "still.mp4", frames=1)
-    shown.page.reload()
-    shown.open("still.mp4")
-    shown.page.locator("#title").get_by_text("320 × 240, 1 frame", exact=True).wait_for()
-
-
-def test_a_narrow_window_has_all_of_its_bars(shown: Shown) -> None:
-    """While a run goes on, and with a long name."""
-    shown.open()
-    shown.draw()
-    job = "{ job: 1, kind: 'track', status: 'running', done: 8, total: 99, rate: 12, left: 99 }"
-    change = f"app.actions.change(1, {{ name: '{'a long name ' * 8}' }})"
-    shown.page.evaluate(f"{START} {change})")
-    shown.page.evaluate(f"{START} app.store.set({{ jobs: new Map([[1, {job}]]) }}))")
-    for width, height in [(900, 700), *SIZES]:
-        shown.page.set_viewport_size({"width": width, "height": height})
-        assert shown.page.evaluate(WIDER) == [], width
-
-
 def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
     shown = visit(has_touch=True)
     shown.open()
@@ -359,26 +289,6 @@ def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_pa
         program.close()
 
 
-def test_a_film_that_was_left_untouched_opens_the_same_session(shown: Shown) -> None:
-    first = shown.open()
-    shown.page.goto(shown.address)
-    shown.until("s.session === null && s.sessions")
-    assert shown.open() == first
-
-
-def test_a_click_on_a_film_opens_its_work(shown: Shown) -> None:
-    first = shown.open()
-    shown.draw()
-    for again in (True, False):
-        shown.page.goto(shown.address)
-        shown.until("s.session === null && s.sessions")
-        films = shown.page.get_by_label("Films", exact=True).locator("li")
-        film = films.filter(has_text="film.mp4")  # other tests have sent others
-        film.get_by_role("button").nth(0 if again else 1).click()
-        shown.until("s.session && s.pictured === 0")
-        assert (shown.state("s.session.id") == first) is again
-
-
 def test_all_objects_are_taken_home_and_enter_is_enough(shown: Shown) -> None:
     page = shown.page
     shown.open()
@@ -398,62 +308,3 @@ def test_all_objects_are_taken_home_and_enter_is_enough(shown: Shown) -> None:
     page.keyboard.type("1")
     page.keyboard.press("Enter")
     page.get_by_role("dialog").wait_for(state="hidden")
-
-
-def test_absent_frames_are_gaps_in_the_timeline(shown: Shown) -> None:
-    found = shown.page.evaluate(
-        """() => import('/static/series.js').then(({ columns, LANES }) => {
-        const here = { status: 'tracking', x: 5, y: 5, a: 2, b: 8, confidence: 1, distance: 1,
-            effective_sample_size: 1, cue_weights: [1], supporting: 1, milliseconds: 1 };
-        const none = { x: null, y: null, a: null, b: null, confidence: null, distance: null,
-            effective_sample_size: null, cue_weights: [0], supporting: null, milliseconds: null };
-        const rows = [here, here, { status: 'absent', ...none }, { status: 'lost', ...none },
-            { ...here, x: 9 }, here].map((row, frame) => ({ ...row, frame }));
-        const span = { first: 0, last: 5, count: 6 };
-        const of = (name) => columns(rows, LANES.find((lane) => lane.name === name).value, span);
-        return [of('size'), of('speed'), columns(rows, (row) => row.cue_weights[0], span)];
-    })"""
-    )
-    size, speed, cue = found
-    assert size == [[8, 8], [8, 8], None, None, [8, 8], [8, 8]]
-    assert speed == [None, [0, 0], None, None, None, [4, 4]]
-    assert cue[2] is None
-
-
-def test_menus_show_few_trackers_and_more(shown: Shown) -> None:
-    shown.open(tracker="default")
-    shown.draw()
-    menu = shown.page.locator("#left").get_by_label("Tracker")
-    words = "(menu) => [...menu.options].map(({ textContent }) => textContent)"
-    assert menu.evaluate(words) == ["default", "nummiaro", "More …", "From a file …"]
-    shown.choose_tracker("#left", "maggio")
-    shown.until("s.session.objects[0].preset === 'maggio'")
-    shown.page.get_by_role("tab", name="Count").click()
-    shown.choose_tracker("#right", "zhao_pei")
-    assert shown.page.locator("#right").get_by_label("Tracker").input_value() == "zhao_pei"
-
-
-def test_colors_are_switched_and_kept(shown: Shown) -> None:
-    theme = "document.documentElement.dataset.theme"
-    assert shown.page.evaluate(theme) == "light"
-    shown.page.get_by_role("button", name="Light or dark").click()
-    shown.wait(f"{theme} === 'dark'")
-    shown.page.reload()
-    shown.wait(f"{theme} === 'dark'")
-
-
-def test_the_timeline_and_the_wheel_go_to_frames(shown: Shown) -> None:
-    shown.open()
-    box = shown.page.locator("canvas.timeline").bounding_box()
-    assert box is not None
-    shown.page.mouse.click(box["x"] + 132 + 0.51 * (box["width"] - 132), box["y"] + 40)
-    shown.until("s.pictured === 20")
-    shown.page.mouse.wheel(0, -300)
-    shown.until("s.range !== null")
-    strip = shown.page.locator("canvas.thumbnails").bounding_box()
-    assert strip is not None
-    shown.page.mouse.click(strip["x"] + strip["width"] - 2, strip["y"] + 10)
-    shown.until(f"s.pictured === {FRAMES - 1}")
-    shown.page.mouse.move(*shown.at(100, 100))
-    shown.page.mouse.wheel(0, -200)
-    shown.until("s.view !== null")

@@ -41,37 +41,6 @@ def test_a_wrong_frame_is_said_and_asked_for_again(shown: Shown, first: str) -> 
     assert shown.state("s.session.objects[0].keyframes.length") == 1
 
 
-@pytest.mark.parametrize("seed", ["", "-1", "1e20"])
-def test_a_wrong_seed_is_said_and_the_old_one_stays(shown: Shown, seed: str) -> None:
-    drawn(shown)
-    field = shown.page.locator("#left").get_by_label("Seed")
-    field.fill(seed)
-    field.press("Tab")
-    shown.page.get_by_role("alert").get_by_text("Seed: give a whole number from 0 to").wait_for()
-    assert field.input_value() == "0"
-
-
-def test_a_name_cannot_be_taken_away(shown: Shown) -> None:
-    drawn(shown)
-    name = shown.page.get_by_role("textbox", name="Name", exact=True)
-    name.fill(" ")
-    name.press("Enter")
-    shown.page.get_by_role("alert").get_by_text("An object needs a name").wait_for()
-    assert name.input_value() == "Object 1"
-
-
-def test_a_ground_needs_all_its_metres(shown: Shown) -> None:
-    page = shown.page
-    shown.open()
-    page.get_by_role("button", name="Click four points of the ground").click()
-    for point in ((20, 20), (300, 20), (300, 220), (20, 220)):
-        page.mouse.click(*shown.at(*point))
-    page.get_by_label("X of point 2").fill("")
-    page.get_by_role("button", name="Set the ground").click()
-    page.get_by_role("alert").get_by_text("X of point 2: give a number").wait_for()
-    assert shown.state("s.session.places.ground") is None
-
-
 def test_a_command_that_cannot_be_read_does_not_stop_those_after_it(shown: Shown) -> None:
     drawn(shown)
     lines = "Array(51).fill({ points: [0, 0, 9, 9], name: '', label: ['in', 'out'] })"
@@ -79,12 +48,6 @@ def test_a_command_that_cannot_be_read_does_not_stop_those_after_it(shown: Shown
     shown.page.get_by_role("alert").get_by_text("This message is no command").wait_for()
     shown.page.evaluate(f"{START} void app.actions.change(1, {{ name: 'cup' }}))")
     shown.until("s.session.objects[0].name === 'cup'")
-
-
-def test_a_reply_to_nobody_is_shown(shown: Shown) -> None:
-    shown.open()
-    shown.page.evaluate(f"{START} void app.connection.send('acknowledge', {{ number: -1 }}))")
-    shown.page.get_by_role("alert").get_by_text("This message is no command").wait_for()
 
 
 def test_refusals_are_shown_in_the_dialog_that_is_open(shown: Shown, tmp_path: Path) -> None:

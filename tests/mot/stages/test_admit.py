@@ -60,10 +60,6 @@ def test_nothing_begins_where_nothing_looks_like_it() -> None:
     assert admitted(frame=picture(3, (BOX, BLUE))) == ([], {}, [])
 
 
-def test_nothing_begins_where_an_object_is_already() -> None:
-    assert admitted(objects=(BOX,)) == ([], {}, [])
-
-
 def test_a_detection_elsewhere_is_left_alone() -> None:
     frame = picture(3, (BOX, BLUE))
     begun, _, free = admitted(Box(120, 40, 20, 30), frame=frame)

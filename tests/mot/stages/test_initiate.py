@@ -56,14 +56,6 @@ def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
         assert len(state.candidates) == (not begins)
 
 
-def test_candidates_are_confirmed_at_any_distance_between_looks() -> None:
-    found = [Detection(PLACE)]
-    _, state = initiate(
-        0, 0, TrackInitiation().with_scores(found, found), [], found, picture(0), TWICE
-    )
-    assert initiate(0, 0, state, [], found, picture(50), TWICE)[0]
-
-
 def test_the_lowest_scores_begin_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(track_initiation, "LOWEST", 0.25)
     found = [Detection(Box(10 + 30 * i, 30, 20, 40), float(i)) for i in range(5)]

@@ -46,10 +46,6 @@ def test_an_occluded_object_that_ends_covers_nothing() -> None:
     assert staying == []
 
 
-def test_at_the_border_it_ends_soon() -> None:
-    assert last_frame(Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
-
-
 @pytest.mark.parametrize(
     ("left", "status", "by"), [(40, "occluded", 3), (53, "occluded", 3), (55, "lost", None)]
 )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from motes import Config, Ellipse, Status
+from motes import Config, Ellipse, Track
 from motes.core import Floats, NonNegative
 from motes.filtering import Fusion, Weights
 from motes.formats import FilmFacts, Format, Recording, only_object, recording_of
-from motes.rows import ObjectRow
 
 
 class Least(Fusion, Config, frozen=True, tag="least"):
@@ -31,7 +31,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     objects = []
     for line in path.read_text().splitlines():
         frame, *box = map(float, line.split())
-        objects.append((int(frame), ObjectRow(1, Ellipse.from_box(box), 1.0, Status.TRACKING)))
+        objects.append(Track(int(frame), math.nan, Ellipse.from_box(box)))
     return recording_of(facts, objects)
 
 

@@ -216,7 +216,6 @@ def _config(
     from motes.cli import (
         ConfigOptions,
         ObjectOptions,
-        default_preset,
         open_network,
         tracker_config,
         watch,
@@ -230,7 +229,7 @@ def _config(
         )
     else:
         files = ",".join(network) or None
-        open_network(tracker_config(preset or default_preset(False), file, network=files))
+        open_network(tracker_config(preset or "default", file, network=files))
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:

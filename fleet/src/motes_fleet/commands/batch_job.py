@@ -92,7 +92,7 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
         keys=KeyframeOptions(keyframes=_path(job.keyframes)),
         frames=frames,
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
-        preset=job.preset,
+        preset=job.preset or "default",
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
         network_files=",".join(job.network) or None,
     )

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from motes import ConfigError, Ellipse, KnownTarget, SourceError, TrackWriter
+from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
 from motes.cli import (
     DONE,
     NOT_FOUND,
@@ -15,12 +15,11 @@ from motes.cli import (
     counted,
     default_output,
     error_context,
-    load_target,
     log,
 )
 from motes.core import check, deferred, interrupts, read_text
 from motes.mot import check_code
-from motes.rows import CAMERA, FORMS, FrameRow, ObjectRow
+from motes.rows import CAMERA, FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig
@@ -31,9 +30,10 @@ from motes_fleet.cluster.rig_on_ray import cluster_rig
 def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
     """Return the rows of a camera's frame, with the identities of the rig."""
     rows = [
-        ObjectRow(
-            identities[each.identity], Ellipse.from_box(each.box), each.confidence, each.status,
-            identities.get(each.occluded_by or 0), each.label, more={CAMERA: report.camera},
+        Track(
+            report.frame, report.time, Ellipse.from_box(each.box), confidence=each.confidence,
+            status=each.status, identity=identities[each.identity], label=each.label,
+            occluded_by=identities.get(each.occluded_by or 0), further={CAMERA: report.camera},
             bounds=each.box,
         )
         for each in report.sightings
@@ -55,6 +55,13 @@ def watcher(
         yield remote
 
 
+def _target(path: Path) -> KnownTarget:
+    try:
+        return KnownTarget.load(path)
+    except FormatError as error:
+        raise SourceError(str(error)) from None
+
+
 def watch_rig(
     file: str,
     output: str | None,
@@ -66,7 +73,7 @@ def watch_rig(
     own_code: bool = False,
 ) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
-    target = None if histogram is None else load_target(histogram)
+    target = None if histogram is None else _target(histogram)
     text = read_text(Path(file))
     with error_context(Path(file)):
         rig = Rig.parse(text)

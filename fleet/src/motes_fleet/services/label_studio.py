@@ -19,10 +19,19 @@ from xml.etree import ElementTree
 
 import msgspec
 
-from motes import Box, ConfigError, Ellipse, MotesError, Status, Tracker, __version__, open_source
+from motes import (
+    Box,
+    ConfigError,
+    Ellipse,
+    MotesError,
+    Status,
+    Track,
+    Tracker,
+    __version__,
+    open_source,
+)
 from motes.core import Alive, Answer, Done, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.formats import KEYFRAME_ERROR, FilmFacts, guessed, label_studio, recording_of
-from motes.rows import ObjectRow
 from motes_fleet.delivery.local_server import Server, reply
 
 SAME_RATE = 1e-3
@@ -153,7 +162,7 @@ def video_path(data: Mapping[str, Any], key: str, files: Path) -> Path:
 
 def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str, Any]]:
     """Return the regions with the tracks of their targets from each drawn rectangle on."""
-    objects: list[tuple[int, ObjectRow]] = []
+    objects: list[Track] = []
     times: dict[int, float] = {}
     keys = [{each.frame - 1: each for each in region.value.sequence} for region in drawn]
     with open_source(str(video)) as film:
@@ -181,8 +190,7 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
                 guess = key is None and guessed(track.status, track.confidence)
                 if track.status is Status.TRACKING and not guess:
                     label = next(iter(region.value.labels), None)
-                    row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
-                    objects.append((frame.index, msgspec.structs.replace(row, label=label)))
+                    objects.append(msgspec.structs.replace(track, identity=i + 1, label=label))
     for index in sorted({index for each in keys for index in each} - {*times}):
         raise ConfigError(
             f"A rectangle is in frame {index + 1}, and {video.name} has the frames 1 to "

@@ -10,7 +10,7 @@ from PIL import Image
 
 from motes import Ellipse, FormatError, Status
 from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, read_text, region_of_pixels
-from motes.rows import ELLIPSE, table_of
+from motes.rows import table_of
 
 PLACED = (Status.TRACKING, Status.INTERPOLATED)
 """The statuses of rows in frames that have a target."""
@@ -34,14 +34,14 @@ def read_truth(path: Path) -> list[TruthRegion]:
             raise FormatError(f"{path.name}, {error}") from None
     table = table_of(text, path.name, "jsonl" if text.lstrip()[0] == "{" else "csv")
     names = table.dtype.names or ()
-    if missing := [name for name in ELLIPSE if name not in names]:
+    if missing := [name for name in Ellipse._fields if name not in names]:
         raise FormatError(f"{path.name}: a track has the column {missing[0]}")
     frames = table["frame"].tolist()
     if len({*frames}) < len(frames) or (frames and not 0 <= min(frames) <= max(frames) < MAX_FRAME):
         raise FormatError(f"{path.name} has a frame twice, or one that no film has")
     regions = [ABSENT] * (max(frames, default=-1) + 1)
     for frame, row in zip(frames, table, strict=True):
-        ellipse = Ellipse(*(float(row[name]) for name in ELLIPSE))
+        ellipse = Ellipse(*(float(row[name]) for name in Ellipse._fields))
         placed = "status" not in names or row["status"] in PLACED
         if placed and all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) > 0:
             regions[frame] = TruthRegion(ellipse.box, ellipse)

@@ -13,6 +13,7 @@ from motes.core.errors import ConfigError
 from motes.core.track import Status, Track
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
+from motes.mot.analytics.parts import UsualShape, whole_of
 from motes.mot.analytics.regions import (
     SETTLED,
     Line,
@@ -28,11 +29,18 @@ from motes.mot.boxes import foot_of, is_cut
 
 EDGE = "visits to its edge alone"
 BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
+PART = "crossings of other parts of what has crossed it"
+JUMPED = "boxes that jumped over it"
 """Reasons for which an event does not count."""
+UNSURE = 0.25
+"""A line's count is unsure if this share of what passed it were boxes that jumped."""
 MINUTE = 60.0
 CLEAR = 0.1
 """A foot is clearly on one side of a line, or of a zone's edge, from this share of its object's
 height on."""
+AWAY = 0.5
+"""An object that has passed a line or an edge may tremble there until it is away, by this share of
+its height after half a second on one side. Before, it does not pass back."""
 LINGERS = 5.0
 """Seconds for which an object may stand on a line or an edge until it is clearly beyond: one that
 stands there for longer passes it when it goes on."""
@@ -54,10 +62,12 @@ class EventCounter:
     A crossing, an entry or an exit has the frame in which it happens, and a crossing its place on
     the line. It is returned when the foot is clearly beyond the line or the zone's edge, by a share
     of the object's height, `CLEAR`; crossings and exits also not before `SETTLED` seconds, if the
-    object has not come back. The object must be known for `LEAST_AGE` seconds, or have walked. It
-    has crossed a line if it was seen on both sides; if it was found on the line, its path,
-    continued backwards, must begin clearly on the other side. Where one object goes on with the
-    path of another, both are one at lines and in zones.
+    object has not come back. It passes back once it is away on the other side (`AWAY`), unless it
+    was away before: so one that trembles passes once. The object must be known for `LEAST_AGE`
+    seconds, or have walked. It has crossed a line if it was seen on both sides; if it was found on
+    the line, its path, continued backwards, must begin clearly on the other side. Where one object
+    goes on with the path of another, both are one at lines and in zones; and so are the parts of a
+    vehicle at a line (`parts.whole_of`).
 
     Parameters
     ----------
@@ -90,6 +100,8 @@ class EventCounter:
         self._reach = {name: zone.reach for name, zone in self._zones.items()}
         if size is not None:
             self._zones = {name: zone.beyond(size) for name, zone in self._zones.items()}
+        self._shapes = {name: UsualShape() for name in self._lines}
+        self._seen: dict[int, Track] = {}
         self._walks: dict[int, Trajectory] = {}
         self._ended: list[Trajectory] = []
         self._turn = 0
@@ -110,10 +122,10 @@ class EventCounter:
         """
         self._turn += 1
         events: list[Event] = []
-        seen = {each.identity for each in tracks if each.status is Status.TRACKING}
+        self._seen = {each.identity: each for each in tracks if each.status is Status.TRACKING}
         for each in tracks:
-            if each.identity in seen:
-                events += self._walk(each, seen)
+            if each.identity in self._seen:
+                events += self._walk(each)
             elif each.gone and each.identity in self._walks:
                 events += self._end(each)
         time = tracks[0].time if tracks and time is None else time
@@ -162,14 +174,18 @@ class EventCounter:
 
     def remarks(self) -> list[str]:
         """Return a line for each place at which nothing counted, or something was left out."""
-        seen = {place for _, _, place, _, _ in self.counts}
-        lines = []
+        seen, lines = Counter[str](), list[str]()
+        for (_, _, place, _, _), n in self.counts.items():
+            seen[place] += n
         for name in (*self._lines, *self._zones):
             verb = "crossed" if name in self._lines else "entered"
             said = [] if name in seen else [f"nothing {verb} it"]
             said += [
                 f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
+            jumps = self.left_out.get((name, JUMPED), 0)
+            if jumps > UNSURE * (jumps + seen[name]):
+                said.append("so its count is unsure")
             lines += [f"{name}: {', '.join(said)}"] if said else []
         return lines
 
@@ -180,10 +196,10 @@ class EventCounter:
             self.counts[(int(event.time // MINUTE), *key)] += 1
         return events
 
-    def _begin(self, foot: Point, time: float, limit: float, seen: set[int]) -> Trajectory:
+    def _begin(self, foot: Point, time: float, limit: float) -> Trajectory:
         """Return a new path, or one that goes on with that of an object that is not seen."""
         walk = Trajectory(time, foot, deque())
-        unseen = [old for identity, old in self._walks.items() if identity not in seen]
+        unseen = [old for identity, old in self._walks.items() if identity not in self._seen]
         before = [
             old
             for old in (*self._ended, *unseen)
@@ -193,7 +209,7 @@ class EventCounter:
             walk.go_on(before[0])
         return walk
 
-    def _walk(self, each: Track, seen: set[int]) -> list[Event]:
+    def _walk(self, each: Track) -> list[Event]:
         """Return the events of a visible object."""
         foot, time = foot_of(each.box), each.time
         height, limit = each.box.height, JUMP * math.sqrt(np.prod(each.box[2:]))
@@ -204,7 +220,7 @@ class EventCounter:
             events += self._stop(each, self._walks.pop(each.identity))
             walk = None
         if walk is None:
-            walk = self._walks[each.identity] = self._begin(foot, time, limit, seen)
+            walk = self._walks[each.identity] = self._begin(foot, time, limit)
         else:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
@@ -222,6 +238,8 @@ class EventCounter:
         events += walk.counted(time)
         for name, line in self._lines.items():
             if jumped:
+                if crossing(line.points, walk.clear.get(name, foot), foot):
+                    self.left_out[name, JUMPED] += 1
                 walk.clear[name] = foot
                 walk.over.pop(name, None)
             else:
@@ -233,7 +251,12 @@ class EventCounter:
     def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
         margin, before = CLEAR * each.box.height, walk.clear.get(name)
-        clear = distance(line.points, foot) >= margin
+        off, last = distance(line.points, foot), walk.went.get(name) if name in walk.near else None
+        clear = off >= margin
+        if off >= AWAY * each.box.height and not any(
+            crossing(line.points, at, foot) for _, at in walk.feet
+        ):
+            walk.near.discard(name)
         if before is None and clear:
             past = walk.past(foot, each.time)
             came = crossing(line.points, walk.first, foot) is not None
@@ -245,15 +268,34 @@ class EventCounter:
             place = meeting_point(line.points, before, foot)
             event = self._event(each, walk, place, "crosses", name, line.label[side == "right"])
             _note(walk, name, event)
+            clear = clear and name not in walk.near
         if clear:
             walk.clear[name] = foot
             crossed = walk.over.pop(name, None)
-            if crossed is not None and walk.pending.pop(name, None) is None:  # else it is back
-                walk.pending[name] = crossed
+            if crossed is None or crossed.direction == last:  # it has jumped back meanwhile
+                return
+            if walk.pending.pop(name, None) is None:  # else it is back
+                self._begin_crossing(each, walk, name, crossed)
+
+    def _begin_crossing(self, each: Track, walk: Trajectory, name: str, crossed: Event) -> None:
+        """Note a crossing, unless another part of the same vehicle has crossed the line before."""
+        known = [other for other in self._seen.values() if other.identity in self._walks]
+        parts, shape = whole_of(each, known, self._walks, self._shapes[name].usual)
+        others = (self._walks[part] for part in parts if part != each.identity)
+        if any(other.has_crossed(name) == crossed.direction for other in others):
+            self.left_out[name, PART] += 1
+            walk.pass_by(name, crossed.direction)
+        else:
+            walk.pending[name] = crossed
+            self._shapes[name].add(shape)
 
     def _visit(self, each: Track, walk: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""
         time, holds, inside = each.time, zone.holds(foot), name in walk.zones
+        depth, height = zone.depth(foot), min(each.box.height, self._reach[name])
+        stays = depth >= AWAY * height and all(zone.holds(at) == holds for _, at in walk.feet)
+        if stays or depth >= height:  # some pass a zone within half a second
+            walk.near.discard(name)
         if not holds:
             walk.outside.add(name)
         if holds == inside:
@@ -264,7 +306,7 @@ class EventCounter:
             event = walk.over[name]
             margin = min(CLEAR * each.box.height, self._reach[name])
             found = name not in walk.outside and time - event.time >= FOUND
-            if zone.depth(foot) < margin and not found:
+            if (depth < margin or name in walk.near) and not found:
                 return
             del walk.over[name]
             left = walk.pending.pop(name, None)
@@ -275,6 +317,7 @@ class EventCounter:
             walk.touched.discard(name)
             if left is None:
                 walk.sure.append(event)
+                walk.pass_by(name, None)
                 walk.stays.discard(name)
             since = event if left is None else left  # and is back
             walk.zones[name] = since.time - (since.seconds or 0)

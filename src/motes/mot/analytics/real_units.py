@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track, finite
+from motes.core.track import GROUND, Status, Track, finite
 from motes.core.types import Floats
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
@@ -32,25 +32,15 @@ STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
 LEAST_POINTS = 3
 """Places that a speed needs, even if they take longer: two leave nothing to see scatter by."""
+NO_SPEED = math.nan, math.nan
 
 
-class GroundPlace(NamedTuple):
-    """Where a target is on the ground, and how fast, with standard deviations.
+Columns = Mapping[str, float | None]
+"""Where a target is on the ground, and how fast: the further columns `GROUND` of its row.
 
-    Metres and metres per second, or the units of the ground. The speed is NaN at first.
-    """
-
-    x_m: float
-    y_m: float
-    x_m_std: float
-    y_m_std: float
-    speed: float = math.nan
-    speed_std: float = math.nan
-
-    @property
-    def columns(self) -> dict[str, float | None]:
-        """The columns of a row; None where there is no speed."""
-        return {name: finite(value) for name, value in self._asdict().items()}
+Metres and metres per second, or the units of the ground; None where there is no speed. Empty where
+the target is not seen, or is above the horizon.
+"""
 
 
 class RealUnits(Config, frozen=True):
@@ -102,11 +92,14 @@ class Seen(NamedTuple):
         """Whether it is the place of a keyframe."""
         return not self.covariance.any()
 
-    def moving(self, near: Sequence[Seen]) -> GroundPlace:
+    def moving(self, near: Sequence[Seen]) -> Columns:
         """Return the place, with the speed of the line through places near in time."""
-        (x, y), (x_std, y_std) = self.place.tolist(), np.sqrt(self.covariance.diagonal()).tolist()
-        speed = speed_of(near) if len(near) >= LEAST_POINTS else (math.nan, math.nan)
-        return GroundPlace(x, y, x_std, y_std, *speed)
+        return self.at_speed(speed_of(near) if len(near) >= LEAST_POINTS else NO_SPEED)
+
+    def at_speed(self, speed: tuple[float, float]) -> Columns:
+        """Return the place, with a speed and its deviation."""
+        values = *self.place.tolist(), *np.sqrt(self.covariance.diagonal()).tolist(), *speed
+        return dict(zip(GROUND, map(finite, values), strict=True))
 
 
 class GroundMotion:
@@ -121,10 +114,10 @@ class GroundMotion:
     def __init__(self, units: RealUnits) -> None:
         self._units = units.corrected()
         self._past: deque[Seen] = deque()
-        self._speed = math.nan, math.nan
+        self._speed = NO_SPEED
 
-    def update(self, track: Track | None, *, cut: bool = False) -> GroundPlace | None:
-        """Return the place in a frame; None where the target is not seen, or above the horizon.
+    def update(self, track: Track, *, cut: bool = False) -> Track:
+        """Return the track of a frame with its place on the ground.
 
         Where the edge of the picture cuts the box of a detected object, what is left moves
         otherwise than the object does: then the speed is that of before, if there is one.
@@ -133,16 +126,14 @@ class GroundMotion:
         if seen is None or cut:
             self._past.clear()
         if seen is None:
-            self._speed = math.nan, math.nan
-            return None
-        if cut:
-            return seen.moving(())._replace(speed=self._speed[0], speed_std=self._speed[1])
-        self._past.append(seen)
-        while len(self._past) > LEAST_POINTS and seen.time - self._past[0].time > SPEED_OVER:
-            self._past.popleft()
-        place = seen.moving(self._past)
-        self._speed = place.speed, place.speed_std
-        return place
+            self._speed = NO_SPEED
+            return track
+        if not cut:
+            self._past.append(seen)
+            while len(self._past) > LEAST_POINTS and seen.time - self._past[0].time > SPEED_OVER:
+                self._past.popleft()
+            self._speed = speed_of(self._past) if len(self._past) >= LEAST_POINTS else NO_SPEED
+        return replace(track, further={**track.further, **seen.at_speed(self._speed)})
 
 
 class GroundMotions:
@@ -160,29 +151,27 @@ class GroundMotions:
         self._units, self._size = units, size
         self._each: dict[int, GroundMotion] = {}
 
-    def update(self, tracks: Iterable[Track]) -> dict[int, GroundPlace]:
-        """Return the places in a frame by identity, of objects that are seen."""
-        before, self._each, places = self._each, {}, {}
+    def update(self, tracks: Iterable[Track]) -> list[Track]:
+        """Return the tracks of a frame with their places on the ground, where they are seen."""
+        before, self._each, placed = self._each, {}, []
         for each in tracks:
             motion = before.get(each.identity) or GroundMotion(self._units)
             self._each[each.identity] = motion
-            place = motion.update(each, cut=is_cut(each.box, self._size))
-            if place is not None:
-                places[each.identity] = place
-        return places
+            placed.append(motion.update(each, cut=is_cut(each.box, self._size)))
+        return placed
 
 
-def motion_in_hindsight(
-    units: RealUnits, tracks: Iterable[Track | None]
-) -> list[GroundPlace | None]:
+def motion_in_hindsight(units: RealUnits | None, tracks: Iterable[Track | None]) -> list[Columns]:
     """Return places and speeds in successive frames, each speed from frames before and after it.
 
-    None is for frames in which the target is not seen, or above the horizon. No line goes beyond
-    such a frame, or a keyframe: what is corrected there changes no speed elsewhere.
+    No line goes beyond a frame in which the target is not seen, or a keyframe: what is corrected
+    there changes no speed elsewhere. Without units, there are none.
     """
+    if units is None:
+        return [{} for _ in tracks]
     units = units.corrected()
     seen = [seen_in(units, track) for track in tracks]
-    found: list[GroundPlace | None] = [None] * len(seen)
+    found: list[Columns] = [{}] * len(seen)
     stretch = list[Seen]()
     for end, each in enumerate([*seen, None]):
         if each is not None:

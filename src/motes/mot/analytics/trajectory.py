@@ -43,8 +43,12 @@ class Trajectory:
     """Names of the zones outside of which it has been seen, and of those whose edge alone it has
     touched."""
     clear: dict[str, Point] = field(default_factory=dict)
-    """For each line, the last place of its foot that was clearly on one side. So an object that
-    stands on a line does not cross it, if it trembles by less than the margin (`events.CLEAR`)."""
+    """For each line, the last place of its foot that was clearly on one side (`events.CLEAR`)."""
+    went: dict[str, str | None] = field(default_factory=dict)
+    """For each line or zone whose edge it has passed, the direction in which it crossed the line
+    last."""
+    near: set[str] = field(default_factory=set)
+    """Names of those that it has not been away from since."""
     over: dict[str, Event] = field(default_factory=dict)
     """For each line or zone, the event of passing its edge, until the object is clearly beyond."""
     pending: dict[str, Event] = field(default_factory=dict)
@@ -121,7 +125,18 @@ class Trajectory:
     def settle(self, now: float, settled: float) -> None:
         """Make pending events sure that happened `settled` seconds before `now`, or earlier."""
         done = [name for name, event in self.pending.items() if now - event.time >= settled]
+        for name in done:
+            self.pass_by(name, self.pending[name].direction)
         self.sure += [self.pending.pop(name) for name in done]
+
+    def pass_by(self, name: str, direction: str | None) -> None:
+        """Note that it has passed a line or an edge."""
+        self.went[name] = direction
+        self.near.add(name)
+
+    def has_crossed(self, name: str) -> str | None:
+        """Return the direction in which it crossed a line last; None if it has not."""
+        return self.pending[name].direction if name in self.pending else self.went.get(name)
 
     def counted(self, now: float) -> list[Event]:
         """Return the sure events, in order of time, if the object counts by now."""
@@ -137,9 +152,11 @@ class Trajectory:
         self.clear, self.crossed = dict(before.clear), before.crossed
         self.zones, self.stays = before.zones, before.stays
         self.outside, self.touched = before.outside, before.touched
+        self.went, self.near = before.went, before.near
         self.pending, self.sure = before.pending, before.sure
         before.zones, before.stays, before.pending, before.sure = {}, set(), {}, []
         before.outside, before.touched, before.over, before.leaving = set(), set(), {}, []
+        before.went, before.near = {}, set()
         before.continued = True
 
     def undecided(self) -> list[Event]:

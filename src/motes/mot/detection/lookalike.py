@@ -20,7 +20,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
-from motes.cues.hog import Hog
+from motes.cues.gradients import Hog
 from motes.cues.sampling import Lattice
 from motes.mot.detection.panned_background import KNOWN, PannedBackground
 from motes.sot.filtering.appearance_rule import AppearanceRule

@@ -1,6 +1,6 @@
 """Whether what is followed is the target or a neighbor: a belief.
 
-The evidence of a place (`evidence.py`) says that something like the target is there; in a crowd it
+The evidence of a place (`expert.py`) says that something like the target is there; in a crowd it
 may be somebody else. So looks of what moves beside the target are kept, and what is followed is
 compared with them and with the target as it was. The belief is the forward pass of a hidden Markov
 model with two states, the target and a neighbor (Rabiner, Proceedings of the IEEE 1989). It only
@@ -24,7 +24,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
-from motes.sot.discriminative.evidence import probability
+from motes.sot.discriminative.expert import probability
 
 GAIN = 8.0
 """Log odds that a frame adds for a difference of 1 between the distances of what is followed to the
@@ -34,9 +34,10 @@ EXCHANGE = 0.002
 """Probability that what is followed is exchanged in a frame, or exchanged back."""
 EVERY = 4
 """Frames between two searches for a neighbor: a walker has moved by some pixels then. The target's
-known look is as many searches old, so that an exchange is noticed before it is learned."""
-MEMORY = 16
-"""Number of neighbors' looks that are kept: those of some 64 frames."""
+known looks are as many searches old, so that an exchange is noticed before it is learned."""
+MEMORY = 8
+"""Number of looks that are kept of the neighbors, and as many of the target: of one that is known
+by more looks, one is nearer by chance."""
 ALONE = 4.0
 """A neighbor moves where the change of the picture is this many times its median around the target.
 Before a moving camera all of it changes, and the median with it."""
@@ -63,9 +64,9 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     first: NotNegativeSingles
     """(m,), the target's first look."""
     known: NotNegativeSingles
-    """(m,), the target some time ago, when it was believed to be followed."""
+    """(MEMORY, m), the target when it was believed to be followed, the newest last."""
     recent: NotNegativeSingles
-    """(EVERY, m), what was followed since then, the oldest first."""
+    """(EVERY, m), what was followed since then, the newest last."""
     neighbors: NotNegativeSingles
     """(MEMORY, m), the newest last; zero where there is none yet."""
     place: Ellipse
@@ -84,8 +85,8 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         """Return the belief in the first frame, with the target in `box`."""
         look = look_at(frame, box)
         nobody = np.zeros((MEMORY, len(look)), np.float32)
-        recent = np.tile(look, (EVERY, 1))
-        return cls(look, look, recent, nobody, box, grays(frame, box), np.zeros(2))
+        known, recent = np.tile(look, (MEMORY, 1)), np.tile(look, (EVERY, 1))
+        return cls(look, known, recent, nobody, box, grays(frame, box), np.zeros(2))
 
     def placed(self, frame: Frame, box: Ellipse) -> Self:
         """Return the belief where the user has placed the target; neighbors are still known."""
@@ -94,7 +95,8 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     def learned_also(self, frame: Frame, box: Ellipse) -> Self:
         """Return the belief about a target that also looks as in another frame."""
         look = look_at(frame, box)
-        return replace(self, known=look, recent=np.tile(look, (EVERY, 1)))
+        known = np.vstack([self.known[1:], look])
+        return replace(self, known=known, recent=np.tile(look, (EVERY, 1)))
 
     def after(self, frame: Frame, target: Ellipse, camera: Floats, *, seen: bool) -> Self:
         """Return the belief after a frame.
@@ -111,7 +113,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         look, belief = look_at(frame, target), self.belief
         if seen:
             before = (1 - EXCHANGE) * belief + EXCHANGE * (1 - belief)
-            own = distances(np.stack([self.first, self.known]), look).min()
+            own = distances(np.vstack([self.first, self.known]), look).min()
             difference = float(distances(self.neighbors, look).min() - own)
             belief = probability(math.log(before / (1 - before)) + GAIN * difference)
         shift, frames = self.shift + camera, self.frames + 1
@@ -122,12 +124,13 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         """Return the belief with the looks of this frame, if the target is believed to be there."""
         now = replace(self, place=target, grays=grays(frame, target), shift=np.zeros(2))
         if not seen or self.belief < 0.5:  # neither it nor what is beside it is to be kept
-            return replace(now, recent=np.tile(self.known, (EVERY, 1)))
+            return replace(now, recent=np.tile(self.known[-1], (EVERY, 1)))
         neighbor, neighbors = self._neighbor(frame, target), self.neighbors
         if neighbor is not None:
             neighbors = np.vstack([neighbors[1:], look_at(frame, neighbor)])
+        known = np.vstack([self.known[1:], self.recent[0]])
         recent = np.vstack([self.recent[1:], look])
-        return replace(now, known=self.recent[0], recent=recent, neighbors=neighbors)
+        return replace(now, known=known, recent=recent, neighbors=neighbors)
 
     def _neighbor(self, frame: Frame, target: Ellipse) -> Ellipse | None:
         """Return where most changes beside the target, or None if nothing moves there.

@@ -14,21 +14,18 @@ from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles, Spectra
-from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
+from motes.cues.color_posterior import CORE_FRACTION, PosteriorModel, contrast
 from motes.cues.correlation_filter import (
     UPSAMPLING,
-    Correlation,
     CorrelationModel,
     peak_near,
     sample_response,
 )
 from motes.cues.search_window import CELL_SIZE, SampleGrid
-from motes.sot.discriminative.evidence import Evidence
-from motes.sot.discriminative.expert import Experts
+from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import SYSTEMATIC
 from motes.sot.filtering.resampling import Weights
-from motes.sot.filtering.sample_size import KldSampling
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
@@ -72,99 +69,86 @@ class WindowEstimate:
     """Log odds that the target is at the pose: those of `Evidence` and of all experts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Localizer:
-    """Finds the target's place in a window; the fields are those of `Discriminative`.
+def localize(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    known: TargetModels,
+    frame: Frame,
+    place: Ellipse,
+    sights: Mapping[str, Any],
+    transition: Transition | None = None,
+) -> WindowEstimate:
+    """Return the weighted mean of particles in the window around `place`.
 
-    `budget` is the number of particles after the first of three rounds.
+    Where experts see the target near by, it is at the mean of their places and this one.
+    `sights` are what they see in this frame. Without a `transition`, the target may be anywhere
+    in the window.
     """
+    sights = config.experts.look_again(known.experts, frame, place, sights)
+    samples = known.correlation.grid
+    half = np.array(samples.half)
+    window = samples.sample_window(frame, place)
+    spectra = config.correlation.spectra(samples, window)
+    plane, first = config.correlation.responses(known.correlation, spectra)
+    integral = config.posterior.integral(known.posterior, window)
+    share = color_weight(known.contrast)
+    core = CORE_FRACTION * samples.half[0], CORE_FRACTION * samples.half[1]
 
-    particles: int
-    budget: KldSampling
-    correlation: Correlation
-    posterior: Posterior
-    experts: Experts
-    evidence: Evidence
-    sigma: float
+    def weights(points: Floats) -> Weights:
+        pool = sample_response(plane, points)
+        kernels.bilinear.pool(integral, core, share, points, pool)
+        log_weights = pool / config.sigma
+        if transition is not None:
+            log_weights += transition.log_density(samples.points(place, points))
+        return Weights.from_log(log_weights)
 
-    def localize(
-        self,
-        rng: np.random.Generator,
-        known: TargetModels,
-        frame: Frame,
-        place: Ellipse,
-        sights: Mapping[str, Any],
-        transition: Transition | None = None,
-    ) -> WindowEstimate:
-        """Return the weighted mean of particles in the window around `place`.
+    centers = samples.points(place, _drawn(config, rng, samples, plane, weights))
+    centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
+    weighed = weights(samples.offsets(place, centers))
+    x, y = (weighed.values @ centers).tolist()
+    found = place._replace(x=x, y=y)
+    found = config.experts.refined(sights, found)
+    centers += np.subtract(found[:2], (x, y))
+    box = np.append(samples.offsets(place, np.array(found[:2])), half)
+    stands_out = contrast(integral, box)
+    similarity = peak_near(first, box[0], box[1])
+    evidence = config.evidence.log_odds(similarity, stands_out)
+    evidence += config.experts.log_odds(sights, found)
+    seen = window, spectra, integral, sights
+    judged = stands_out, similarity, evidence
+    return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
 
-        Where experts see the target near by, it is at the mean of their places and this one.
-        `sights` are what they see in this frame. Without a `transition`, the target may be anywhere
-        in the window.
-        """
-        sights = self.experts.look_again(known.experts, frame, place, sights)
-        samples = known.correlation.grid
-        half = np.array(samples.half)
-        window = samples.sample_window(frame, place)
-        spectra = self.correlation.spectra(samples, window)
-        plane, first = self.correlation.responses(known.correlation, spectra)
-        integral = self.posterior.integral(known.posterior, window)
-        share = self.color_weight(known.contrast)
-        core = CORE_FRACTION * samples.half[0], CORE_FRACTION * samples.half[1]
 
-        def weights(points: Floats) -> Weights:
-            pool = sample_response(plane, points)
-            kernels.bilinear.pool(integral, core, share, points, pool)
-            log_weights = pool / self.sigma
-            if transition is not None:
-                log_weights += transition.log_density(samples.points(place, points))
-            return Weights.from_log(log_weights)
+def _drawn(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    samples: SampleGrid,
+    plane: Singles,
+    weights: Callable[[Floats], Weights],
+) -> Floats:
+    """Return particles (n, 2), in samples off the window's center.
 
-        centers = samples.points(place, self._drawn(rng, samples, plane, weights))
-        centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
-        weighed = weights(samples.offsets(place, centers))
-        x, y = (weighed.values @ centers).tolist()
-        found = place._replace(x=x, y=y)
-        found = self.experts.refined(sights, found)
-        centers += np.subtract(found[:2], (x, y))
-        box = np.append(samples.offsets(place, np.array(found[:2])), half)
-        stands_out = contrast(integral, box)
-        similarity = peak_near(first, box[0], box[1])
-        evidence = self.evidence.log_odds(similarity, stands_out)
-        evidence += self.experts.log_odds(sights, found)
-        seen = window, spectra, integral, sights
-        judged = stands_out, similarity, evidence
-        return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
+    Half of them are spread over the window, the others around the maximum of the response
+    `plane`. Then they are weighted, resampled and moved by less and less noise.
+    """
+    row, column = divmod(int(np.argmax(plane)), plane.shape[1])
+    peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
+    half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
+    narrow = config.correlation.sharpness * side
+    noise = rng.standard_normal((3, config.particles, 2))
+    points: Floats = noise[0]
+    points[::2] *= half
+    points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
+    for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
+        weighed = weights(points)
+        chosen = points[SYSTEMATIC.ancestors(rng, weighed, len(points))]
+        count = config.budget.number(chosen / math.sqrt(half.prod()))
+        chosen = points[SYSTEMATIC.ancestors(rng, weighed, count)]
+        points = chosen + noise[layer, :count] * spread
+    return points
 
-    def _drawn(
-        self,
-        rng: np.random.Generator,
-        samples: SampleGrid,
-        plane: Singles,
-        weights: Callable[[Floats], Weights],
-    ) -> Floats:
-        """Return particles (n, 2), in samples off the window's center.
 
-        Half of them are spread over the window, the others around the maximum of the response
-        `plane`. Then they are weighted, resampled and moved by less and less noise.
-        """
-        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
-        half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
-        narrow = self.correlation.sharpness * side
-        noise = rng.standard_normal((3, self.particles, 2))
-        points: Floats = noise[0]
-        points[::2] *= half
-        points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
-        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            weighed = weights(points)
-            chosen = points[SYSTEMATIC.ancestors(rng, weighed, len(points))]
-            count = self.budget.number(chosen / math.sqrt(half.prod()))
-            chosen = points[SYSTEMATIC.ancestors(rng, weighed, count)]
-            points = chosen + noise[layer, :count] * spread
-        return points
-
-    def color_weight(self, contrast: float) -> float:
-        """Return the weight of color, from 0 to 1; it grows with the color contrast."""
-        counts = max(contrast, 0.0)
-        return counts / (1 + counts)
+def color_weight(contrast: float) -> float:
+    """Return the weight of color, from 0 to 1; it grows with the color contrast."""
+    counts = max(contrast, 0.0)
+    return counts / (1 + counts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +11,10 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
-from motes.sot.discriminative.redetection import Redetection
-from motes.sot.discriminative.rival import DECIDED, Rival
+from motes.sot.discriminative.standing import DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
 
 CLEAR = 1.0
@@ -44,139 +44,137 @@ class Found(NamedTuple):
     """(N, 5) the particles of the search."""
 
 
-@dataclass(frozen=True, slots=True)
-class Placer:
-    """Finds the target's place; the fields are those of `Discriminative`."""
+def find(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    state: DiscriminativeState,
+    frame: Frame,
+    sight: Prediction,
+) -> Found:
+    """Return the target's place near the predicted one, or where another expert sees it.
 
-    localizer: Localizer
-    redetection: Redetection
+    A far prediction may be wrong: if it is in doubt, the last place is looked at as well. A
+    missed target may be anywhere near.
+    """
+    last, shift = state.ellipse, sight.likeliest(state.motion)
+    predicted = moved(last, shift, frame)
+    transition = None if state.standing.missed else sight.transition(state.motion, predicted)
+    experts = config.experts
+    sights = experts.look(state.experts, frame, predicted)
+    look = localize(config, rng, state, frame, predicted, sights, transition)
+    if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
+        there = localize(config, rng, state, frame, last, sights)
+        look = max(look, there, key=lambda look: look.evidence)
+    proposals = experts.proposals(sights)
+    return _compare(config, rng, state, frame, look, shift, proposals, transition)
 
-    def place(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        sight: Prediction,
-    ) -> Found:
-        """Return the target's place near the predicted one, or where another expert sees it.
 
-        A far prediction may be wrong: if it is in doubt, the last place is looked at as well. A
-        missed target may be anywhere near.
-        """
-        last, shift = state.ellipse, sight.likeliest(state.motion)
-        predicted = moved(last, shift, frame)
-        transition = None if state.standing.missed else sight.transition(state.motion, predicted)
-        experts = self.localizer.experts
-        sights = experts.look(state.experts, frame, predicted)
-        look = self.localizer.localize(rng, state, frame, predicted, sights, transition)
-        if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
-            there = self.localizer.localize(rng, state, frame, last, sights)
-            look = max(look, there, key=lambda look: look.evidence)
-        proposals = experts.proposals(sights)
-        return self._compare(rng, state, frame, look, shift, proposals, transition)
+def _compare(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    state: DiscriminativeState,
+    frame: Frame,
+    look: WindowEstimate,
+    shift: Floats,
+    proposals: list[Ellipse],
+    transition: Transition | None,
+) -> Found:
+    """Return the place that has more evidence so far: that of a window, or its rival's.
 
-    def _compare(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-        shift: Floats,
-        proposals: list[Ellipse],
-        transition: Transition | None,
-    ) -> Found:
-        """Return the place that has more evidence so far: that of a window, or its rival's.
-
-        The rival is followed from frame to frame. Without one, it is the proposal with the most
-        evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
-        as well be where it was expected.
-        """
-        rival = state.rival
-        if rival.alive:
-            place = moved(rival.place, shift, frame)
-            other = self.localizer.localize(rng, state, frame, place, look.sights)
-            rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
-        if not rival.alive:
-            places = [
-                moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
-            ]
-            others = [
-                self.localizer.localize(rng, state, frame, place, look.sights)
-                for place in places
-                if rival.parts(place, look.pose)
-            ]
-            others = [other for other in others if rival.parts(other.pose, look.pose)]
-            if not others:
-                return Found(look, Rival(look.pose))
-            other = max(others, key=lambda other: other.evidence)
-            if transition is not None and look.evidence > 0:
-                leap = transition.log_density(np.array(other.pose[:2]))
-                rival = rival._replace(lead=max(float(leap), -DECIDED))
-        rival = rival.after(other.pose, other.evidence - look.evidence)
-        if rival.wins:
-            return Found(other, Rival(other.pose))
-        return Found(look, Rival(look.pose) if rival.loses else rival)
-
-    def evidence_at(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        place: Ellipse,
-    ) -> float:
-        """Return the evidence that the target is at the center of a place."""
-        there = state.ellipse._replace(x=place.x, y=place.y)
-        sights = self.localizer.experts.look(state.experts, frame, there)
-        return self.localizer.localize(rng, state, frame, there, sights).evidence
-
-    def turned(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-    ) -> WindowEstimate:
-        """Return the estimate, or one of a window turned to either side with more evidence."""
-        looks = [
-            self.localizer.localize(
-                rng,
-                state,
-                frame,
-                look.pose._replace(theta=look.pose.theta + turn),
-                look.sights,
-            )
-            for turn in (-TURN, TURN)
+    The rival is followed from frame to frame. Without one, it is the proposal with the most
+    evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
+    as well be where it was expected.
+    """
+    rival = state.rival
+    if rival.alive:
+        place = moved(rival.place, shift, frame)
+        other = localize(config, rng, state, frame, place, look.sights)
+        rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
+    if not rival.alive:
+        places = [
+            moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
         ]
-        best = max(looks, key=lambda look: look.evidence)
-        return best if best.evidence > look.evidence + TURN_GAIN else look
+        others = [
+            localize(config, rng, state, frame, place, look.sights)
+            for place in places
+            if rival.parts(place, look.pose)
+        ]
+        others = [other for other in others if rival.parts(other.pose, look.pose)]
+        if not others:
+            return Found(look, Rival(look.pose))
+        other = max(others, key=lambda other: other.evidence)
+        if transition is not None and look.evidence > 0:
+            leap = transition.log_density(np.array(other.pose[:2]))
+            rival = rival._replace(lead=max(float(leap), -DECIDED))
+    rival = rival.after(other.pose, other.evidence - look.evidence)
+    if rival.wins:
+        return Found(other, Rival(other.pose))
+    return Found(look, Rival(look.pose) if rival.loses else rival)
 
-    def search(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        found: Found,
-    ) -> Found:
-        """Return the target's place, or another one that the search finds and that is clear.
 
-        There the target is not followed from the frame before, so the histograms of its first
-        region have a voice, too: a red car is not a black one of the same shape.
-        """
-        searchers, last = state.search_particles, state.ellipse
-        if not len(searchers):
-            searchers = np.tile(np.array(last), (self.localizer.particles, 1))
-        searchers, places = self.redetection.step(
-            rng, state.appearance, searchers, frame, last, state.standing.missed + 1
+def evidence_at(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    state: DiscriminativeState,
+    frame: Frame,
+    place: Ellipse,
+) -> float:
+    """Return the evidence that the target is at the center of a place."""
+    there = state.ellipse._replace(x=place.x, y=place.y)
+    sights = config.experts.look(state.experts, frame, there)
+    return localize(config, rng, state, frame, there, sights).evidence
+
+
+def turned(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    state: DiscriminativeState,
+    frame: Frame,
+    look: WindowEstimate,
+) -> WindowEstimate:
+    """Return the estimate, or one of a window turned to either side with more evidence."""
+    looks = [
+        localize(
+            config,
+            rng,
+            state,
+            frame,
+            look.pose._replace(theta=look.pose.theta + turn),
+            look.sights,
         )
-        looks = []
-        for place in places:
-            look = self.localizer.localize(rng, state, frame, place, found.look.sights)
-            likeness = self.redetection.log_odds(state.appearance, frame, look.pose)
-            looks.append(replace(look, evidence=look.evidence + likeness))
-        best = max(looks, key=lambda look: look.evidence)
-        if best.evidence > max(found.look.evidence, CLEAR):
-            return Found(best, Rival(best.pose), True, searchers)
-        return found._replace(searchers=searchers)
+        for turn in (-TURN, TURN)
+    ]
+    best = max(looks, key=lambda look: look.evidence)
+    return best if best.evidence > look.evidence + TURN_GAIN else look
+
+
+def search(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    state: DiscriminativeState,
+    frame: Frame,
+    found: Found,
+) -> Found:
+    """Return the target's place, or another one that the search finds and that is clear.
+
+    There the target is not followed from the frame before, so the histograms of its first
+    region have a voice, too: a red car is not a black one of the same shape.
+    """
+    searchers, last = state.search_particles, state.ellipse
+    if not len(searchers):
+        searchers = np.tile(np.array(last), (config.particles, 1))
+    searchers, places = config.redetection.step(
+        rng, state.appearance, searchers, frame, last, state.standing.missed + 1
+    )
+    looks = []
+    for place in places:
+        look = localize(config, rng, state, frame, place, found.look.sights)
+        likeness = config.redetection.log_odds(state.appearance, frame, look.pose)
+        looks.append(replace(look, evidence=look.evidence + likeness))
+    best = max(looks, key=lambda look: look.evidence)
+    if best.evidence > max(found.look.evidence, CLEAR):
+        return Found(best, Rival(best.pose), True, searchers)
+    return found._replace(searchers=searchers)
 
 
 def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:

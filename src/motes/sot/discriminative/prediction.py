@@ -20,8 +20,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
-from motes.cues.fourier import irfft2, rfft2
-from motes.cues.fourier_ridge import taper, vertex
+from motes.cues.fourier import irfft2, rfft2, taper, vertex
 from motes.sot.discriminative.small_picture import difference, overlap, small_size
 
 ERROR_RATE = 0.1

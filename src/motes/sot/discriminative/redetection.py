@@ -24,9 +24,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
-from motes.cues.edge_histogram import Edges
+from motes.cues.gradients import Edges, Hog
 from motes.cues.histogram_cue import HistogramModel, bhattacharyya
-from motes.cues.hog import Hog
 from motes.sot.filtering.resampling import Systematic, Weights
 
 SYSTEMATIC = Systematic()

@@ -7,7 +7,6 @@ gave, moved, with a smooth size and a smooth turn.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from msgspec.structs import replace
@@ -16,14 +15,14 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.sot.discriminative.evidence import LARGEST_LOG_ODDS, probability
-from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.expert import LARGEST_LOG_ODDS, probability
+from motes.sot.discriminative.localization import WindowEstimate, color_weight
 from motes.sot.discriminative.placing import NO_PARTICLES
-from motes.sot.discriminative.rival import APART
+from motes.sot.discriminative.size import Trend
+from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.state import DiscriminativeState
-from motes.sot.discriminative.trend import Trend
-from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.resampling import Weights
+from motes.sot.filtering.resampling import Weights, mean_ellipse
 from motes.sot.step_info import StepInfo
 
 DRIFT_SIGMA = APART / 2
@@ -31,89 +30,84 @@ DRIFT_SIGMA = APART / 2
 learned filter may have drifted from the center of the target, but hardly to another place."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reporter:
-    """Makes the reports; the fields are those of `Discriminative`."""
+def placed(config: DiscriminativeConfig, state: DiscriminativeState, frame: Frame) -> StepInfo:
+    """Return the report where the user has placed the target: it has no particles."""
+    return _report(config, state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
 
-    localizer: Localizer
 
-    def placed(self, state: DiscriminativeState, frame: Frame) -> StepInfo:
-        """Return the report where the user has placed the target: it has no particles."""
-        return self._report(state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
+def report(
+    config: DiscriminativeConfig,
+    state: DiscriminativeState,
+    frame: Frame,
+    look: WindowEstimate,
+    ellipses: Floats,
+) -> StepInfo:
+    """Return the report of an estimate; its confidence is that the target is there, and is it.
 
-    def report(
-        self,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-        ellipses: Floats,
-    ) -> StepInfo:
-        """Return the report of an estimate; its confidence is that the target is there, and is it.
+    While a lost target is searched for, the particles are those of the search.
 
-        While a lost target is searched for, the particles are those of the search.
+    Parameters
+    ----------
+    state
+        The state after the frame.
+    ellipses
+        (N, 5) the particles of the estimate; their weights are those of `look`.
+    """
+    weights: Weights | None = look.weights
+    if not state.standing.trusted and len(state.search_particles):
+        ellipses, weights = state.search_particles, None
+    return _report(config, state, frame, ellipses, weights, look.evidence, look.similarity)
 
-        Parameters
-        ----------
-        state
-            The state after the frame.
-        ellipses
-            (N, 5) the particles of the estimate; their weights are those of `look`.
-        """
-        weights: Weights | None = look.weights
-        if not state.standing.trusted and len(state.search_particles):
-            ellipses, weights = state.search_particles, None
-        info = self._report(state, frame, ellipses, weights, look.evidence, look.similarity)
-        confidence = info.track.confidence * state.identity.belief
-        return replace(info, track=replace(info.track, confidence=confidence))
 
-    def _report(
-        self,
-        state: DiscriminativeState,
-        frame: Frame,
-        ellipses: Floats,
-        weights: Weights | None,
-        evidence: float,
-        similarity: float,
-    ) -> StepInfo:
-        """Return the estimate and the particles in the form of the first region.
+def _report(
+    config: DiscriminativeConfig,
+    state: DiscriminativeState,
+    frame: Frame,
+    ellipses: Floats,
+    weights: Weights | None,
+    evidence: float,
+    similarity: float,
+) -> StepInfo:
+    """Return the estimate and the particles in the form of the first region.
 
-        Without weights, all particles have the same. Without particles, the track has the
-        covariance and the effective sample size of particles that all lie at the estimate.
-        """
-        count = len(ellipses)
-        if not count:
-            ellipses = np.tile(np.array(state.ellipse), (self.localizer.particles, 1))
-        weights = weights or Weights.uniform(len(ellipses))
-        grown = math.exp(state.size.value)
-        size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
-        shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
-        shaped[:, :2] = ellipses[:, :2]
-        shaped[:, 2:4] *= size
-        turn = state.turn.angle.value
-        shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
-        found = reported_ellipse(state.shape, state.ellipse, state.size, turn)
-        covariance = mean_ellipse(shaped, weights.values)[1]
-        if count:
-            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
-        track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=found,
-            covariance=covariance,
-            confidence=probability(evidence),
-            status=state.reported.status,
-            distance=1 - min(max(similarity, 0.0), 1.0),
-            effective_sample_size=weights.effective_sample_size,
-        )
-        share = self.localizer.color_weight(state.contrast)
-        return StepInfo(
-            track,
-            shaped[:count],
-            weights.values[:count],
-            None,
-            {"correlation": state.correlation, "posterior": state.posterior},
-            {"correlation": 1 - share, "posterior": share},
-        )
+    Without weights, all particles have the same. Without particles, the track has the
+    covariance and the effective sample size of particles that all lie at the estimate.
+    """
+    count = len(ellipses)
+    if not count:
+        ellipses = np.tile(np.array(state.ellipse), (config.particles, 1))
+    weights = weights or Weights.uniform(len(ellipses))
+    grown = math.exp(state.size.value)
+    size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
+    shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
+    shaped[:, :2] = ellipses[:, :2]
+    shaped[:, 2:4] *= size
+    turn = state.turn.angle.value
+    shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
+    found = reported_ellipse(state.shape, state.ellipse, state.size, turn)
+    covariance = mean_ellipse(shaped, weights.values)[1]
+    if count:
+        covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
+    track = Track(
+        frame=frame.index,
+        time=frame.time,
+        ellipse=found,
+        covariance=covariance,
+        confidence=probability(evidence) * state.identity.belief,
+        status=state.reported.status,
+        distance=1 - min(max(similarity, 0.0), 1.0),
+        effective_sample_size=weights.effective_sample_size,
+        belief=state.identity.belief,
+    )
+    share = color_weight(state.contrast)
+    return StepInfo(
+        track,
+        shaped[:count],
+        weights.values[:count],
+        None,
+        {"correlation": state.correlation, "posterior": state.posterior},
+        {"correlation": 1 - share, "posterior": share},
+    )
 
 
 def at_region(info: StepInfo, region: Ellipse, confidence: float, status: Status) -> StepInfo:

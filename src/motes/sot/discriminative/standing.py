@@ -1,13 +1,18 @@
-"""Whether the target is tracked, lost or searched for, by the evidence of the frames.
+"""Whether the target is tracked, lost or searched for, and whether it is another place that is.
 
-The rules here read log odds only, no pixels. One threshold serves them all: at log odds of 0 the
-target is as likely there as not, and the confidence is one half.
+The rules for the status read log odds only, no pixels. One threshold serves them all: at log odds
+of 0 the target is as likely there as not, and the confidence is one half. Where two experts part, a
+single frame must not decide: a neighbor who looks alike is the surer one now and then. So the
+difference of their evidence is added up, as in Wald's sequential test (Annals of Mathematical
+Statistics 1945).
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Self
 
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
 
 FRAMES = 3
@@ -55,3 +60,39 @@ class Standing(NamedTuple):
             contradicted, status = 0, Status.LOST if tracking else Status.TRACKING
         missed = 0 if believed else self.missed + 1
         return type(self)(status, missed, confirmed, contradicted)
+
+
+APART = 0.3
+"""Two places are different targets from this distance on, in mean sides of the target."""
+DECIDED = 2.0
+"""Log odds between two places that decide for one of them: seven to one."""
+
+
+class Rival(NamedTuple):
+    """A second place, and the evidence for it."""
+
+    place: Ellipse
+    """Where it is, if it is alive."""
+    lead: float = 0.0
+    """Log odds that it is the target and not what is followed, added up over frames."""
+    alive: bool = False
+    """Whether there is one."""
+
+    @property
+    def wins(self) -> bool:
+        """Whether the rival is the target."""
+        return self.lead > DECIDED
+
+    @property
+    def loses(self) -> bool:
+        """Whether the rival is not the target."""
+        return self.lead < -DECIDED
+
+    @staticmethod
+    def parts(place: Ellipse, other: Ellipse) -> bool:
+        """Return whether two places are too far apart to be the same target."""
+        return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
+
+    def after(self, place: Ellipse, difference: float) -> Self:
+        """Return the rival after a frame: its place, and the log odds that it adds there."""
+        return type(self)(place, self.lead + difference, alive=True)

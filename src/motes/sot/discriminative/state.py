@@ -7,17 +7,15 @@ from typing import Annotated
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array
 from motes.core.types import Floats
-from motes.cues.scale_filter import ScaleModel
+from motes.cues.correlation_filter import ScaleModel
 from motes.sot.discriminative.identity import Identity
-from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.network_track import NetworkTrack
 from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
-from motes.sot.discriminative.rival import Rival
-from motes.sot.discriminative.standing import Standing
-from motes.sot.discriminative.trend import Trend
-from motes.sot.discriminative.turn_estimate import TurnEstimate
+from motes.sot.discriminative.size import Trend, TurnEstimate
+from motes.sot.discriminative.small_picture import Light
+from motes.sot.discriminative.standing import Rival, Standing
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):

@@ -4,8 +4,8 @@ A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first
 size. Particles find the target in a near window, by gradients and colors (`localization.py`).
 Experts of other kinds (`expert.py`) say where they see it, among them a filter that is confined to
 the target in a wide window. Where they part, both places are followed until the evidence of the
-next frames decides, and nothing is learned meanwhile (`rival.py`). The evidence of a place is the
-sum of the log odds that the near window (`evidence.py`) and the experts give it. It decides whether
+next frames decides, and nothing is learned meanwhile (`standing.py`). The evidence of a place is
+the sum of the log odds that the near window and the experts give it. It decides whether
 the target is there, and so whether the tracker learns or searches. Whether it is the target or a
 neighbor who looks alike is a belief (`identity.py`) that is reported and changes nothing else. A
 trained network, if there is one, follows the target beside the particles (`network_track.py`).
@@ -14,60 +14,46 @@ trained network, if there is one, follows the target beside the particles (`netw
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.saved_state import check, in_types_of, middle_of, rows
 from motes.core.track import Status
-from motes.cues.color_posterior import Posterior, borders, contrast
-from motes.cues.correlation_filter import Correlation
-from motes.cues.scale_filter import ScaleFilter
+from motes.cues.color_posterior import borders, contrast
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.confined_expert import Confined
-from motes.sot.discriminative.evidence import Evidence, probability
-from motes.sot.discriminative.expert import Expert, Experts
+from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.expert import probability
 from motes.sot.discriminative.identity import Identity
-from motes.sot.discriminative.light import Light
-from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
-from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, Placer
-from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, evidence_at, find, search, turned
 from motes.sot.discriminative.report import (
-    Reporter,
     at_region,
     particles_of,
+    placed,
+    report,
     reported_ellipse,
     reported_size,
 )
-from motes.sot.discriminative.rival import Rival
-from motes.sot.discriminative.size_estimate import SizeEstimator
-from motes.sot.discriminative.small_picture import small_picture
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.size import Trend, TurnEstimate, estimated
+from motes.sot.discriminative.small_picture import Light, small_picture
+from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.state import DiscriminativeState
-from motes.sot.discriminative.trend import Trend
-from motes.sot.discriminative.turn_estimate import TurnEstimate
-from motes.sot.filtering.sample_size import KldSampling
-from motes.sot.network.network import Network
 from motes.sot.step_info import StepInfo
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast, borders and likeness."""
-BIN = 0.25
-"""Side of a bin of the particles' places, from which their number follows, in half sides of the
-target."""
 
 
 class Discriminative(
+    DiscriminativeConfig,
     Algorithm[DiscriminativeState],
-    Config,
     frozen=True,
     dict=True,
     tag="discriminative",
@@ -76,78 +62,6 @@ class Discriminative(
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
     presence: ClassVar[None] = None
-    open_field: ClassVar[str | None] = "extra_experts"
-
-    particles: Particles = 400
-    """Number of particles that are spread over a window. Where fewer places are likely, fewer are
-    left after the first of three rounds, a quarter at least. As many search for a missed target."""
-    correlation: Correlation = Correlation(sharpness=1 / 12)
-    """The near window's correlation filter. The scale filter learns at its rate."""
-    posterior: Posterior = Posterior()
-    """The near window's color posterior."""
-    sigma: Positive = 0.02
-    """The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
-    value, the estimate is a mean over a larger area."""
-    scale: ScaleFilter = ScaleFilter()
-    """Cue for the size: the scale filter."""
-    redetection: Redetection = Redetection()
-    """How a missed target is searched for."""
-    border_gain: NonNegative = 0.2
-    """Weight of the posterior at the border in the estimate of the size; the scale filter has
-    weight 1."""
-    evidence: Evidence = Evidence()
-    """What the near window says of a place; the experts add to it."""
-    confined: Confined = Confined()
-    """Expert: a filter that is confined to the target, in a wide window."""
-    network: Network | None = None
-    """A trained network that follows the target too; by default there is none."""
-    extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
-    """Experts of other packages, by name. In files and options they stand among the other keys."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_extra_names(self)
-
-    @cached_property
-    def cues(self) -> dict[str, Correlation | Posterior]:
-        """The cues for the place, by name."""
-        return {"correlation": self.correlation, "posterior": self.posterior}
-
-    @cached_property
-    def experts(self) -> Experts:
-        """The experts in use: those with a weight, and all of other packages."""
-        own: dict[str, Expert] = {}
-        if self.confined.weight:
-            own["confined"] = self.confined
-        return Experts(own | self.extra_experts)
-
-    @cached_property
-    def localizer(self) -> Localizer:
-        """The localization in a window, with the values of this configuration."""
-        return Localizer(
-            particles=self.particles,
-            budget=KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN),
-            correlation=self.correlation,
-            posterior=self.posterior,
-            experts=self.experts,
-            evidence=self.evidence,
-            sigma=self.sigma,
-        )
-
-    @cached_property
-    def placer(self) -> Placer:
-        """The finder of the place, with the values of this configuration."""
-        return Placer(self.localizer, self.redetection)
-
-    @cached_property
-    def sizes(self) -> SizeEstimator:
-        """The estimator of the size, with the values of this configuration."""
-        return SizeEstimator(self.scale, self.border_gain, self.sigma)
-
-    @cached_property
-    def reporter(self) -> Reporter:
-        """The maker of reports, with the values of this configuration."""
-        return Reporter(self.localizer)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -182,7 +96,7 @@ class Discriminative(
             identity=Identity.begin(frame, box),
             network=NetworkTrack.begin(self.network, frame, box) if self.network else None,
         )
-        return state, self.reporter.placed(state, frame)
+        return state, placed(self, state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -192,29 +106,29 @@ class Discriminative(
         sight = prediction.predictions(state.motion, picture, frame)
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
-        found = self.placer.place(rng, state, frame, sight)
+        found = find(self, rng, state, frame, sight)
         if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
-            found = found._replace(look=self.placer.turned(rng, state, frame, found.look))
+            found = found._replace(look=turned(self, rng, state, frame, found.look))
         if found.look.evidence < 0:
-            found = self.placer.search(rng, state, frame, found)
+            found = search(self, rng, state, frame, found)
         look, jumped = found.look, found.jumped
         standing = state.standing.after(look.evidence, jumped=jumped)
         learned = not (standing.missed or found.rival.alive)
         pose, sized = look.pose, learned and state.scale_due
         if sized:
-            pose, factors = self.sizes.estimate(rng, state.scale, state.border, frame, look)
+            pose, factors = estimated(self, rng, state.scale, state.border, frame, look)
             state = replace(state, factors=factors)
         elif not (learned or jumped):  # an uncertain size is ignored
             pose = pose._replace(a=state.ellipse.a, b=state.ellipse.b)
         size = reported_size(state, pose, sized=sized, learned=learned, jumped=jumped)
         place = reported_ellipse(state.shape, pose, size, pose.theta)
-        turned, seen = pose.theta - state.ellipse.theta, standing.status is Status.TRACKING
+        turn, seen = pose.theta - state.ellipse.theta, standing.status is Status.TRACKING
         after = replace(
             state,
             time=frame.time,
             ellipse=pose,
             size=size,
-            turn=state.turn.followed(frame, place, pose.theta, turned, seen=seen),
+            turn=state.turn.followed(frame, place, pose.theta, turn, seen=seen),
             standing=standing,
             rival=found.rival,
             search_particles=found.searchers if standing.missed else NO_PARTICLES,
@@ -237,7 +151,7 @@ class Discriminative(
             identity=identity,
             reported=reported,
         )
-        info = self.reporter.report(after, frame, look, particles_of(look, state, pose))
+        info = report(self, after, frame, look, particles_of(look, state, pose))
         return self._joined(rng, after, frame, info, look.evidence)
 
     def learn_also(
@@ -278,7 +192,7 @@ class Discriminative(
             identity=state.identity.placed(frame, box),
             network=state.network and state.network.placed(box),
         )
-        return state, self.reporter.placed(state, frame)
+        return state, placed(self, state, frame)
 
     def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
         """Return a saved state; raise a ValueError if no frame leaves such a one."""
@@ -322,7 +236,7 @@ class Discriminative(
             unseen = state.standing.status is not Status.TRACKING
             again = unseen and network.score > own
         else:
-            there = self.placer.evidence_at(rng, state, frame, network.place)
+            there = evidence_at(self, rng, state, frame, network.place)
             network = network.compared(there - evidence)
             region = network.place if network.ahead else track.ellipse
             confidence = (network.score if network.ahead else track.confidence) / 2

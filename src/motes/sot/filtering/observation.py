@@ -17,9 +17,8 @@ from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.fusion import Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Likelihood
-from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import Motion
-from motes.sot.filtering.resampling import Weights
+from motes.sot.filtering.resampling import Weights, mean_ellipse
 
 
 class Observation(NamedTuple):

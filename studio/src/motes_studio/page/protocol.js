@@ -22,7 +22,8 @@ export const COMMANDS = {
 /** The parts of a row, in their order. */
 export const ROW = [
   "frame", "time", "x", "y", "a", "b", "theta", "confidence", "status", "distance",
-  "effective_sample_size", "deviations", "cue_weights", "final", "milliseconds", "supporting",
+  "effective_sample_size", "belief", "deviations", "cue_weights", "final", "milliseconds",
+  "supporting",
 ];
 
 /** The parts of an object of the many-object mode, in their order. */

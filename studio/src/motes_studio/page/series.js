@@ -9,6 +9,7 @@ const isPlace = (value) => value !== null && value !== undefined;
 /** The lanes: the last three are the cue weights, and figures 12 and 7 of Nummiaro et al. */
 export const LANES = [
   { name: "confidence", label: "Confidence", low: 0, high: 1, value: (row) => row.confidence },
+  { name: "belief", label: "Is it the target?", low: 0, high: 1, value: (row) => row.belief },
   { name: "size", label: "Size", unit: "px", low: 0, value: side },
   { name: "speed", label: "Speed", unit: "px/frame", low: 0, value: speed },
   { name: "distance", label: "Distance", low: 0, high: 1, value: (row) => row.distance },

@@ -1,13 +1,20 @@
-"""The reported turn: rings of colors around the center, compared with those of the first region.
+"""The size and the turn of the target: what is measured in a frame, and what is reported.
 
-A turn of the target shifts its rings, whatever their radius. Their cross-correlation, of all rings
-at once in the Fourier domain, has its maximum at the turn (De Castro and Morandi, Registration of
-translated and rotated images using finite Fourier transforms, PAMI 1987, in polar coordinates).
+The tracker keeps to steps of size and of turn, so that noise does not add up to a drift. Nothing of
+what is reported goes back into the tracker, so the report may follow each measurement without
+steps, by an alpha-beta filter: Kalata, The tracking index: a generalized parameter for alpha-beta
+and alpha-beta-gamma target trackers, IEEE Transactions on Aerospace and Electronic Systems 1984.
+
+A turn of the target shifts rings of colors around its center, whatever their radius. Their
+cross-correlation, of all rings at once in the Fourier domain, has its maximum at the turn (De
+Castro and Morandi, Registration of translated and rotated images using finite Fourier transforms,
+PAMI 1987, in polar coordinates).
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, Self
 
 import msgspec
 import numpy as np
@@ -15,8 +22,75 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.cues.fourier_ridge import vertex
-from motes.sot.discriminative.trend import Trend
+from motes.cues.color_posterior import borders
+from motes.cues.correlation_filter import ScaleModel
+from motes.cues.fourier import vertex
+from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.localization import WindowEstimate
+from motes.sot.discriminative.redetection import SYSTEMATIC, limits
+from motes.sot.filtering.resampling import Weights
+
+ALPHA = 0.5
+"""Share of a measurement in the reported value."""
+BETA = ALPHA**2 / (2 - ALPHA)
+"""Share of a measurement's error in the growth, so that the filter is critically damped."""
+
+
+class Trend(NamedTuple):
+    """A reported value and its growth."""
+
+    value: float = 0.0
+    """Logarithm of the size relative to the first region's, or the angle since it in radians."""
+    growth: float = 0.0
+    """Change of the value from one frame to the next."""
+    rough: bool = False
+    """Whether the value is only that at which a lost target was found. The next measurement then
+    replaces it."""
+
+    def predicted(self) -> Self:
+        """Return the value in the next frame if nothing is measured there."""
+        return self._replace(value=self.value + self.growth)
+
+    def measured(self, value: float) -> Self:
+        """Return the value after a frame in which it was measured."""
+        if self.rough:
+            return type(self)(value)
+        error = value - self.predicted().value
+        return type(self)(self.predicted().value + ALPHA * error, self.growth + BETA * error)
+
+
+BORDER_SHARPNESS = 50.0
+"""The border term is exp(-BORDER_SHARPNESS · squared difference to the border's running mean)."""
+
+
+def estimated(
+    config: DiscriminativeConfig,
+    rng: np.random.Generator,
+    model: ScaleModel,
+    border: Floats,
+    frame: Frame,
+    look: WindowEstimate,
+) -> tuple[Ellipse, Floats]:
+    """Return a window's estimate with its size, and particles of the size as factors, (N,).
+
+    Each size is weighted by the scale filter, and by how close the posterior just inside and
+    outside of its border is to its running mean `border`, (2,). The size is at the maximum
+    between the compared ones.
+    """
+    sizes, low, high = config.scale, *limits(look.pose, frame)
+    factors = np.clip(sizes.factors, low, high)
+    spectra = sizes.spectra(model, frame, look.pose)
+    pool = sizes.response(model, spectra).astype(np.float64)
+    boxes = np.tile(look.box, (sizes.count, 1))
+    boxes[:, 2:] *= factors[:, None]
+    errors = borders(look.integral, boxes) - border
+    pool += config.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
+    weights = Weights.from_log(pool / config.sigma)
+    chosen = factors[SYSTEMATIC.ancestors(rng, weights, len(look.centers))]
+    grown = min(max(sizes.between(pool), low), high)
+    pose = look.pose._replace(a=grown * look.pose.a, b=grown * look.pose.b)
+    return pose, chosen
+
 
 POINTS = 64
 """Points of a ring."""

@@ -1,0 +1,72 @@
+"""The configuration of the default tracker, which all of its steps take."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import ClassVar
+
+from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation, ScaleFilter
+from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.filtering.resampling import KldSampling
+from motes.sot.network.network import Network
+
+BIN = 0.25
+"""Side of a bin of the particles' places, from which their number follows, in half sides of the
+target."""
+
+
+class DiscriminativeConfig(Config, frozen=True, dict=True):
+    """What of the default tracker can be chosen."""
+
+    open_field: ClassVar[str | None] = "extra_experts"
+
+    particles: Particles = 400
+    """Number of particles that are spread over a window. Where fewer places are likely, fewer are
+    left after the first of three rounds, a quarter at least. As many search for a missed target."""
+    correlation: Correlation = Correlation(sharpness=1 / 12)
+    """The near window's correlation filter. The scale filter learns at its rate."""
+    posterior: Posterior = Posterior()
+    """The near window's color posterior."""
+    sigma: Positive = 0.02
+    """The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
+    value, the estimate is a mean over a larger area."""
+    scale: ScaleFilter = ScaleFilter()
+    """Cue for the size: the scale filter."""
+    redetection: Redetection = Redetection()
+    """How a missed target is searched for."""
+    border_gain: NonNegative = 0.2
+    """Weight of the posterior at the border in the estimate of the size; the scale filter has
+    weight 1."""
+    evidence: Evidence = Evidence()
+    """What the near window says of a place; the experts add to it."""
+    confined: Confined = Confined()
+    """Expert: a filter that is confined to the target, in a wide window."""
+    network: Network | None = None
+    """A trained network that follows the target too; by default there is none."""
+    extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
+    """Experts of other packages, by name. In files and options they stand among the other keys."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_extra_names(self)
+
+    @cached_property
+    def cues(self) -> dict[str, Correlation | Posterior]:
+        """The cues for the place, by name."""
+        return {"correlation": self.correlation, "posterior": self.posterior}
+
+    @cached_property
+    def experts(self) -> Experts:
+        """The experts in use: those with a weight, and all of other packages."""
+        own: dict[str, Expert] = {}
+        if self.confined.weight:
+            own["confined"] = self.confined
+        return Experts(own | self.extra_experts)
+
+    @cached_property
+    def budget(self) -> KldSampling:
+        """The number of particles after the first of three rounds in a window."""
+        return KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
