@@ -455,6 +455,13 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
     assert rows.read_bytes().endswith(b"\n")
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == len(table(str(rows)))
+    whole = rows.read_bytes()
+    with started([*line, "--resume"]) as process:  # while it repeats them, they stay
+        wait_for(lambda: any(tmp_path.glob("o.mp4.partial*")))
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate()
+    assert (process.returncode, "cannot be resumed" in error) == (130, False), error
+    assert rows.read_bytes().startswith(whole)
     # Resumed, the rows are continued and the overlay is made anew.
     assert main([*line, "--resume", "--end", "90"]) == 0
     with open_source(overlay) as drawn:
