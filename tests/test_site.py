@@ -129,6 +129,14 @@ def test_docstrings_are_read_as_they_are_meant() -> None:
                     assert one.description, (part.path, one.name)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_pages_link_to_files_of_the_repository(page: Path) -> None:
+    """Who reads them there has no site with generated pages."""
+    text = page.read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+        assert (page.parent / link).exists(), link
+
+
 def test_pages_for_users_are_read_in_two_hours() -> None:
     """What was tried and measured is the lab's."""
     assert sum(len(page.read_text(encoding="utf-8").split()) for page in USER_PAGES) <= 22_000

@@ -36,6 +36,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, Status, Track
 from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
+from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
@@ -245,8 +246,8 @@ def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
     pixels = np.zeros((9, 9, 3), np.uint8)
     states = [Status.TRACKING, Status.LOST, *[Status.SEARCHING] * (frames - 1), Status.TRACKING]
     for i, status in enumerate(states):
-        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), np.eye(5), 0.9, status)
-        tally.add(Moment(Frame(i, i / 25, pixels), [track]))
+        track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), status=status)
+        tally.add(Moment(Frame(i, i / 25, pixels), [track], StepInfo(track)))
     assert ("look whether it is the same one" in str(tally)) is said
 
 
@@ -496,6 +497,13 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
     assert rows.read_bytes().endswith(b"\n")
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == len(table(str(rows)))
+    whole = rows.read_bytes()
+    with started([*line, "--resume"]) as process:  # while it repeats them, they stay
+        wait_for(lambda: any(tmp_path.glob("o.mp4.partial*")))
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate()
+    assert (process.returncode, "cannot be resumed" in error) == (130, False), error
+    assert rows.read_bytes().startswith(whole)
     # Resumed, the rows are continued and the overlay is made anew.
     assert main([*line, "--resume", "--end", "90"]) == 0
     with open_source(overlay) as drawn:

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import counted, log
+from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
@@ -87,6 +88,8 @@ class RowsOutput(Sink):
         return f"{name} (rows from {resumed + 1} on)"
 
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        if self._resume and interrupts.came():  # then fewer rows than there were are no other run's
+            kind = kind or KeyboardInterrupt
         self._writer.__exit__(kind, *rest)
         self._complete = kind is None
 

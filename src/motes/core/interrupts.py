@@ -147,6 +147,11 @@ def raised() -> Iterator[None]:
         _state = before
 
 
+def came() -> bool:
+    """Return whether a signal has asked the program to end."""
+    return _state.sent is not None
+
+
 def check() -> None:
     """Raise the last interrupt again if a library has caught it; else do nothing."""
     if _state.sent is not None:
