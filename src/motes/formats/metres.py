@@ -1,4 +1,4 @@
-"""Places and speeds of objects in metres, for rows that were made without them."""
+"""Places and speeds of objects in metres, also for rows that were made without them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections import defaultdict
 
 from msgspec.structs import replace
 
-from motes.core.track import Track
+from motes.core.track import GROUND, Track
 from motes.formats.recording import Recording
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
 
 
 def in_metres(recorded: Recording, units: RealUnits) -> Recording:
-    """Return the objects with their places and speeds in metres, in hindsight."""
+    """Return the objects with places and speeds in metres, in hindsight; old ones go."""
     tracks = defaultdict[int, dict[int, Track]](dict)
     for row in recorded:
         for each in row.objects:
@@ -25,7 +25,8 @@ def in_metres(recorded: Recording, units: RealUnits) -> Recording:
         places |= {(identity, frame): each for frame, each in zip(span, found, strict=True)}
 
     def measured(each: Track) -> Track:
-        return replace(each, further={**each.further, **places[each.identity, each.frame]})
+        others = {name: each.further[name] for name in each.further if name not in GROUND}
+        return replace(each, further={**others, **places[each.identity, each.frame]})
 
     frames = [replace(row, objects=tuple(map(measured, row.objects))) for row in recorded]
     return dataclasses.replace(recorded, frames=frames)
