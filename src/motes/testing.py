@@ -19,7 +19,7 @@ from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.registry import tag_of
-from motes.core.saved_state import check, pack, unpack
+from motes.core.saved_state import pack, unpack
 from motes.core.types import Bytes, Floats
 from motes.cues.base import AdaptableCue, Cue
 from motes.cues.color import Color
@@ -246,11 +246,6 @@ def _check_learning(cue: Cue, model: Any, frame: Frame) -> None:
 def _check_saving(cue: Cue, model: Any, frame: Frame) -> None:
     """Check that a model can be saved and read again."""
     read = msgspec.convert(msgspec.msgpack.decode(_packed(model)), type(model), dec_hook=unpack)
-    fresh = cue.learn(frame, TARGET._replace(x=WIDTH / 2, y=HEIGHT / 2))
-    try:
-        check(read, fresh, "model")
-    except ValueError as error:
-        raise AssertionError(f"a saved model is refused: {error}") from None
     its, same = (cue.distances(each, frame, _places()) for each in (read, model))
     assert np.array_equal(its, same), "a model that was saved gives other distances"
 

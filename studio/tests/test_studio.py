@@ -20,7 +20,7 @@ from PIL import Image
 
 from motes import Ellipse, SourceError, Status, Track
 from motes.cli import main
-from motes.formats import FORMATS
+from motes.formats import registry
 from motes.rows import FrameRow, Header, JournalWriter
 from motes_studio import exports, messages
 from motes_studio.command import networks_of
@@ -324,7 +324,7 @@ def test_every_format_that_is_written_is_read_back(
         names.add(name)
         address = f"/api/sessions/{session}/import"
         back = client.post(address, params={"name": name}, content=answer.content)
-        if FORMATS.usable()[form].read is None:
+        if registry.FORMATS.usable()[form].read is None:
             why = "it has no labels" if form == "masks" else "is only written"
             assert why in back.json()["error"]
             continue

@@ -26,7 +26,9 @@ from PIL import Image
 
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
+from motes.cli.app import commands
 from motes.cli.frame_loop import Moment
+from motes.cli.help import Help
 from motes.cli.track_frames import TargetTally
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
@@ -125,6 +127,19 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 # What users get
 
 
+def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
+    error = go("track FILM --init BOX -o s.csv --preset nummiaro --set budget.min=31")[2]
+    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
+    assert found
+    least, most, mean = map(int, found.groups())
+    assert 31 <= least < mean < most <= 500
+    error = go(
+        "track FILM --init BOX -o t.csv --preset nummiaro --set budget.min=40 --set budget.max=40 "
+        "--set particles=40"
+    )[2]
+    assert "ms a frame, 40 particles; wrote t.csv" in error
+
+
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX -o r.csv")
     assert (code, out) == (0, "")
@@ -163,6 +178,17 @@ def test_standard_output_holds_rows_and_nothing_else(go: Go) -> None:
     assert go("track FILM --init BOX --end 4")[1] == out
     lines = go("track FILM --init BOX -o - --format jsonl --end 4")[1].splitlines()
     assert [json.loads(line)["frame"] for line in lines] == [0, 1, 2, 3]
+
+
+def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
+    _, out, _ = go("track FILM --init 60,50,20,10,0.5 --end 1 -o -")
+    assert out.splitlines()[1].split(",")[8:13] == [
+        "60.000",
+        "50.000",
+        "20.000",
+        "10.000",
+        "0.50000",
+    ]
 
 
 def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
@@ -266,6 +292,22 @@ def test_layers_preset_then_file_then_options(go: Go) -> None:
 
 
 # Wrong input
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["track", "watch"])
+def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) -> None:
+    def shown(flag: str) -> list[str]:
+        return re.findall(r"^│ (--[a-z-]+)", go(f"{command} {flag}")[1], re.MULTILINE)
+
+    usual, every = shown("--help"), shown("--help-all")
+    assert 10 <= len(usual) <= 15
+    assert set(usual) < set(every)
+    assert len(every) == len(set(every))
+    assert {"--output", "--overlay", "--help-all"} <= set(usual)
+    formatter = commands([])[command].help_formatter
+    assert isinstance(formatter, Help)
+    assert formatter.usual == set(usual)  # none is misspelled
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import pytest
 from motes.cli import main
 from motes.core.config import from_dict, to_dict
 from motes.mot.pipeline_config import WatchConfig
-from motes.sot.presets import PRESETS, TrackerConfig, preset
+from motes.sot.presets import DESCRIPTIONS, PRESETS, TrackerConfig, preset
 
 Go = Callable[[str], tuple[int, str, str]]
 ENTRY = re.compile(r"^ *([\w.]+) = (.+?)  \[.*\]$", re.M)
@@ -27,6 +27,13 @@ def go(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> G
         return main(["config", *line.split()]), *capsys.readouterr()
 
     return run
+
+
+def test_presets_are_listed_with_their_meanings(go: Go) -> None:
+    code, out, _ = go("")
+    assert code == 0
+    for name, text in DESCRIPTIONS.items():
+        assert re.search(rf"^{re.escape(name)} +{re.escape(text)}$", out, re.M)
 
 
 @pytest.mark.parametrize("name", ["default", "nummiaro", "zhao_pei", "maggio:O-ROH", "mean_shift"])
@@ -68,3 +75,13 @@ def test_unknown_names(go: Go, line: str, message: str) -> None:
     code, out, error = go(line)
     assert (code, out) == (2, "")
     assert message in error
+
+
+@pytest.mark.parametrize("columns", [20, 40, 80])
+def test_lines_fit_the_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for arguments in ([], ["maggio"]):
+        assert main(["config", *arguments]) == 0
+        assert max(map(len, capsys.readouterr().out.splitlines())) <= columns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -105,6 +106,16 @@ def test_a_disk_that_is_full_in_the_end(
     assert f"wrote {left} (unfinished), r.csv" in error
     assert "o.mp4 cannot be written: No space left on device; make room there. What " in error
     assert pictures(left) == FRAMES - 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_nothing_is_said_of_what_is_not_there(
+    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fill(monkeypatch, "o.mp4")
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    assert (code, "wrote" in error) == (5, False)
+    assert os.listdir() == ["film.mkv"]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

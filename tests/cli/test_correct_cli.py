@@ -112,6 +112,37 @@ def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
         assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
 
 
+def test_other_outputs(go: Go) -> None:
+    code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
+    assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
+    assert Path("d.xml").read_text().count("<box ") >= 2
+    assert not Path("d.xml.run.json").exists()
+
+
+@pytest.mark.slow
+def test_metres_and_an_overlay(go: Go) -> None:
+    line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
+    code, said = go(f"{line} -o m.csv --overlay m.mp4")
+    assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
+    found = rows("m.csv")
+    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
+    assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
+    assert found[10]["x_m"] == ""
+    assert go("draw FILM m.csv --masks masks")[0] == 0
+    with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
+        assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
+    # Corrected rows have metres too, and the others stay.
+    before = Path("m.csv").read_text().splitlines()
+    assert go("refine FILM m.csv --at 22=31,25,30,40")[0] == 0
+    after = Path("m.csv").read_text().splitlines()
+    assert after[:22] == before[:22]
+    assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS} --scale 20")[0] == 0
+    assert go("smooth plain.csv -o s.csv")[0] == 0
+    smoothed, raw = (float(rows(name)[20]["x_m"]) for name in ("s.csv", "plain.csv"))
+    assert smoothed == pytest.approx(raw, abs=0.1)
+
+
 def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
     """What a user has marked would move."""
     assert go(f"track FILM --at 4=BOX --at 20=BOX -o keys.csv {OPTIONS}")[0] == 0
@@ -517,6 +548,16 @@ def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
         assert History.load(Path(f"{name}.csv.run.json")).fps == 5
     assert go("convert a.csv b.jsonl")[0] == 0
     assert go("refine FILM b.jsonl --at 9=BOX")[0] == 0
+
+
+def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
+    assert go("watch FILM --line 9,0,9,60 --scale 4 --fps 5 -o rows.csv")[0] in (0, 4)
+    known = History.load(Path("rows.csv.run.json"))
+    assert known.places is not None
+    assert [*known.places.line[0].points] == [9, 0, 9, 60]
+    assert known.fps == 5
+    assert known.units is not None
+    assert known.units.ground.scale == 4
 
 
 @pytest.mark.slow

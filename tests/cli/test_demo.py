@@ -7,15 +7,18 @@ import html
 import json
 import math
 import re
+import sys
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from itertools import islice
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
-from motes.cli.demo import FILES, PAGE, STORIES, TrackerRun, demo
+from motes.cli import demo as module
+from motes.cli.demo import FILES, PAGE, STORIES, Score, TrackerRun, demo, score
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
@@ -124,6 +127,11 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         demo(out=tmp_path / "file", frames=1)
 
 
+def test_mean_shift_stands_in_for_an_opencv_without_csrt(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", ModuleType("cv2"))
+    assert [run.name for run in module._rivals(("CSRT", "KCF"))] == ["mean shift"]
+
+
 @pytest.mark.parametrize(("patience", "stops"), [(3, True), (math.inf, False)])
 def test_a_tracker_that_stays_off_the_target_is_stopped(patience: float, stops: bool) -> None:
     target, away = Box(0, 0, 10, 10), Box(50, 50, 10, 10)
@@ -135,3 +143,13 @@ def test_a_tracker_that_stays_off_the_target_is_stopped(patience: float, stops: 
     assert run.overlaps == pytest.approx([1, 0, 0, 1, 0, 0, 0, 0 if stops else 1])
     assert len(run.tracking) == 8
     assert len(run.box) == (0 if stops else 4)
+
+
+def test_the_score_of_a_run_worked_by_hand() -> None:
+    #            hit  hit  miss hidden miss hit  miss
+    overlaps = [1.0, 0.6, 0.05, 0.0, 0.0, 0.1, 0.02]
+    visible = [1.0, 1.0, 0.5, 0.0, 0.1, 1.0, 1.0]
+    tracking = [True, True, True, False, False, True, False]
+    assert score(overlaps, visible, tracking) == pytest.approx(
+        Score(half=2 / 5, missed=4, admitted=3)
+    )

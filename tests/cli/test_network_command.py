@@ -33,6 +33,14 @@ class Quiet(SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
+class Terminal(StringIO):
+    """A terminal at which an answer has been typed."""
+
+    def isatty(self) -> bool:
+        """Return that it is one."""
+        return True
+
+
 @pytest.fixture
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Publish a network on a server, as the only one; yield the folder of its files."""
@@ -106,6 +114,14 @@ def test_a_file_of_that_name_goes_before(
     Path("pair").touch()
     assert published.paths_of(("pair",)) == ("pair",)
     assert published.paths_of(("pair", "other")) == ("pair", "other")
+
+
+@pytest.mark.parametrize(("answer", "got"), [("y", True), ("Yes", True), ("n", False), ("", False)])
+@pytest.mark.usefixtures("served")
+def test_it_asks(answer: str, got: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n" if answer else ""))
+    assert main(["network", "get", "pair"]) == 0
+    assert kept() == ["pair"] * got
 
 
 @pytest.mark.usefixtures("served")

@@ -292,6 +292,14 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
     assert go("--dump-config --config s.toml") == (0, text, "")
 
 
+def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
+    for index in range(12):  # another color, not another exposure
+        color = (100, 100, 100) if index < 8 else (200, 60, 60)
+        Image.new("RGB", (64, 48), color).save(tmp_path / f"{index}.png")
+    _, _, error = go("*.png -o r.csv")
+    assert error.count("Frame 8: the picture changes all over") == 1
+
+
 def test_the_table_is_by_the_minute() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
     places = [

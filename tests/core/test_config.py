@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinds import CONFIGS
-from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.cli.settings import value_of
+from motes.core.config import Config, from_dict, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
@@ -253,7 +254,7 @@ def test_merging() -> None:
     ],
 )
 def test_flags(text: str, value: Any) -> None:
-    assert from_flag(text) == value
+    assert value_of(text) == value
 
 
 @pytest.mark.parametrize("value", [{"points": [0, 0, 9, 9]}, 3])
@@ -290,4 +291,4 @@ def test_deep_toml_is_refused() -> None:
     deep = "[" * 5000 + "]" * 5000
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")
-    assert from_flag(deep) == deep
+    assert value_of(deep) == deep

@@ -45,7 +45,7 @@ def test_an_algorithm_keeps_the_state_that_it_names(name: str) -> None:
     ):
         assert type(after) is each.state_type
         assert type(report) is type(info)
-        each.check(after, first if report.track.frame == 0 else last)
+        each.typed(after, first if report.track.frame == 0 else last)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -365,30 +364,6 @@ def test_saved_and_loaded_it_goes_on_the_same(name: str, tmp_path: Path) -> None
 # Files
 
 
-def test_any_cut_or_changed_file_is_refused(tmp_path: Path) -> None:
-    tracker = Tracker(msgspec.structs.replace(PRESETS["nummiaro"], particles=4))
-    follow(tracker, FRAMES[:3])
-    tracker.save(tmp_path / "whole")
-    data = (tmp_path / "whole").read_bytes()
-    for length in range(0, len(data) - 1, 997):
-        (tmp_path / "cut").write_bytes(data[:length])
-        with pytest.raises(FormatError):
-            Tracker.load(tmp_path / "cut")
-    saved = msgspec.msgpack.decode(data)
-    wrong: tuple[Any, ...] = ({}, [], 99, "x", None)
-    for key in saved:
-        for value in wrong:
-            if key != "seed" and (key, value) != ("angle", 99):
-                changed = msgspec.msgpack.encode({**saved, key: value})
-                (tmp_path / "changed").write_bytes(changed)
-                with pytest.raises(FormatError):
-                    Tracker.load(tmp_path / "changed")
-        fewer = {name: part for name, part in saved.items() if name != key}
-        (tmp_path / "fewer").write_bytes(msgspec.msgpack.encode(fewer))
-        with pytest.raises(FormatError):
-            Tracker.load(tmp_path / "fewer")
-
-
 def test_presets_by_name() -> None:
     for name in PRESETS:
         assert Tracker(name).config is PRESETS[name]
@@ -561,6 +536,16 @@ def test_a_known_target_is_found_when_it_comes(
             assert track.confidence < 0.5 or iou(track.box, region(center).box) > 0.3
     assert track.status is Status.TRACKING
     assert covers(track, region(center))
+
+
+@pytest.mark.parametrize("name", SEARCHERS)
+def test_a_known_target_that_is_there_already(name: str) -> None:
+    tracker = Tracker(CONFIGS[name], 1)
+    tracker.search(FRAMES[0], known(name), background=scene(99, None))
+    for picture in FRAMES[1:]:
+        track = tracker.update(picture)
+    assert track.status is Status.TRACKING
+    assert iou(track.box, region(path(15)).box) > 0.45
 
 
 def test_a_resemblance_of_a_few_frames_is_no_known_target() -> None:

@@ -30,7 +30,7 @@ from motes import (
 )
 from motes.cli import main
 from motes.cues import Color
-from motes.video import decoder, live, open_watched
+from motes.video import decoder, live
 from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
@@ -414,7 +414,7 @@ def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.Monk
     monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
     lookout = CameraReporter(Camera("one", ""), Scene(red))
     handover, said = CrossCameraAssociation(Rig((Camera("one", ""),))), []
-    with camera(moving) as stream, open_watched(stream.url) as film:
+    with camera(moving) as stream, live.open_watched(stream.url) as film:
         for news in film:
             if isinstance(news, str):
                 said.append(news)
@@ -439,7 +439,7 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     for door in (True, False):
         scene = Scene(BackgroundDetector())
         lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
-        with open_watched(str(films / "hall.mkv")) as film:
+        with live.open_watched(str(films / "hall.mkv")) as film:
             frames = [frame for frame in film if isinstance(frame, Frame)]
         reports[door] = [r for r in map(lookout.report, frames) if r.sightings]
     first, early = reports[True][0].sightings[0], reports[False][0].sightings[0]

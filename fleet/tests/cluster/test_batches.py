@@ -22,7 +22,8 @@ import batch_jobs
 from clips import clip
 from motes import FormatError
 from motes.cli import main
-from motes.core import Again, Ended, LocalPool, News, Started, Task, outcome
+from motes.core import LocalPool
+from motes.core import pool as pools
 from motes_fleet.cluster.driver import BatchEvent, batch
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import Record, records
@@ -40,28 +41,28 @@ class InProcess:
     """
 
     def __init__(self, crashes: Iterable[str] = ()) -> None:
-        self._tasks: list[Task] = []
+        self._tasks: list[pools.Task] = []
         self._crashes = Counter(crashes)
         self.done: list[str] = []
 
-    def has_room(self, task: Task) -> bool:
+    def has_room(self, task: pools.Task) -> bool:
         """Return whether there are few."""
         return len(self._tasks) < 2
 
-    def give(self, task: Task) -> None:
+    def give(self, task: pools.Task) -> None:
         """Take a task."""
         self._tasks.append(task)
 
-    def wait(self) -> list[News]:
+    def wait(self) -> list[pools.News]:
         """Do one."""
         task = self._tasks.pop()
-        begun = Started(task, "here", os.getpid())
+        begun = pools.Started(task, "here", os.getpid())
         self.done.append(task.name)
-        ended = outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
+        ended = pools.outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
         if self._crashes[task.name]:  # after the work, the worst moment
             self._crashes[task.name] -= 1
-            return [begun, Ended(task, error="It died.", crashed=True)]
-        return [begun, Ended(task, *ended)]
+            return [begun, pools.Ended(task, error="It died.", crashed=True)]
+        return [begun, pools.Ended(task, *ended)]
 
     def show(self, numbers: Mapping[str, float]) -> None:
         """Do nothing."""
@@ -193,7 +194,7 @@ def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
         "dies": "failed", "hangs": "failed", "fails": "failed",
         "a": "done", "b": "done", "c": "done",
     }  # fmt: skip
-    assert [each.task.name for each in events if isinstance(each, Again)] == ["dies"]
+    assert [each.task.name for each in events if isinstance(each, pools.Again)] == ["dies"]
     assert (made["dies"].attempts, made["hangs"].attempts) == (2, 1)
     assert "SIGKILL" in str(made["dies"].error)
 
@@ -306,17 +307,17 @@ def test_progress_is_counted(
 ) -> None:
     monkeypatch.setattr("motes_fleet.commands.batch_progress.INTERVAL", 0.0)
     done = Record(name="a", status="done", digest="", frames=7)
-    task = Task("c", batch_jobs.square, 0)
+    task = pools.Task("c", batch_jobs.square, 0)
     with BatchProgress(9) as progress:
         progress.keep(done)
         for event in (
-            Started(task, "here", 1),
+            pools.Started(task, "here", 1),
             done,
-            Started(task, "here", 1),
-            Again(task, "Lost."),
-            Started(task, "here", 1),
+            pools.Started(task, "here", 1),
+            pools.Again(task, "Lost."),
+            pools.Started(task, "here", 1),
             msgspec.structs.replace(done, status="failed"),
-            Started(task, "here", 1),
+            pools.Started(task, "here", 1),
         ):
             progress.note(event)
         assert progress.numbers() == {"waiting": 5, "running": 1, "done": 2, "failed": 1}

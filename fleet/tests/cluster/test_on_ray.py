@@ -12,7 +12,8 @@ import pytest
 import batch_jobs
 from motes import ConfigError
 from motes.cli import main
-from motes.core import Again, Ended, LocalPool, Started, Task, run
+from motes.core import LocalPool
+from motes.core import pool as pools
 from motes_fleet.cluster.driver import batch
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.on_ray import RayPool
@@ -33,17 +34,19 @@ def results(out: Path) -> dict[str, bytes]:
 
 def test_workers_die_hang_and_go_on(cluster: Any, tmp_path: Path) -> None:
     given = [
-        Task("dies", batch_jobs.die, None),
-        Task("dies once", batch_jobs.die_first, str(tmp_path / "marker")),
-        Task("hangs", batch_jobs.hang, None, seconds=2.0),
-        Task("raises", batch_jobs.raise_error, "no", memory=1 << 60),  # more than any node has
-        Task("square", batch_jobs.square, 3),
+        pools.Task("dies", batch_jobs.die, None),
+        pools.Task("dies once", batch_jobs.die_first, str(tmp_path / "marker")),
+        pools.Task("hangs", batch_jobs.hang, None, seconds=2.0),
+        pools.Task(
+            "raises", batch_jobs.raise_error, "no", memory=1 << 60
+        ),  # more than any node has
+        pools.Task("square", batch_jobs.square, 3),
     ]
     with connected(cluster.address) as ray:
         pool = RayPool(ray)
-        events = list(run(pool, given, attempts=2))
+        events = list(pools.run(pool, given, attempts=2))
         pool.close()
-    ended = {each.task.name: each for each in events if isinstance(each, Ended)}
+    ended = {each.task.name: each for each in events if isinstance(each, pools.Ended)}
     assert ended["dies"].crashed
     assert ended["dies once"].value == "alive"
     assert "longer than the 2 s" in str(ended["hangs"].error)
@@ -64,10 +67,10 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
         plan, events = Plan(str(out), make, attempts=9), []
         for event in batch(pool, Folder(out), jobs, plan, lambda _: None):
             events.append(event)
-            count = sum(isinstance(each, Started) for each in events)
-            if hit and isinstance(event, Started) and count == 1:
+            count = sum(isinstance(each, pools.Started) for each in events)
+            if hit and isinstance(event, pools.Started) and count == 1:
                 os.kill(event.pid, signal.SIGKILL)
-            elif hit and isinstance(event, Started) and count == 3:
+            elif hit and isinstance(event, pools.Started) and count == 3:
                 cluster.remove_node(cluster.worker_nodes.copy().pop(), allow_graceful=False)
         return events
 
@@ -77,7 +80,7 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
         pool = RayPool(ray)
         events = done(pool, tmp_path / "ray", hit=True)
         pool.close()
-    assert any(isinstance(each, Again) for each in events)
+    assert any(isinstance(each, pools.Again) for each in events)
     finished = [each for each in events if isinstance(each, Record)]
     assert sorted(each.name for each in finished) == sorted(job.name for job in jobs)
     assert results(tmp_path / "ray") == results(tmp_path / "local")

@@ -9,18 +9,8 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes.core import (
-    Again,
-    Ended,
-    LocalPool,
-    News,
-    Started,
-    Task,
-    TryAgain,
-    outcome,
-    resources,
-    run,
-)
+from motes.core import LocalPool, resources
+from motes.core import pool as pools
 
 
 class Script:
@@ -28,23 +18,23 @@ class Script:
 
     def __init__(self, room: int, ends: dict[str, list[bool]]) -> None:
         self._room, self._ends = room, ends
-        self.running: list[Task] = []
+        self.running: list[pools.Task] = []
         self.most = 0
 
-    def has_room(self, task: Task) -> bool:
+    def has_room(self, task: pools.Task) -> bool:
         """Return whether there are few."""
         return len(self.running) < self._room
 
-    def give(self, task: Task) -> None:
+    def give(self, task: pools.Task) -> None:
         """Take a task."""
         self.running.append(task)
         self.most = max(self.most, len(self.running))
 
-    def wait(self) -> list[News]:
+    def wait(self) -> list[pools.News]:
         """Do one."""
         task = self.running.pop(0)
         crashed = self._ends[task.name].pop(0)
-        return [Ended(task, None if crashed else task.argument, crashed=crashed)]
+        return [pools.Ended(task, None if crashed else task.argument, crashed=crashed)]
 
     def show(self, numbers: Mapping[str, float]) -> None:
         """Do nothing."""
@@ -53,15 +43,18 @@ class Script:
         """Do nothing."""
 
 
-def tasks(names: str) -> list[Task]:
-    return [Task(name, batch_jobs.square, name) for name in names]
+def tasks(names: str) -> list[pools.Task]:
+    return [pools.Task(name, batch_jobs.square, name) for name in names]
 
 
 def test_a_task_is_tried_until_its_attempts_are_used_up() -> None:
     pool = Script(2, {"a": [False], "b": [True, True, True], "c": [True, False]})
-    events = list(run(pool, tasks("abc"), attempts=3))
-    assert Counter(each.task.name for each in events if isinstance(each, Again)) == {"b": 2, "c": 1}
-    ended = {each.task.name: each for each in events if isinstance(each, Ended)}
+    events = list(pools.run(pool, tasks("abc"), attempts=3))
+    assert Counter(each.task.name for each in events if isinstance(each, pools.Again)) == {
+        "b": 2,
+        "c": 1,
+    }
+    ended = {each.task.name: each for each in events if isinstance(each, pools.Ended)}
     assert [ended[name].crashed for name in "abc"] == [False, True, False]
     assert [ended[name].task.attempt for name in "abc"] == [1, 3, 2]
     assert pool.most == 2
@@ -74,51 +67,53 @@ def test_tasks_are_taken_as_there_is_room() -> None:
         nonlocal taken
         for n in range(1000):
             taken += 1
-            yield Task(str(n), batch_jobs.square, n)
+            yield pools.Task(str(n), batch_jobs.square, n)
 
-    for ended, _ in enumerate(run(pool, all_()), 1):  # type: ignore[arg-type]
+    for ended, _ in enumerate(pools.run(pool, all_()), 1):  # type: ignore[arg-type]
         assert taken <= ended + 4
     assert taken == 1000
 
 
 def test_a_task_may_ask_for_another_attempt() -> None:
     def lost(_: object) -> None:
-        raise TryAgain("the network")
+        raise pools.TryAgain("the network")
 
-    assert outcome(lost, None) == (None, "the network", True)
-    assert outcome(batch_jobs.raise_error, "no") == (None, "ValueError: no", False)
-    assert outcome(batch_jobs.square, 3) == (9, None, False)
+    assert pools.outcome(lost, None) == (None, "the network", True)
+    assert pools.outcome(batch_jobs.raise_error, "no") == (None, "ValueError: no", False)
+    assert pools.outcome(batch_jobs.square, 3) == (9, None, False)
 
 
 @pytest.mark.slow
 def test_workers_die_hang_and_go_on(tmp_path: Path) -> None:
     given = [
-        Task("dies", batch_jobs.die, None),
-        Task("dies once", batch_jobs.die_first, str(tmp_path / "marker")),
-        Task("hangs", batch_jobs.hang, None, seconds=0.5),
-        Task("raises", batch_jobs.raise_error, "no"),
-        *(Task(f"{n}", batch_jobs.square, n) for n in range(4)),
+        pools.Task("dies", batch_jobs.die, None),
+        pools.Task("dies once", batch_jobs.die_first, str(tmp_path / "marker")),
+        pools.Task("hangs", batch_jobs.hang, None, seconds=0.5),
+        pools.Task("raises", batch_jobs.raise_error, "no"),
+        *(pools.Task(f"{n}", batch_jobs.square, n) for n in range(4)),
     ]
     with LocalPool(2) as pool:
-        events = list(run(pool, given, attempts=2))
-    ended = {each.task.name: each for each in events if isinstance(each, Ended)}
+        events = list(pools.run(pool, given, attempts=2))
+    ended = {each.task.name: each for each in events if isinstance(each, pools.Ended)}
     assert ended["dies"].crashed
     assert "SIGKILL (was there too little memory?)" in str(ended["dies"].error)
     assert ended["dies once"].value == "alive"
     assert "longer than the 0.5 s" in str(ended["hangs"].error)
     assert ended["raises"].error == "ValueError: no"
     assert [ended[f"{n}"].value for n in range(4)] == [0, 1, 4, 9]
-    pids = [each.pid for each in events if isinstance(each, Started)]
+    pids = [each.pid for each in events if isinstance(each, pools.Started)]
     assert len(set(pids)) < len(pids)  # a worker does one task after another
 
 
 def test_memory_limits_what_runs_together() -> None:
     with LocalPool(3, memory=100) as pool:
-        large = Task("large", batch_jobs.hang, None, memory=80)
-        assert pool.has_room(Task("too large", batch_jobs.hang, None, memory=200))  # but alone
+        large = pools.Task("large", batch_jobs.hang, None, memory=80)
+        assert pool.has_room(
+            pools.Task("too large", batch_jobs.hang, None, memory=200)
+        )  # but alone
         pool.give(large)
         assert not pool.has_room(large)
-        assert pool.has_room(Task("small", batch_jobs.hang, None, memory=20))
+        assert pool.has_room(pools.Task("small", batch_jobs.hang, None, memory=20))
 
 
 @pytest.mark.parametrize(

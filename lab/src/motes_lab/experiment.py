@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from motes import FormatError
 from motes.cli import DONE, OUTPUT, PARTIAL, Overwrite, log, options, prepared_folder
-from motes.core import check, deferred, interrupts
+from motes.core import interrupts
 from motes_lab.datasets.sot import Problem
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Table
@@ -87,7 +87,7 @@ class ResultOptions:
         try:
             with contextlib.closing(steps), Console(stderr=True).status("measuring") as status:
                 for latest in steps:
-                    check()
+                    interrupts.check()
                     result, share = latest, latest.share
                     left = (time.monotonic() - start) * (1 - share) / share if share else 0.0
                     status.update(Text(f"measuring: {result.progress}{_time_left(left)}"))
@@ -97,7 +97,7 @@ class ResultOptions:
             log(f"{interrupts.word(interrupt)}{seconds:.0f} s; {known}.")
             return interrupts.code(interrupt)
         finally:
-            with deferred():
+            with interrupts.deferred():
                 if result is not None:
                     self._show(name, result)
                     problems = [*problems, *result.problems]

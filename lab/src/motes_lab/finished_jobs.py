@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from motes.cli import worker_count
-from motes.core import TIME_LIMIT, Ended, LocalPool, Task
+from motes.core import LocalPool
 from motes.core import pool as pools
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.mot_scores import MotOutcome
@@ -20,8 +20,10 @@ Results = list[Any]
 def finished_jobs(jobs: Sequence[Job]) -> Iterator[tuple[Results, str, float]]:
     """Run jobs in a process for each core; yield the results of each, progress and done share."""
     with LocalPool(worker_count(None)) as pool:
-        events = pools.run(pool, (Task(job.name, run, job, seconds=TIME_LIMIT) for job in jobs))
-        for done, event in enumerate((each for each in events if isinstance(each, Ended)), 1):
+        events = pools.run(
+            pool, (pools.Task(job.name, run, job, seconds=pools.TIME_LIMIT) for job in jobs)
+        )
+        for done, event in enumerate((each for each in events if isinstance(each, pools.Ended)), 1):
             job: Job = event.task.argument
             if event.error is None:
                 results: Results = event.value

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple, Self
 
 from motes import Frame, MotesError, SourceError, open_source
-from motes.core import Again, Pool, Started, Task, explain, slug, write_whole, writing
+from motes.core import explain, slug, write_whole, writing
 from motes.core import pool as pools
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.mot import MotSequence
@@ -122,7 +122,7 @@ class JobEvent(NamedTuple):
 
 
 def run(
-    pool: Pool, jobs: Iterable[Job], out: Path, time_limit: float, attempts: int = 1
+    pool: pools.Pool, jobs: Iterable[Job], out: Path, time_limit: float, attempts: int = 1
 ) -> Generator[JobEvent, None, None]:
     """Run jobs; yield the start and the end of each job.
 
@@ -144,12 +144,12 @@ def run(
     FormatError
         If a track cannot be written.
     """
-    tasks = (Task(job.name, run_job, job, seconds=time_limit) for job in jobs)
+    tasks = (pools.Task(job.name, run_job, job, seconds=time_limit) for job in jobs)
     for event in pools.run(pool, tasks, attempts):
         job: Job = event.task.argument
-        if isinstance(event, Started):
+        if isinstance(event, pools.Started):
             yield JobEvent(job, None)
-        elif isinstance(event, Again):
+        elif isinstance(event, pools.Again):
             continue
         elif event.error is not None:
             yield JobEvent(job, dict.fromkeys(job.passes, event.error))

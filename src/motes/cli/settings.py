@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
+import tomllib
 from collections.abc import Sequence
 from typing import Any
 
 from motes.cli.exit_codes import EXIT_CODES
-from motes.core.config import DEEPEST, from_flag
+from motes.core.config import DEEPEST
 from motes.core.errors import ConfigError
 
 HELP = f"""\
@@ -48,8 +51,19 @@ def settings_of(given: Sequence[str]) -> dict[str, Any]:
             table = inner
         if last in table:
             raise ConfigError(f"--set gives {key.strip()} twice, or keys inside it too; give one.")
-        table[last] = from_flag(value.strip())
+        table[last] = value_of(value.strip())
     return found
+
+
+def value_of(text: str) -> Any:
+    """Return the value of a text, such as 0.2 of `--set motion.noise=0.2`.
+
+    The text is read as a TOML value; `8,8,8` is a list, and any other text is a string.
+    """
+    listed = f"[{text}]" if re.match(r"[^\[].*,", text) else text
+    with contextlib.suppress(ValueError, RecursionError):
+        return tomllib.loads(f"value = {listed}")["value"]
+    return text
 
 
 def is_key(path: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import math
 import numbers
@@ -162,14 +161,3 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(each) for key, each in value.items() if each is not None}
     return [*map(_without_none, value)] if isinstance(value, list | tuple) else value
-
-
-def from_flag(text: str) -> Any:
-    """Return the value of a text, such as 0.2 of `--set motion.noise=0.2`.
-
-    The text is read as a TOML value; `8,8,8` is a list, and any other text is a string.
-    """
-    listed = f"[{text}]" if re.match(r"[^\[].*,", text) else text
-    with contextlib.suppress(ValueError, RecursionError):
-        return tomllib.loads(f"value = {listed}")["value"]
-    return text

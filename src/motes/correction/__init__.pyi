@@ -11,10 +11,6 @@ from .history import ENDING as ENDING
 from .history import FORMAT as FORMAT
 from .history import History as History
 from .history import history_beside as history_beside
-from .join import DRIFT as DRIFT
-from .join import Stretch as Stretch
-from .join import enclosing as enclosing
-from .join import shared_variance as shared_variance
 from .keyframes import Keyframes as Keyframes
 from .keyframes import check_keyframes as check_keyframes
 from .passes import Course as Course

@@ -13,7 +13,6 @@ from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
-from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles
 from motes.cues.base import Cue
 from motes.cues.search_window import WindowModel
@@ -30,8 +29,8 @@ SURROUNDINGS = 1.4
 class PosteriorModel(WindowModel, frozen=True, eq=False, tag="posterior"):
     """The learned colors of a target and of its surroundings."""
 
-    inside: NotNegativeSingles
-    outside: NotNegativeSingles
+    inside: Singles
+    outside: Singles
     """(32768,), shares of the colors in the target and around it; each sums to 1."""
 
 

@@ -23,7 +23,6 @@ from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.saved_state import SAME
 from motes.core.types import Singles, Spectra
 from motes.cues import fourier as ridge
 from motes.cues.fourier import fast_length, irfft2, rfft2
@@ -56,8 +55,8 @@ PEAK_RADIUS = 1.5
 class ConfinedModel(msgspec.Struct, frozen=True, eq=False, tag="confined"):
     """A learned filter."""
 
-    a: Annotated[float, SAME]
-    b: Annotated[float, SAME]
+    a: float
+    b: float
     """Half-axes of the target's first region in pixels, from which the window follows."""
     filter: Spectra
     """(30, n, n // 2 + 1): the filter's transform."""

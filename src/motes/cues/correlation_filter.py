@@ -20,7 +20,6 @@ from motes import kernels
 from motes.core.config import Config, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
-from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.base import Cue
 from motes.cues.fourier import (
@@ -56,9 +55,9 @@ class CorrelationModel(WindowModel, frozen=True, eq=False, tag="correlation"):
     """
 
     numerator: Spectra
-    power: NotNegativeSingles
+    power: Singles
     first_numerator: Spectra
-    first_power: NotNegativeSingles
+    first_power: Singles
 
 
 class Correlation(Cue, Config, frozen=True):
@@ -182,10 +181,10 @@ class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
 
     numerator: Spectra
     """(features, n // 2 + 1): conjugate label times features."""
-    power: NotNegativeSingles
+    power: Singles
     """(n // 2 + 1,): energy of the features."""
-    rows: Annotated[int, SAME]
-    columns: Annotated[int, SAME]
+    rows: int
+    columns: int
     """Number of rows and of columns of the target's cells."""
 
 

@@ -13,7 +13,6 @@ from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue, check_bins
 from motes.cues.sampling import EllipsePixels
@@ -22,9 +21,9 @@ from motes.cues.sampling import EllipsePixels
 class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
     """A target's histogram."""
 
-    histogram: NotNegative
+    histogram: Floats
     """(m,), sums to 1; zeros if no pixel was read."""
-    anchor: NotNegative
+    anchor: Floats
     """(m,), the histogram of the first frame. The model update keeps the model near it."""
 
 

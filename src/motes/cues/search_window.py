@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -19,7 +18,6 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.saved_state import SAME
 from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
 from motes.cues.fourier import fast_length
@@ -133,8 +131,8 @@ class SampleGrid:
 class WindowModel(msgspec.Struct, frozen=True, eq=False):
     """The base of target models that are learned in a window around the target."""
 
-    a: Annotated[float, SAME]
-    b: Annotated[float, SAME]
+    a: float
+    b: float
     """Half-axes of the target's first region in pixels, from which the grid follows."""
     place: Ellipse
     """The target's last place, where the model was updated. `distances` reads the window there

@@ -19,7 +19,6 @@ from .regions import MAX_FRAME as MAX_FRAME
 from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
 from .regions import region_of_pixels as region_of_pixels
-from .registry import FORMATS as FORMATS
 from .registry import Format as Format
 from .text import read_text as read_text
 from .thinning import KEYFRAME_ERROR as KEYFRAME_ERROR

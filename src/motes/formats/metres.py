@@ -22,11 +22,12 @@ def in_metres(recorded: Recording, units: RealUnits) -> Recording:
     for identity, seen in tracks.items():
         span = range(min(seen), max(seen) + 1)
         found = motion_in_hindsight(units, map(seen.get, span))
-        places |= {(identity, frame): each for frame, each in zip(span, found, strict=True)}
+        places |= {(identity, n): place for n, place in zip(span, found, strict=True)}
+    nowhere = dict.fromkeys(GROUND)
 
-    def measured(each: Track) -> Track:
-        others = {name: each.further[name] for name in each.further if name not in GROUND}
-        return replace(each, further={**others, **places[each.identity, each.frame]})
+    def placed(each: Track) -> Track:
+        place = places[each.identity, each.frame]
+        return replace(each, further={**each.further, **nowhere, **place})
 
-    frames = [replace(row, objects=tuple(map(measured, row.objects))) for row in recorded]
+    frames = [replace(row, objects=tuple(map(placed, row.objects))) for row in recorded]
     return dataclasses.replace(recorded, frames=frames)

@@ -6,7 +6,5 @@ from .network.family import NetworkFamily as NetworkFamily
 from .network.network import Network as Network
 from .network.network import files_of as files_of
 from .network.published import paths_of as paths_of
-from .presets import DESCRIPTIONS as DESCRIPTIONS
-from .presets import MEAN_SHIFT as MEAN_SHIFT
 from .segmentation import Mask as Mask
 from .segmentation import Segmenter as Segmenter

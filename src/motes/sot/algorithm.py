@@ -84,15 +84,17 @@ class Algorithm(Generic[S]):
         It returns the new state and a report of the same frame.
         """
 
-    @abstractmethod
-    def check(self, state: S, frame: Frame) -> S:
-        """Return a saved state in the types of this algorithm's parts.
+    def typed(self, state: S, frame: Frame) -> S:
+        """Return a saved state of a frame, with parts of type `Any` in their types.
+
+        By default there are none.
 
         Raises
         ------
         ValueError
-            If no frame leaves such a state; see `motes.core.saved_state`.
+            If the state is of another configuration.
         """
+        return state
 
 
 TRACKERS = Registry[type[Algorithm[Any]]](

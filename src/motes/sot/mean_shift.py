@@ -16,7 +16,6 @@ import numpy as np
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import check, middle_of
 from motes.core.track import Status, Track
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
@@ -108,13 +107,6 @@ class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
         """Put the target at `region` of the current frame; the target model is kept."""
         state = replace(state, status=Status.TRACKING, frames_missed=0)
         return self._observe(state, frame, region)
-
-    def check(self, state: ShiftState, frame: Frame) -> ShiftState:
-        """Return a saved state; raise a ValueError if no frame leaves such a state."""
-        middle = middle_of(frame, 1.0, 1.0)  # for any size, histograms have the same shape
-        model = self.color.learn(frame, middle)
-        check(state, _begun(middle, model, BackgroundStatistics(0.0, 0.0)), "state")
-        return state
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
         """Shift the ellipse to more similar places until it moves less than the tolerance."""

@@ -47,7 +47,7 @@ from motes.sot.filtering.resampling import (
     mean_ellipse,
 )
 from motes.sot.filtering.scatter import scatter
-from motes.sot.particle_state import FilterState, Model, check_state
+from motes.sot.particle_state import FilterState, Model, typed_state
 from motes.sot.step_info import StepInfo
 
 
@@ -262,9 +262,9 @@ class ParticleFilter(
         seen = self._observe(state, frame, states, np.zeros(self._first_count))
         return self._judge(state, frame, seen)
 
-    def check(self, state: FilterState, frame: Frame) -> FilterState:
-        """Return a saved state in the types of the cues; raise a ValueError if it is none."""
-        return check_state(state, frame, self.cues, self.strategies, self.motion)
+    def typed(self, state: FilterState, frame: Frame) -> FilterState:
+        """Return a saved state with the models of the cues in their types."""
+        return typed_state(state, frame, self.cues, self.strategies)
 
     @property
     def _first_count(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
@@ -11,23 +11,12 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import (
-    ELLIPSES,
-    LARGEST,
-    SAME,
-    Array,
-    check,
-    check_numbers,
-    in_types_of,
-    middle_of,
-    rows,
-)
+from motes.core.saved_state import in_types_of, middle_of
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
 from motes.sot.filtering.model_update import Strategy, UpdaterState
-from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
 Model: TypeAlias = Any
@@ -37,7 +26,7 @@ Model: TypeAlias = Any
 class FilterState(msgspec.Struct, frozen=True, eq=False):
     """The state after a frame."""
 
-    time: Annotated[float, SAME]
+    time: float
     """Time of the last frame, in seconds."""
     states: Floats
     """(N, d) the particles, in the columns of the motion model."""
@@ -51,7 +40,7 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     """Background statistics of the appearance rule, for each cue."""
     reference_size: Ellipse
     """The target's first region; all noise is proportional to its size."""
-    search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    search_regions: Floats
     """(R, 4) boxes over which particles are spread in a search."""
     status: Status
     frames_missed: int
@@ -60,19 +49,18 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     """Whether the target was known before it was seen."""
 
 
-def check_state(
+def typed_state(
     state: FilterState,
     frame: Frame,
     cues: Mapping[str, Cue],
     strategies: Mapping[str, Strategy],
-    motion: Motion,
 ) -> FilterState:
     """Return a saved state with models and memories in their types, which the cues know.
 
     Raises
     ------
     ValueError
-        If no frame leaves such a state; see `motes.core.saved_state`.
+        If it is of another configuration.
     """
     middle = middle_of(frame, *state.reference_size[2:4])
     models = {name: cue.learn(frame, middle) for name, cue in cues.items()}
@@ -82,32 +70,8 @@ def check_state(
         memory = strategies[name].learn(None, flat, flat, flat).memory
         if memory is not None:
             memories[name] = memory
-    state = replace(
+    return replace(
         state,
         models=in_types_of(models, state.models, "state.models"),
         memories=in_types_of(memories, state.memories, "state.memories"),
     )
-    [start] = motion.initial(np.array([middle]))
-    states = rows(start, state.states)
-    zeros = rows(0.0, states)
-    fresh = FilterState(
-        time=frame.time,
-        states=states,
-        weights=Weights(zeros, zeros, False),
-        models=models,
-        memories=memories,
-        backgrounds=dict.fromkeys(cues, BackgroundStatistics(0.0, 0.0)),
-        reference_size=middle,
-        search_regions=rows(np.zeros(4), state.search_regions),
-        status=Status.TRACKING,
-        frames_missed=0,
-    )
-    check(state, fresh, "state")
-    # In a motion model that multiplies two columns, two wrong signs would cancel out.
-    [corner] = motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
-    least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
-    check_numbers(state.states, "state.states", Array(least))
-    with np.errstate(all="ignore"):
-        ellipses = motion.ellipses(state.states)
-    check_numbers(ellipses, "state.states", ELLIPSES)
-    return state

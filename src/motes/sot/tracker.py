@@ -22,7 +22,7 @@ from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import as_samples, region_within
 from motes.core.log import LOG
-from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
+from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
@@ -300,18 +300,13 @@ class Tracker:
         return tracker
 
     def _continue(self, saved: _Saved) -> None:
-        """Take over a saved state after checking all of it."""
+        """Take over a saved state."""
         state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=unpack)
-        random = json.loads(saved.random)
-        self._rng.bit_generator.state = random
-        if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
-            raise ValueError("this is no state of random numbers")
+        self._rng.bit_generator.state = json.loads(saved.random)
         index, seconds, pixels = saved.frame
         frame = Frame(index, seconds, pixels, depth=saved.depth)
-        if frame.pixels is not pixels or not max(abs(seconds), abs(saved.angle)) <= LARGEST:
-            raise ValueError("the last frame is none")
         self._angle = saved.angle
-        self._state, self._frame = self._algorithm.check(state, self._seen(frame)), frame
+        self._state, self._frame = self._algorithm.typed(state, self._seen(frame)), frame
 
     def __copy__(self) -> Self:
         """Return an independent tracker. States and frames never change, so both share them.
@@ -366,7 +361,7 @@ class Tracker:
         return self.info.track
 
 
-FORMAT = 12
+FORMAT = 13
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 
@@ -374,7 +369,7 @@ L = TypeVar("L")
 def save_plain(path: str | Path, plain: dict[str, Any]) -> None:
     """Write plain values and arrays as a saved tracker."""
     try:
-        write_whole(path, msgspec.msgpack.encode({"motes": FORMAT, **plain}, enc_hook=pack))
+        write_whole(path, sealed(FORMAT, plain))
     except OSError as error:
         raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
@@ -382,14 +377,13 @@ def save_plain(path: str | Path, plain: dict[str, Any]) -> None:
 def load_plain(path: str | Path, make: Callable[[Any], L]) -> L:
     """Return what `make` makes of the plain values of a saved tracker."""
     try:
-        plain = msgspec.msgpack.decode(Path(path).read_bytes())
-        if plain["motes"] != FORMAT:
-            raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-        return make(plain)
+        plain = unsealed(FORMAT, Path(path).read_bytes())
     except OSError as error:
         raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
-    except FormatError:
-        raise
+    except ValueError as error:
+        raise FormatError(f"{path} {error}.") from None
+    try:
+        return make(plain)
     except UNREADABLE as error:
         if isinstance(error, MisfitError) and (
             error.unknown is not None or error.place[-1:] == ("type",)
@@ -399,7 +393,7 @@ def load_plain(path: str | Path, make: Callable[[Any], L]) -> L:
                 f"file is damaged."
             ) from None
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
+        raise FormatError(f"{path} has no state of its configuration ({reason}).") from None
 
 
 class _Saved(msgspec.Struct):

@@ -9,8 +9,6 @@ from .frame_sharing import FrameReader as FrameReader
 from .frame_sharing import fits as fits
 from .frame_sharing import shared as shared
 from .image_files import IMAGE_ENDINGS as IMAGE_ENDINGS
-from .live import Live as Live
-from .live import open_watched as open_watched
 from .playlists import is_playlist as is_playlist
 from .reconnect import LONGEST_PAUSE as LONGEST_PAUSE
 from .seeker import Seeker as Seeker

@@ -14,7 +14,7 @@ import msgspec
 
 from motes import Ellipse, TrackerConfig
 from motes.core import to_dict
-from motes.correction import Stretch, stretches
+from motes.correction import join, stretches
 from motes_studio.document import DrawnTarget
 
 
@@ -45,7 +45,7 @@ class StretchNeed(NamedTuple):
     """A stretch between keyframes, and the passes over it; one may be missing."""
 
     key: str
-    stretch: Stretch
+    stretch: join.Stretch
     forward: PassNeed | None
     backward: PassNeed | None
 

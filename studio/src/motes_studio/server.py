@@ -22,7 +22,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motes import ConfigError, MotesError
-from motes.formats import FORMATS
+from motes.formats import registry
 from motes_studio import commands, files, messages, protocol
 from motes_studio.clients import Client
 from motes_studio.files import Question
@@ -220,7 +220,7 @@ class _Api:
             return _json(await files.take(session, path, form or None, most), 201)
 
     async def formats(self, _: Request) -> Response:
-        every = FORMATS.usable().items()
+        every = registry.FORMATS.usable().items()
         return _json({use: {name: form.title for name, form in every if getattr(form, use)}
                       for use in ("read", "write")})  # fmt: skip
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from motes import Ellipse, Frame, Regions, StepInfo, doubts
 from motes.core import Part
-from motes.correction import Course, Keyframes, Stretch, join, run_pass, tracks_of
+from motes.correction import Course, Keyframes, join, run_pass, tracks_of
 from motes.mot import WatchConfig
 from motes.video import FrameReader, shared
 from motes_studio import messages
@@ -78,7 +78,11 @@ def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -
 
 
 def join_stretch(
-    place: Workplace, stretch: Stretch, forward: Table | None, backward: Table | None, cues: int
+    place: Workplace,
+    stretch: join.Stretch,
+    forward: Table | None,
+    backward: Table | None,
+    cues: int,
 ) -> bytes:
     """Return the smoothed rows of a stretch from its passes: tables over its frames, in order."""
     passes = (None if table is None else Course.of(tracks(table)) for table in (forward, backward))

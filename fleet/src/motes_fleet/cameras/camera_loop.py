@@ -10,7 +10,7 @@ import msgspec
 from motes import Frame, KnownTarget, MotesError, Scene, Source
 from motes.core import WorkerLine
 from motes.mot import named_detector
-from motes.video import Live, open_watched
+from motes.video import live
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -56,9 +56,9 @@ def _watched(
     frames, dropped, failure = 0, 0, None
     try:
         reporter = _reporter_of(camera, seed, target)
-        with open_watched(camera.source, origin, camera.fps) as film:
-            line.send(CameraReady(camera.name, isinstance(film, Live)))
-            if isinstance(film, Live):
+        with live.open_watched(camera.source, origin, camera.fps) as film:
+            line.send(CameraReady(camera.name, isinstance(film, live.Live)))
+            if isinstance(film, live.Live):
                 pairs = _live(film, line, camera)
             else:
                 pairs = _recorded(film, line, camera)
@@ -66,7 +66,7 @@ def _watched(
                 reporter.expect(arrivals)
                 line.send(reporter.report(frame))
                 frames += 1
-                dropped = film.dropped if isinstance(film, Live) else 0
+                dropped = film.dropped if isinstance(film, live.Live) else 0
     except MotesError as error:
         failure = str(error)
     except BrokenPipeError:
@@ -87,7 +87,7 @@ def _reporter_of(
 
 
 def _live(
-    film: Live, line: WorkerLine, camera: Camera
+    film: live.Live, line: WorkerLine, camera: Camera
 ) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
     """Yield the frames of a live camera, and what may be expected from each on."""
     for news in film:

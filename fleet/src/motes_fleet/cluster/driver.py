@@ -12,7 +12,6 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from msgspec.structs import replace
 
 from motes import FormatError, MotesError
-from motes.core import Again, Pool, Started, Task
 from motes.core import pool as pools
 from motes_fleet.cluster.estimate import memory_of
 from motes_fleet.cluster.inputs import InputFile, changed, missing, paths_of, stamp
@@ -28,12 +27,12 @@ from motes_fleet.cluster.records import (
 from motes_fleet.cluster.store import Store
 from motes_fleet.cluster.work import Plan, work
 
-BatchEvent = Record | Started | Again
+BatchEvent = Record | pools.Started | pools.Again
 """What becomes of a job: in the end it has a record."""
 
 
 def batch(
-    pool: Pool, store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
+    pool: pools.Pool, store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
 ) -> Generator[BatchEvent, None, None]:
     """Do the jobs that are left; yield what becomes of each.
 
@@ -56,7 +55,7 @@ def batch(
         If the store cannot be written, or a worker writes to another one.
     """
     for event in pools.run(pool, _tasks(store, jobs, plan, keep), plan.attempts):
-        if isinstance(event, Started | Again):
+        if isinstance(event, pools.Started | pools.Again):
             yield event
         else:
             yield _settled(store, event, plan)
@@ -64,7 +63,7 @@ def batch(
 
 def _tasks(
     store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
-) -> Iterator[Task]:
+) -> Iterator[pools.Task]:
     """Yield the tasks of the jobs that are left; give the records of the others to `keep`."""
     for job, record in records(store, jobs):
         if record is not None:
@@ -74,7 +73,7 @@ def _tasks(
             # The record goes first: without it, what is left of the results does not count.
             for name in (record_name(job.name), *result_names(job.name)):
                 store.remove(name)
-        yield Task(job.name, work, (job, plan), memory_of(job), plan.time_limit)
+        yield pools.Task(job.name, work, (job, plan), memory_of(job), plan.time_limit)
 
 
 def _outdated(record: Record, job: Job, plan: Plan) -> bool:

@@ -18,12 +18,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from motes import ConfigError, FormatError, MissingDependencyError
-from motes.core import TryAgain, optional, without_password
+from motes.core import optional, without_password
+from motes.core import pool as pools
 
 T = TypeVar("T")
 
 
-class StoreError(FormatError, TryAgain):
+class StoreError(FormatError, pools.TryAgain):
     """A server or the network failed each time; a later attempt may succeed."""
 
 

@@ -13,7 +13,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from motes.core import Ended, News, Started, Task, check, outcome, timed_out
+from motes.core import interrupts
+from motes.core import pool as pools
 
 AHEAD = 2
 """Tasks for each core of the cluster that Ray is given at a time: no worker waits for the driver,
@@ -37,11 +38,11 @@ class RayPool:
         self._ray, self._cores = ray, cores
         self._remote = ray.remote(_do)
         self._gauge: Any = None
-        self._running: dict[Any, Task] = {}
+        self._running: dict[Any, pools.Task] = {}
         self._deadlines: dict[Any, float] = {}
         self._size, self._largest, self._asked = 0, 0, -PAUSE
 
-    def has_room(self, task: Task) -> bool:
+    def has_room(self, task: pools.Task) -> bool:
         """Return whether the cluster has few enough tasks."""
         if time.monotonic() - self._asked > PAUSE:
             nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
@@ -51,7 +52,7 @@ class RayPool:
             self._asked = time.monotonic()
         return len(self._running) < max(AHEAD * self._size, 1)
 
-    def give(self, task: Task) -> None:
+    def give(self, task: pools.Task) -> None:
         """Give a task to the cluster."""
         options = self._remote.options(
             name=task.name,
@@ -62,7 +63,7 @@ class RayPool:
         )
         self._running[options.remote(task.function, task.argument)] = task
 
-    def wait(self) -> list[News]:
+    def wait(self) -> list[pools.News]:
         """Wait until a task starts or ends, or the time of a task is over."""
         if not self._running:
             return []
@@ -73,17 +74,17 @@ class RayPool:
                 handles, num_returns=1, timeout=min(max(timeout, 0), PAUSE), fetch_local=True
             )
         except KeyboardInterrupt:
-            check()  # Ray raises one of its own, which does not know the signal
+            interrupts.check()  # Ray raises one of its own, which does not know the signal
             raise
         events = [self._read(handle) for handle in ready]
         now = time.monotonic()
         for handle in [each for each, deadline in self._deadlines.items() if deadline < now]:
             task = self._forget(handle)
             self._ray.cancel(handle, force=True)
-            events.append(timed_out(task))
+            events.append(pools.timed_out(task))
         return events
 
-    def _read(self, handle: Any) -> News:
+    def _read(self, handle: Any) -> pools.News:
         """Return what the next item of a task means."""
         try:
             kind, value = self._ray.get(next(handle))
@@ -92,16 +93,16 @@ class RayPool:
             raised = isinstance(error, self._ray.exceptions.RayTaskError)
             lines = str(error).strip().splitlines() or [type(error).__name__]
             words = lines[-1 if raised else 0]
-            return Ended(
+            return pools.Ended(
                 self._forget(handle), error=f"Its worker ended: {words}", crashed=not raised
             )
         if kind == "started":
             task = self._running[handle]
             self._deadlines[handle] = time.monotonic() + task.seconds
-            return Started(task, *value)
-        return Ended(self._forget(handle), *value)
+            return pools.Started(task, *value)
+        return pools.Ended(self._forget(handle), *value)
 
-    def _forget(self, handle: Any) -> Task:
+    def _forget(self, handle: Any) -> pools.Task:
         self._deadlines.pop(handle, None)
         return self._running.pop(handle)
 
@@ -125,4 +126,4 @@ class RayPool:
 def _do(function: Callable[[Any], Any], argument: Any) -> Iterator[tuple[str, Any]]:
     """Report where this runs, then the result."""
     yield "started", (socket.gethostname(), os.getpid())
-    yield "ended", outcome(function, argument)
+    yield "ended", pools.outcome(function, argument)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from motes.core import LocalPool, Pool
+from motes.core import LocalPool
+from motes.core import pool as pools
 from motes_fleet.cluster.on_ray import RayPool
 from motes_fleet.cluster.ray_connection import connected
 
@@ -13,7 +14,7 @@ from motes_fleet.cluster.ray_connection import connected
 @contextlib.contextmanager
 def open_pool(
     cluster: str | None, workers: int, memory: int | None = None, threads: int | None = None
-) -> Iterator[Pool]:
+) -> Iterator[pools.Pool]:
     """Give a pool, and close it at the end.
 
     Parameters

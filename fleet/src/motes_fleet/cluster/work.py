@@ -11,7 +11,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes import MotesError, SourceError, __version__
-from motes.core import ATTEMPTS, TIME_LIMIT
+from motes.core import pool as pools
 from motes_fleet.cluster.inputs import changed, localized
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import StoreError
@@ -35,9 +35,9 @@ class Plan:
     """The ending of the rows: csv or parquet."""
     overlay: bool = False
     """Whether an annotated video is made."""
-    attempts: int = ATTEMPTS
+    attempts: int = pools.ATTEMPTS
     """How often a job whose worker dies is tried."""
-    time_limit: float = TIME_LIMIT
+    time_limit: float = pools.TIME_LIMIT
     """Seconds for an attempt."""
     again: bool = False
     """Whether jobs that have failed are tried again."""

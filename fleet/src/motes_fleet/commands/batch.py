@@ -30,7 +30,8 @@ from motes.cli import (
     options,
     worker_count,
 )
-from motes.core import ATTEMPTS, TIME_LIMIT, interrupts, optional
+from motes.core import interrupts, optional
+from motes.core import pool as pools
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -46,9 +47,9 @@ class WorkOptions:
 
     workers: Workers = None
     cluster: Cluster = None
-    attempts: int = ATTEMPTS
+    attempts: int = pools.ATTEMPTS
     """How often a job is tried if its worker dies, for example from lack of memory."""
-    time_limit: float = TIME_LIMIT
+    time_limit: float = pools.TIME_LIMIT
     """Seconds for a job."""
     own_code: OwnCode = False
 

@@ -6,7 +6,7 @@ import time
 from typing import Self
 
 from motes.cli import TerminalBar, counted, log
-from motes.core import Again, Started
+from motes.core import pool as pools
 from motes_fleet.cluster.driver import BatchEvent
 from motes_fleet.cluster.records import Record
 
@@ -44,9 +44,9 @@ class BatchProgress:
 
     def note(self, event: BatchEvent) -> None:
         """Count an event."""
-        if isinstance(event, Started):
+        if isinstance(event, pools.Started):
             self.running += 1
-        elif isinstance(event, Again):
+        elif isinstance(event, pools.Again):
             self.running -= 1
             log(f"[{event.task.name}] attempt {event.task.attempt}: {event.error}")
         else:

@@ -17,7 +17,7 @@ from motes.cli import (
     error_context,
     log,
 )
-from motes.core import check, deferred, interrupts, read_text
+from motes.core import interrupts, read_text
 from motes.mot import check_code
 from motes.rows import CAMERA, FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
@@ -95,11 +95,11 @@ def watch_rig(
     with contextlib.ExitStack() as opened:
         opened.enter_context(rows)
         try:
-            with deferred():
+            with interrupts.deferred():
                 watching = opened.enter_context(watcher(rig, seed, target, cluster))
             for news in watching:
-                check()
-                with deferred():
+                interrupts.check()
+                with interrupts.deferred():
                     if isinstance(news, tuple):
                         report, identities = news
                         rows.add(picture(report, identities))

@@ -18,7 +18,7 @@ from motes.cli import (
     options,
     worker_count,
 )
-from motes.core import TIME_LIMIT
+from motes.core import pool as pools
 from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 
@@ -38,7 +38,7 @@ class RunOptions:
     seeds: Seeds = 5
     workers: Workers = None
     cluster: Cluster = None
-    time_limit: float = TIME_LIMIT
+    time_limit: float = pools.TIME_LIMIT
     """Seconds for a tracker on a sequence in a protocol."""
 
     def check(self) -> None:

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from motes.cli import DONE, PARTIAL, TerminalBar, log, worker_count
-from motes.core import ATTEMPTS, check, interrupts
+from motes.core import interrupts
+from motes.core import pool as pools
 from motes_fleet.cluster.open_pool import open_pool
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
@@ -38,13 +39,13 @@ def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass,
     left = runner.unfinished(jobs, out)
     total, missing = (sum(len(job.passes) for job in each) for each in (jobs, left))
     # A tracker that ends its process has failed. A node of a cluster may die without its fault.
-    attempts = 1 if options.cluster is None else ATTEMPTS
+    attempts = 1 if options.cluster is None else pools.ATTEMPTS
     with (
         open_pool(options.cluster, worker_count(options.workers)) as pool,
         PassProgress(total, total - missing) as progress,
     ):
         for job, failed in runner.run(pool, left, out, options.time_limit, attempts):
-            check()
+            interrupts.check()
             if failed is None:
                 progress.begin(job)
             else:

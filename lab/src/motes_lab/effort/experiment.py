@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import preset
 from motes.cli import worker_count
-from motes.core import Ended, Floats, LocalPool, Task
+from motes.core import Floats, LocalPool
 from motes.core import pool as pools
 from motes.video import Film as Reader
 from motes_lab.datasets.sot import Problem
@@ -53,9 +53,9 @@ def efforts_on(films: Sequence[Film]) -> Experiment:
     """Yield tables of the results so far; they grow with each sequence."""
     efforts: dict[str, dict[str, Effort]] = {}
     problems: list[Problem] = []
-    tasks = [Task(film.name, of_film, film, seconds=math.inf) for film in films]
+    tasks = [pools.Task(film.name, of_film, film, seconds=math.inf) for film in films]
     with LocalPool(worker_count(None)) as pool:
-        ended = (event for event in pools.run(pool, tasks) if isinstance(event, Ended))
+        ended = (event for event in pools.run(pool, tasks) if isinstance(event, pools.Ended))
         for done, event in enumerate(ended, 1):
             if event.error is None:
                 efforts[event.task.name] = event.value

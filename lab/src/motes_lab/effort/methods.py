@@ -11,14 +11,12 @@ import numpy as np
 from motes import Ellipse, Track, TrackerConfig
 from motes.core import Floats
 from motes.correction import (
-    DRIFT,
     Coordinates,
     Course,
     Keyframes,
-    Stretch,
     correct_stretch,
+    join,
     run_pass,
-    shared_variance,
     stretches,
 )
 from motes.video import FrameReader
@@ -55,7 +53,7 @@ class Film:
         self.used = used
         self._frames, self._config, self._seed = frames, config, seed
         self._passes: dict[int, list[Track]] = {}
-        self._joined: dict[Stretch, Course] = {}
+        self._joined: dict[join.Stretch, Course] = {}
 
     def forward(self, key: int, region: Ellipse, last: int) -> Course:
         """Return the pass from a keyframe to a frame; part of an earlier pass if it is known."""
@@ -65,7 +63,7 @@ class Film:
             known = self._passes[key] = run_pass(self._config, self._seed, frames, region)
         return Course.of(known[:count])
 
-    def joined(self, stretch: Stretch) -> Course:
+    def joined(self, stretch: join.Stretch) -> Course:
         """Return the smoothed track of a stretch."""
         if stretch not in self._joined:
             self._joined[stretch] = correct_stretch(self._frames, stretch, self._config, self._seed)
@@ -90,7 +88,7 @@ def forward_only(film: Film, keys: Keyframes) -> Path:
     ):
         each = film.forward(key, region, following - 1)
         space = Coordinates.of([region], each.ellipses)
-        drift = 2 * shared_variance(following - key, [0], DRIFT)
+        drift = 2 * join.shared_variance(following - key, [0], join.DRIFT)
         variances = space.ellipses(space.values(each.ellipses), drift[:, : space.dimensions])[1]
         confidence = each.confidence.copy()
         confidence[0] = 1.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from motes import Box, Frame, Track
 from motes.core import Bytes, Floats, as_ellipse
-from motes.sot import MEAN_SHIFT
+from motes.sot import presets
 
 ACCELERATION = 0.5
 """Standard deviation of the velocity's change from frame to frame, in mean half-axes of the first
@@ -65,7 +65,7 @@ class PredictedMeanShift:
         """Start on the object in a box."""
         region = as_ellipse(box)
         self._rng, self._index = np.random.default_rng(0), 0  # it draws no numbers
-        self._state, info = MEAN_SHIFT.init(self._rng, Frame(0, 0.0, image), region)
+        self._state, info = presets.MEAN_SHIFT.init(self._rng, Frame(0, 0.0, image), region)
         self._motion = Motion(np.array(region[:2]), float(np.sqrt(region.a * region.b)))
         return info.track
 
@@ -75,7 +75,7 @@ class PredictedMeanShift:
         frame = Frame(self._index, float(self._index), image)
         x, y = np.clip(self._motion.predict(), 0, [frame.width - 1, frame.height - 1]).tolist()
         start = replace(self._state, ellipse=self._state.ellipse._replace(x=x, y=y))
-        self._state, info = MEAN_SHIFT.step(self._rng, start, frame)
+        self._state, info = presets.MEAN_SHIFT.step(self._rng, start, frame)
         self._motion.update(np.array(info.track.ellipse[:2]))
         return info.track
 

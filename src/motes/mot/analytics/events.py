@@ -6,7 +6,6 @@ import math
 from collections import Counter, deque
 from collections.abc import Sequence
 
-import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
@@ -211,8 +210,8 @@ class EventCounter:
 
     def _walk(self, each: Track) -> list[Event]:
         """Return the events of a visible object."""
-        foot, time = foot_of(each.box), each.time
-        height, limit = each.box.height, JUMP * math.sqrt(np.prod(each.box[2:]))
+        box, time = each.box, each.time
+        foot, limit = foot_of(box), JUMP * math.sqrt(box.width * box.height)
         events, jumped = list[Event](), False
         walk = self._walks.get(each.identity)
         appears = walk is None
@@ -228,12 +227,12 @@ class EventCounter:
             jumped = walk.continued or walk.off(foot, time, lately) > limit
         if walk.continued:
             walk.continued, walk.crossed = False, []
-        walk.step(time, foot, cut=is_cut(each.box, self._size), ground=self._ground)
+        walk.step(time, foot, cut=is_cut(box, self._size), ground=self._ground)
         walk.frame, walk.turn = each.frame, self._turn
         if appears:
             events.append(self._event(each, walk, foot, "appears"))
         walk.jumped = walk.jumped or jumped
-        walk.walked = not walk.jumped and (walk.walked or math.dist(walk.first, foot) >= height)
+        walk.walked = not walk.jumped and (walk.walked or math.dist(walk.first, foot) >= box.height)
         walk.settle(time, SETTLED)
         events += walk.counted(time)
         for name, line in self._lines.items():
@@ -250,17 +249,19 @@ class EventCounter:
 
     def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
-        margin, before = CLEAR * each.box.height, walk.clear.get(name)
-        off, last = distance(line.points, foot), walk.went.get(name) if name in walk.near else None
-        clear = off >= margin
-        if off >= AWAY * each.box.height and not any(
-            crossing(line.points, at, foot) for _, at in walk.feet
-        ):
-            walk.near.discard(name)
+        height, before = each.box.height, walk.clear.get(name)
+        off, last = distance(line.points, foot), None
+        clear = off >= CLEAR * height
+        if name in walk.near:
+            last = walk.went[name]
+            if off >= AWAY * height and not any(
+                crossing(line.points, at, foot) for _, at in walk.feet
+            ):
+                walk.near.remove(name)
         if before is None and clear:
             past = walk.past(foot, each.time)
             came = crossing(line.points, walk.first, foot) is not None
-            before = past if came and distance(line.points, past) >= margin else foot
+            before = past if came and distance(line.points, past) >= CLEAR * height else foot
         side = None if before is None else crossing(line.points, before, foot)
         if before is None or side is None:
             walk.over.pop(name, None)
@@ -292,10 +293,11 @@ class EventCounter:
     def _visit(self, each: Track, walk: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""
         time, holds, inside = each.time, zone.holds(foot), name in walk.zones
-        depth, height = zone.depth(foot), min(each.box.height, self._reach[name])
-        stays = depth >= AWAY * height and all(zone.holds(at) == holds for _, at in walk.feet)
-        if stays or depth >= height:  # some pass a zone within half a second
-            walk.near.discard(name)
+        if name in walk.near:
+            off = zone.depth(foot) / min(each.box.height, self._reach[name])
+            beside = off >= AWAY and all(zone.holds(at) == holds for _, at in walk.feet)
+            if beside or off >= 1:  # some pass a zone within half a second
+                walk.near.remove(name)
         if not holds:
             walk.outside.add(name)
         if holds == inside:
@@ -306,7 +308,7 @@ class EventCounter:
             event = walk.over[name]
             margin = min(CLEAR * each.box.height, self._reach[name])
             found = name not in walk.outside and time - event.time >= FOUND
-            if (depth < margin or name in walk.near) and not found:
+            if (zone.depth(foot) < margin or name in walk.near) and not found:
                 return
             del walk.over[name]
             left = walk.pending.pop(name, None)

@@ -18,7 +18,7 @@ KEPT, FEW = 100, 3
 """How many of the latest shapes are kept at a line, and the least number that tells a usual one."""
 USUAL = 0.8
 """The usual shape is this quantile of all: parts are narrower than what is whole."""
-LIKE = 1.25
+LIKE = 1.4
 """Two shapes are alike up to this ratio."""
 GAP = 0.2
 """Parts are at most this share of the whole's length apart, and their ways differ by at most this

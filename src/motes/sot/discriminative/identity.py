@@ -19,7 +19,6 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
@@ -61,17 +60,17 @@ PLACES = np.stack(np.meshgrid(STEPS, STEPS), axis=-1).reshape(-1, 2)
 class Identity(msgspec.Struct, frozen=True, eq=False):
     """The belief after a frame, and the looks that it follows from (`look_at`)."""
 
-    first: NotNegativeSingles
+    first: Singles
     """(m,), the target's first look."""
-    known: NotNegativeSingles
+    known: Singles
     """(MEMORY, m), the target when it was believed to be followed, the newest last."""
-    recent: NotNegativeSingles
+    recent: Singles
     """(EVERY, m), what was followed since then, the newest last."""
-    neighbors: NotNegativeSingles
+    neighbors: Singles
     """(MEMORY, m), the newest last; zero where there is none yet."""
     place: Ellipse
     """The target when neighbors were last looked for."""
-    grays: NotNegativeSingles
+    grays: Singles
     """(h, w), the picture around it at that time."""
     shift: Floats
     """(2,), the shift of the scene since then, in pixels."""

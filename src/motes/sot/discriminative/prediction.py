@@ -18,7 +18,6 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.fourier import irfft2, rfft2, taper, vertex
 from motes.sot.discriminative.small_picture import difference, overlap, small_size
@@ -40,14 +39,14 @@ WHITENED = 1e-3
 class MotionHistory(msgspec.Struct, frozen=True, eq=False):
     """What the prediction knows after a frame."""
 
-    picture: NotNegativeSingles
+    picture: Singles
     spectrum: Spectra
     """The last small picture (h, w), and its transform."""
     camera: Floats
     velocity: Floats
     """(2,), the shift of the scene and of the target from the frame before to the last, in
     pixels."""
-    errors: NotNegative
+    errors: Floats
     """(4,), the running mean of each model's error, in mean sides of the target; in the order of
     `Prediction.shifts`."""
     seen: int = 0

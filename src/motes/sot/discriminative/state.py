@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import ELLIPSES, SAME, Array
 from motes.core.types import Floats
 from motes.cues.correlation_filter import ScaleModel
 from motes.sot.discriminative.identity import Identity
@@ -21,7 +18,7 @@ from motes.sot.discriminative.standing import Rival, Standing
 class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """The state after a frame: the models, and all else that the next step needs."""
 
-    time: Annotated[float, SAME]
+    time: float
     """Time of the last frame, in seconds."""
     ellipse: Ellipse
     """The last estimate: the ellipse in the target's box, turned as the target since the start."""
@@ -33,12 +30,12 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """The model of the size."""
     border: Floats
     """(2,) running means of the posterior just inside and just outside of the target's border."""
-    search_particles: Annotated[Floats, ELLIPSES]
+    search_particles: Floats
     """(N, 5) the particles of the search; none while the target is tracked."""
     scale_due: bool
     """Whether the next frame estimates the size; the other frames try turned windows. Every other
     frame is enough for each, and a size that is estimated less often jitters less."""
-    factors: Annotated[Floats, Array(least=1e-6)]
+    factors: Floats
     """(N,) particles of the size from its last estimate, as factors of the size before."""
     size: Trend
     turn: TurnEstimate

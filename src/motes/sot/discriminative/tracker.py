@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
-from motes.core.saved_state import check, in_types_of, middle_of, rows
+from motes.core.saved_state import in_types_of, middle_of
 from motes.core.track import Status
 from motes.cues.color_posterior import borders, contrast
 from motes.cues.search_window import CELL_SIZE
@@ -194,24 +194,13 @@ class Discriminative(
         )
         return state, placed(self, state, frame)
 
-    def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
-        """Return a saved state; raise a ValueError if no frame leaves such a one."""
+    def typed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
+        """Return a saved state with the experts' models in their types."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
-        fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
-        searchers = (
-            rows(np.zeros(5), state.search_particles)
-            if len(state.search_particles)
-            else NO_PARTICLES
-        )
-        factors = rows(1.0, state.factors)
-        turn = TurnEstimate.begin(frame, middle._replace(theta=state.shape.theta))
-        fresh = replace(fresh, search_particles=searchers, factors=factors, turn=turn)
-        models = in_types_of(fresh.experts, state.experts, "state.experts")
-        state = replace(state, experts=models)
-        check(state, fresh, "state")
-        if (state.network is None) is not (fresh.network is None):
+        models = in_types_of(self.experts.learn(frame, middle), state.experts, "state.experts")
+        if (state.network is None) is not (self.network is None):
             raise ValueError("state.network is not that of the configuration")
-        return state
+        return replace(state, experts=models)
 
     def _joined(
         self,

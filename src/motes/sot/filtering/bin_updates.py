@@ -10,7 +10,6 @@ import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config, Count, NonNegative, Share
-from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
 from motes.sot.filtering.model_update import Strategy, UpdateResult, UpdaterState
 
@@ -32,9 +31,9 @@ class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
 
     frames: int
     """The number of histograms."""
-    mean: NotNegative
+    mean: Floats
     """(m,), mu of each bin."""
-    squares: NotNegative
+    squares: Floats
     """(m,), the sum of squared deviations from the mean."""
 
 

@@ -16,7 +16,6 @@ from motes.core.config import Config, Particles, Share
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
-from motes.core.saved_state import Array
 from motes.core.types import Floats
 
 Indices = NDArray[np.intp]
@@ -25,9 +24,9 @@ Indices = NDArray[np.intp]
 class Weights(msgspec.Struct, frozen=True, eq=False):
     """Normalized weights, made from log-weights; invalid log-weights are repaired first."""
 
-    log: Annotated[Floats, Array(least=-np.inf)]
+    log: Floats
     """(N,), the given log-weights; NaN and +inf are replaced by -inf."""
-    values: Annotated[Floats, Array(least=0.0, total=1.0)]
+    values: Floats
     """(N,), probabilities, sum 1; uniform if no particle has any weight."""
     degenerate: bool
     """Whether no particle had any weight before normalization."""
