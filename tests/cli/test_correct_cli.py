@@ -595,3 +595,13 @@ def test_rows_need_no_whole_box(go: Go) -> None:
     assert go("check FILM part.csv")[0] == 0
     assert go("smooth part.csv -o smooth.csv")[0] == 0
     assert float(rows("smooth.csv")[0]["top"]) == pytest.approx(25, abs=0.5)
+
+
+def test_rows_that_end_before_their_film_are_corrected_twice(go: Go) -> None:
+    """Without a run beside them, as of one object of a scene that has left."""
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
+    lines = Path("plain.csv").read_text().splitlines(keepends=True)
+    Path("rows.csv").write_text("".join(lines[: FRAMES // 2]))
+    for frame in (3, 5):
+        assert go(f"refine FILM rows.csv --at {frame}=absent")[0] == 0
+    assert [rows("rows.csv")[frame]["status"] for frame in (3, 5)] == ["absent", "absent"]

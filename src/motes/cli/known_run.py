@@ -85,7 +85,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
         return film
     if fps != known.fps:
         refuse({"--fps": fps}, beside(rows))
-    film = Film(source, end=known.end, fps=known.fps)
+    film = Film(source, end=known.frames or known.end, fps=known.fps)
     known.check(film)
     name = text_name(Path(film.name).name)
     if name != known.film and known.frames is not None:
