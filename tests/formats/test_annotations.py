@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from motes.core.errors import SourceError
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status, Track
 from motes.formats.coco import write as coco
@@ -48,6 +49,14 @@ def journal(folder: Path, kept: Sequence[FrameRow]) -> Recording:
         writer.add(picture)
     writer.close()
     return recording_of_journal(folder / "kept.rows.jsonl")
+
+
+def test_a_journal_of_another_version_is_said_to_be_one(tmp_path: Path) -> None:
+    (tmp_path / "old.rows.jsonl").write_text(
+        '{"motes":"rows 1","source":"film.mp4","width":9,"height":9,"label":"object"}\n'
+    )
+    with pytest.raises(SourceError, match="the rows of a document of this version of motes"):
+        recording_of_journal(tmp_path / "old.rows.jsonl")
 
 
 def test_coco(tmp_path: Path) -> None:

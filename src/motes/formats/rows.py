@@ -107,7 +107,8 @@ def recording_of_journal(path: Path) -> Recording:
                 f"{path} is damaged in line {len(frames) + 2}; remove the line, and try again."
             ) from None
         raise SourceError(
-            f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
+            f"{path} does not hold the rows of a document of this version of motes; they are in a "
+            f"file NAME{ENDING}."
         ) from None
     return Recording(first, frames, left_out)
 
