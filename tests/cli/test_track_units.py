@@ -62,6 +62,10 @@ def test_the_ground_and_the_lens_are_files(go: Go) -> None:
     )
     assert go(f"{TRACK} --ground ground.toml --lens lens.yml")[0] == 0
     assert np.isfinite(read_track("rows.csv")["x_m"]).any()
+    Path("other.yml").write_text(Path("lens.yml").read_text().replace("120", "640"))
+    code, said = go("convert rows.csv metres.csv --scale 20 --lens other.yml")
+    assert code == 2
+    assert "The lens was calibrated at 640x90, and film has 120x90 pixels" in said
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ from motes.cli.option_groups import (
     WithGuesses,
     say_rate,
 )
-from motes.cli.track_units import UnitOptions
+from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
 
@@ -276,13 +276,22 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
 
 
 def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
-    """Return the objects with metres; raise a ConfigError if the format holds none."""
+    """Return the objects with metres.
+
+    Raises
+    ------
+    ConfigError
+        If the format holds none, or the lens is that of another film.
+    """
     from motes.formats import registry
     from motes.formats.aspects import COLUMNS
     from motes.formats.metres import in_metres
 
     if COLUMNS not in registry.FORMATS.resolve(form).holds:
         raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
+    head = recorded.head
+    if head.width:
+        check_size(plane, head.source, head.width, head.height)
     return in_metres(recorded, plane)
 
 

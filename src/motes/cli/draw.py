@@ -124,7 +124,7 @@ def draw(
         say_rate(film)
         given = rows_in(rows, from_, film, source, known)
         plane = _units(rows, units, known)
-        check_size(plane, film)
+        check_size(plane, film.name, film.width, film.height)
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
             return run(film, opened, target_moments(film, given, plane), Tally())

@@ -61,7 +61,7 @@ def track_between(
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     for mark in history.keys.values():
         point_out_corners(mark, film.width, film.height)
-    check_size(asked.units, film)
+    check_size(asked.units, film.name, film.width, film.height)
     path, units = asked.history_file, asked.units
     if path is not None:
         for each in (rows_path(path), path):

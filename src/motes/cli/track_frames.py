@@ -54,7 +54,7 @@ def track_one(
     ):
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
-        check_size(units, film)
+        check_size(units, film.name, film.width, film.height)
         say_rate(film)
         metres = None if units is None else "m"
         opened = asked.pictures(film, lambda: painted_target(metres))

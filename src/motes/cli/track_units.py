@@ -15,8 +15,6 @@ from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
-    from motes.video.film import Film
-    from motes.video.sources import Source
 
 
 @options(Group("Real units", sort_key=2))
@@ -77,8 +75,8 @@ class UnitOptions:
         return RealUnits(plane, lens)
 
 
-def check_size(units: RealUnits | None, film: Source | Film) -> None:
-    """Check that the lens is of this film, and say where it has no places.
+def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
+    """Check that the lens is of a film of this size, and say where it has no places.
 
     Raises
     ------
@@ -88,19 +86,19 @@ def check_size(units: RealUnits | None, film: Source | Film) -> None:
     if units is None or units.lens is None:
         return
     lens, size = units.lens, units.lens.size
-    if size is not None and size != (film.width, film.height):
+    if size is not None and size != (width, height):
         raise ConfigError(
-            f"The lens was calibrated at {size[0]}x{size[1]}, and {film.name} has {film.width}x"
-            f"{film.height} pixels; give the calibration of this film's camera."
+            f"The lens was calibrated at {size[0]}x{size[1]}, and {film} has {width}x"
+            f"{height} pixels; give the calibration of this film's camera."
         )
     units.corrected()  # which needs the ground's points
-    right, low = film.width - 1.0, film.height - 1.0
+    right, low = width - 1.0, height - 1.0
     if lens.undistorted((right / 2, low / 2)) is None:
         raise ConfigError(
-            f"The lens maps nothing to the middle of {film.name}; its numbers are damaged, or of "
+            f"The lens maps nothing to the middle of {film}; its numbers are damaged, or of "
             f"another camera: calibrate again."
         )
     corners = [(x, y) for x in (0.0, right) for y in (0.0, low)]
     if lost := sum(lens.undistorted(corner) is None for corner in corners):
-        log(f"The lens has no places for {counted(lost, 'corner')} of {film.name}; rows have no "
+        log(f"The lens has no places for {counted(lost, 'corner')} of {film}; rows have no "
             f"metres there.")  # fmt: skip
