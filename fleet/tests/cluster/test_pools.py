@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes.core import LocalPool, resources
-from motes.core import pool as pools
+from motes.core import resources
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.local_pool import LocalPool
 
 
 class Script:

@@ -31,7 +31,7 @@ from motes.cli import (
     worker_count,
 )
 from motes.core import interrupts, optional
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job

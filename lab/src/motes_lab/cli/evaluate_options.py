@@ -18,7 +18,7 @@ from motes.cli import (
     options,
     worker_count,
 )
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 
