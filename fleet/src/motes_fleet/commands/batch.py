@@ -23,15 +23,14 @@ from motes.cli import (
     FileName,
     OwnCode,
     PresetName,
-    Workers,
     check_counts,
     counted,
     log,
     options,
-    worker_count,
 )
 from motes.core import interrupts, optional
 from motes_fleet.cluster import pool as pools
+from motes_fleet.commands.workers import Workers, worker_count
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
