@@ -1,7 +1,6 @@
 """The public names of this package."""
 
 from .analytics.ground_plane import Homography as Homography
-from .analytics.ground_plane import matrix_of as matrix_of
 from .assignment import assign as assign
 from .boxes import as_rows as as_rows
 from .boxes import foot_of as foot_of

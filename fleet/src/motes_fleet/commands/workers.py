@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from motes import ConfigError
 from motes.cli import RUN
-from motes.core import resources
+from motes_fleet.cluster.machine import cores
 
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
@@ -17,4 +17,4 @@ def worker_count(workers: int | None) -> int:
     """Return the number of processes; raise a ConfigError if --workers is below 1."""
     if workers is not None and workers < 1:
         raise ConfigError(f"--workers is {workers}; give 1 or more.")
-    return workers or resources.cores()
+    return workers or cores()
