@@ -75,7 +75,7 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
         f"track film.mkv --init 60,40,30,40 -o r.csv --set budget.max={HUGE} --preset nummiaro",
         f"track film.mkv --init 60,40,30,40 -o r.csv --preset maggio --set presence.frames={HUGE}",
         "track film.mkv --init 60,40,30,40 -o r.csv --config huge.toml",
-        f"track film.mkv --init 60,40,30,40 --save-histogram h.json --start {HUGE}",
+        f"track film.mkv --init 60,40,30,40 -o r.csv --start {HUGE}",
         f"watch film.mkv -o r.csv --end {HUGE}",
         "watch film.mkv -o r.csv --set detector.history=2147483648",
         f"demo --frames {HUGE}",

@@ -145,6 +145,7 @@ def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
         (np.full((4, 4), 255.0), "0 to 1"),
         (np.full((4, 4), -0.1), "0 to 1; got -0.1 to -0.1"),
         (np.full((4, 4), np.nan), "NaN"),
+        ("film.mp4", "or 4\\); got str"),
     ],
 )
 def test_no_images(image: Any, message: str) -> None:

@@ -38,6 +38,7 @@ def test_rows_may_name_their_film(tmp_path: Path) -> None:
     [
         ("7,1,2,3", "row 2: A region has 4 numbers"),
         ("7", "row 2: it has no region"),
+        ("7;1,5;2;3;4", "row 2: it has no region; give x,y,width,height, with commas and points"),
         ("1.5,1,2,30,40", "row 2: '1.5' is no frame"),
         ("-1,1,2,30,40", "row 2: '-1' is no frame"),
         ("7,here", "row 2: 'here' is no region of frame 7"),

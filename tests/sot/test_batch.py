@@ -44,6 +44,8 @@ def test_init_starts_afresh() -> None:
 def test_what_is_refused() -> None:
     with pytest.raises(ConfigError, match="1 or more threads; got 0"):
         Trackers(threads=0)
+    with pytest.raises(ConfigError, match="No preset 'csrt'"):
+        Trackers("csrt")
     with pytest.raises(ConfigError, match="nothing to follow"):
         Trackers().init(CLIP[0], [])
     with pytest.raises(ConfigError, match="no targets yet"):

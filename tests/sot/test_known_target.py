@@ -79,7 +79,7 @@ def test_files_that_are_no_targets(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "target.json"
     path.write_bytes(content)
     with pytest.raises(
-        FormatError, match=r"target.json is not a histogram file .*--save-histogram"
+        FormatError, match=r"target.json is not a histogram file .*KnownTarget.save"
     ):
         KnownTarget.load(path)
 

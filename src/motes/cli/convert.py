@@ -32,7 +32,6 @@ from motes.cli.option_groups import (
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import writing
-from motes.core.track import GROUND
 
 if TYPE_CHECKING:
     from motes.correction.history import History
@@ -140,7 +139,7 @@ def convert(
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     if plane := units.units():
-        recorded = _measured(recorded, plane, rows, form)
+        recorded = _measured(recorded, plane, form)
         known = known and replace(known, units=plane)
     check_place(str(target), form, overwrite)
     point_out_leftovers(target)
@@ -276,16 +275,14 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
     return recorded
 
 
-def _measured(recorded: Recording, plane: RealUnits, rows: Path, form: str) -> Recording:
-    """Return the objects with metres; raise a ConfigError if they have some, or cannot have any."""
+def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
+    """Return the objects with metres; raise a ConfigError if the format holds none."""
     from motes.formats import registry
     from motes.formats.aspects import COLUMNS
     from motes.formats.metres import in_metres
 
     if COLUMNS not in registry.FORMATS.resolve(form).holds:
         raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
-    if any(GROUND[0] in each.further for row in recorded for each in row.objects):
-        raise ConfigError(f"{rows} has metres already; omit --scale, --ground and --lens.")
     return in_metres(recorded, plane)
 
 

@@ -82,7 +82,9 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
             return f"There is no option {flag}; for the file write ./{flag}."
     if isinstance(error, UnusedCliTokensError):
         words = error.unused_tokens or []
-        hint = "numbers of one option need commas and no spaces; " * _are_numbers(words)
+        hint = "a name with spaces needs quotes, and a file to write its option, as -o; "
+        if _are_numbers(words):
+            hint = "numbers of one option need commas and no spaces; "
         if command == "motes track" and all(map(os.path.exists, words)):
             hint = "motes batch tracks in several films; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
@@ -97,7 +99,7 @@ def _options(app: App) -> list[str]:
 def _are_numbers(words: Sequence[str]) -> bool:
     """Return whether all words are numbers, as in --init 300 200 40 60."""
     try:
-        _ = [float(word.strip(",")) for word in words]
+        _ = [float(part) for word in words for part in word.strip(",").split(",")]
     except ValueError:
         return False
     return True

@@ -137,7 +137,8 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
         raise SourceError(
-            f"An image has shape (height, width), or (height, width, 1, 3 or 4); got {image.shape}."
+            f"An image has shape (height, width), or (height, width, 1, 3 or 4); got "
+            f"{image.shape or type(pixels).__name__}."
         )
     if image.dtype == np.uint16:
         used = depth_of(image) if depth is None else depth

@@ -146,7 +146,9 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
             fields = fields[: 2 + len("".join(fields[2:]))]  # a spreadsheet fills up the row
         try:
             if len(fields) < 2:
-                raise ConfigError("it has no region; give x,y,width,height or absent.")
+                raise ConfigError(
+                    "it has no region; give x,y,width,height, with commas and points, or absent."
+                )
             here = marks_of(fields[0], ",".join(fields[1:]))
             if here[0][1] is not None:
                 if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):

@@ -1,4 +1,4 @@
-"""Places and speeds of objects in metres, for rows that were made without them."""
+"""Places and speeds of objects in metres, also for rows that were made without them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsig
 
 
 def in_metres(recorded: Recording, units: RealUnits) -> Recording:
-    """Return the objects with their places and speeds in metres, in hindsight."""
+    """Return the objects with places and speeds in metres, in hindsight; old ones go."""
     tracks = defaultdict[int, dict[int, Track]](dict)
     for row in recorded:
         for each in row.objects:

@@ -41,6 +41,11 @@ class Trackers:
         thread is faster with tens of objects, or with cues that read many pixels.
     bgr
         Whether images are BGR, as OpenCV reads them; `Frame`s are RGB always.
+
+    Raises
+    ------
+    ConfigError
+        As from `Tracker`, or if the number of threads is none.
     """
 
     each: list[Tracker]
@@ -56,7 +61,8 @@ class Trackers:
     ) -> None:
         if not isinstance(threads, int) or threads < 1:
             raise ConfigError(f"Objects are divided among 1 or more threads; got {threads}.")
-        self._config, self._seed, self._threads, self._bgr = config, seed, threads, bgr
+        self._config, self._seed = Tracker(config, seed).config, seed  # a wrong name is refused now
+        self._threads, self._bgr = threads, bgr
         self._pool: ThreadPoolExecutor | None = None
         self._owner = 0  # the process in which the pool has threads: a child of fork has none
         self._closed = False

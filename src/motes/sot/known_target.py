@@ -102,8 +102,7 @@ class KnownTarget:
             raise FormatError(f"Cannot read the histogram {path}: {error.strerror}.") from None
         except ConfigError as error:
             raise FormatError(
-                f"{path} is not a histogram file ({error}); make one with "
-                f"motes track --save-histogram."
+                f"{path} is not a histogram file ({error}); make one with KnownTarget.save."
             ) from None
         histogram = np.zeros(file.cue.size)
         numbers = [number for number, _ in file.bins]

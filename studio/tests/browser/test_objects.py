@@ -215,7 +215,7 @@ def test_handles_are_those_that_can_be_dragged(shown: Shown) -> None:
     shown.open()
     shown.draw()
     shown.go(5)
-    row = [5, 0.2, 165, 119, 30, 40, 0.3, 0.9, "tracking", 0.1, 9, None, [1], False, 1, None]
+    row = [5, 0.2, 165, 119, 30, 40, 0.3, 0.9, "tracking", 0.1, 9, None, None, [1], False, 1, None]
     ellipse = {"object": 1, "frame": 5, "ellipse": [165, 119, 30, 40, 0.3]}
     overlay = {**ellipse, "covariance": [1, 0, 1], "particles": [], "weights": []}
     turned, corners = shown.page.evaluate(
