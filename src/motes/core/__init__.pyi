@@ -26,7 +26,6 @@ from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
 from .files import leftovers as leftovers
 from .files import read_text as read_text
-from .files import slug as slug
 from .files import used_alone as used_alone
 from .files import write_whole as write_whole
 from .files import writing as writing
