@@ -11,7 +11,6 @@ import pytest
 from hypothesis import settings
 
 from motes.core.interrupts import SIGNALS
-from motes.core.resources import cores
 
 # Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
 needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
@@ -41,6 +40,8 @@ os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """Return the cores and one: some tests wait for a browser, but more would slow each other."""
+    from motes_fleet.cluster.machine import cores
+
     return cores() + 1
 
 

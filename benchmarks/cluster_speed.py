@@ -26,9 +26,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cluster_common import film, finish, ray_cluster, results, start, table
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Pool, Task, run
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.on_ray import RayPool
+from motes_fleet.cluster.pool import Pool, Task, run
 from motes_fleet.cluster.ray_connection import connected
 from motes_fleet.cluster.table import JobTable
 from motes_fleet.commands.batch_job import make

@@ -194,7 +194,7 @@ def _family(pid: int) -> Iterator[int]:
 def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
     from motes.mot.scene import Scene
-    from motes.video import live
+    from motes_fleet.cameras import live
     from motes_fleet.cameras.camera_reporter import CameraReporter
     from motes_fleet.cameras.reidentification import CrossCameraAssociation
     from motes_fleet.cameras.rig_config import Camera, Rig

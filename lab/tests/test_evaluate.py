@@ -29,7 +29,8 @@ from motes import (
     configure,
     preset,
 )
-from motes.core import LocalPool, to_toml
+from motes.core import to_toml
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter

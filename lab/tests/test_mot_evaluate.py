@@ -25,7 +25,7 @@ from motes import (
     Frame,
     MissingDependencyError,
 )
-from motes.core import LocalPool
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_lab.adapters.mot import (
     AssociationAdapter,
     FoundObject,

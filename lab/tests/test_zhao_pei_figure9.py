@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes import Detection, Detector, Frame, Scene
+from motes import Detection, Detector, Frame, Scene, scene_config
 from motes.core import iou
-from motes.mot import LOOKALIKE_OVERLAP, Association
+from motes.mot import for_lookalikes
 from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows
@@ -131,4 +131,5 @@ def test_lookalikes_are_associated_as_motes_watch_does(
     line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path / "film"))]
     for more in ([], ["--like", "10,10,9,9"]):
         assert main([*line, *more]) == 0
-    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
+    scenes = scene_config(), for_lookalikes(scene_config())
+    assert overlaps == [each.association.overlap for each in scenes]

@@ -34,7 +34,6 @@ from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, Status, Track
-from motes.output.figures import FIGURES
 from motes.rows.journal import FrameRow
 from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
@@ -191,25 +190,12 @@ def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
     ]
 
 
-def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("os.access", lambda *_: False)
-    code, _, error = go("track FILM --init BOX --figures f/g")
-    assert code == 5
-    assert error.startswith("motes: error: f/g/")
-    assert error.endswith(" cannot be written: no permission; choose another place.\n")
-
-
 @pytest.mark.slow
-def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
-    code, out, error = go(
-        "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
-    )
+def test_overlay(go: Go, film: tuple[str, str]) -> None:
+    code, out, error = go("track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4")
     assert (code, out) == (0, "")
-    assert error.rstrip().endswith("wrote o.mp4, 4 figures in f.")
-    assert sorted(os.listdir()) == ["f", "o.mp4"]
-    assert sorted(os.listdir("f")) == sorted(FIGURES)
+    assert error.rstrip().endswith("wrote o.mp4.")
+    assert os.listdir() == ["o.mp4"]
     with av.open("o.mp4") as drawn_file:
         assert drawn_file.streams.video[0].start_time == 0
     with open_source("o.mp4") as drawn, open_source(film[0], start=5) as plain:
@@ -223,9 +209,7 @@ def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
-    Path("f").mkdir()
-    Path("f", FIGURES[0]).write_text("precious")
-    for option in ("-o r.csv", "--overlay o.mp4", "--figures f"):
+    for option in ("-o r.csv", "--overlay o.mp4"):
         code, _, error = go(
             f"track FILM --init BOX -o new.csv {option}".replace("-o new.csv -o", "-o")
         )
@@ -233,11 +217,9 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
         assert "--overwrite" in error
         assert not Path("new.csv").exists()
     assert Path("r.csv").read_text() == Path("o.mp4").read_text() == "precious"
-    line = "track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --figures f --overwrite"
-    assert go(line)[0] == 0
+    assert go("track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --overwrite")[0] == 0
     assert len(table("r.csv")) == 3
-    for path in ("o.mp4", f"f/{FIGURES[0]}"):
-        assert Path(path).stat().st_size > 1000
+    assert Path("o.mp4").stat().st_size > 1000
 
 
 @pytest.mark.parametrize(("frames", "said"), [(25, False), (26, True)])

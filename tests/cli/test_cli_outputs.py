@@ -151,13 +151,3 @@ def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str, nam
     assert re.search(r"wrote o\.mp4\W", error)
     assert pictures("o.mp4") == FRAMES
     assert Path(name).read_bytes() == Path("film.mkv").read_bytes()
-
-
-def test_a_folder_in_which_nothing_is_made_is_removed(go: Go) -> None:
-    Path("rows.csv").touch()
-    for folder in ("new", "new/deep"):
-        code, _ = go(f"track film.mkv --init 20,10,20,20 --figures {folder} -o rows.csv")
-        assert (code, Path("new").exists()) == (5, False)
-    Path("mine").mkdir()
-    assert go("track film.mkv --init 20,10,20,20 --figures mine -o rows.csv")[0] == 5
-    assert Path("mine").exists()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from motes.cli import app, main
 from motes.core import registry
@@ -35,14 +37,20 @@ def install(monkeypatch: pytest.MonkeyPatch, **places: str) -> None:
         ("batch films", "motes batch needs motes-fleet; install it with: pip install"),
         ("watch rig.toml", "A file of several cameras needs motes-fleet;"),
         ("watch a.mp4 --events mqtt://a/b", "--events ADDRESS needs motes-fleet;"),
+        ("track FILM --init 20,10,20,20 --figures f", "--figures needs motes-lab; install it with"),
         ("wave", 'Unknown command "wave".'),
     ],
 )
 def test_what_is_missing_is_said(
-    line: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    line: str,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     install(monkeypatch)
-    assert main(line.split()) == 2
+    Image.new("RGB", (80, 60)).save(tmp_path / "a.png")
+    assert main(line.replace("FILM", str(tmp_path)).split()) == 2
     assert said in capsys.readouterr().err
 
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motes.cli.frame_loop import Moment
-from motes.cli.pictures import Figures
-from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.output.figures import surface_of
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
@@ -78,16 +73,6 @@ def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_sear
     assert len(state.search_particles) == len(tracker.info.weights) == 400
     np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
     np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
-def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
-    tracker, frame = started("default"), scene(0, (30.0, 36))
-    recorder = Figures(tmp_path, tracker.config, overwrite=False)
-    recorder.write(Moment(frame, [tracker.info.track], tracker.info, 0.001))
-    surface = surface_of(tracker.config, frame, tracker.info)
-    assert surface.samples.shape == (0, 2)
-    assert np.isnan(recorder.series.n_supporting).all()
-    assert isinstance(tracker.info.track.ellipse, Ellipse)
 
 
 @pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])

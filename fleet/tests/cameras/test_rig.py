@@ -30,8 +30,8 @@ from motes import (
 )
 from motes.cli import main
 from motes.cues import Color
-from motes.video import decoder, live
-from motes_fleet.cameras import rig_camera
+from motes.video import decoder
+from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,

@@ -22,10 +22,10 @@ import batch_jobs
 from clips import clip
 from motes import FormatError
 from motes.cli import main
-from motes.core import LocalPool
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.driver import BatchEvent, batch
 from motes_fleet.cluster.jobs import Job
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.records import Record, records
 from motes_fleet.cluster.state import load_jobs
 from motes_fleet.cluster.store import Folder, open_store

@@ -12,10 +12,10 @@ import pytest
 import batch_jobs
 from motes import ConfigError
 from motes.cli import main
-from motes.core import LocalPool
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.driver import batch
 from motes_fleet.cluster.jobs import Job
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.on_ray import RayPool
 from motes_fleet.cluster.ray_connection import connected
 from motes_fleet.cluster.records import Record

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes.core import LocalPool, resources
-from motes.core import pool as pools
+from motes_fleet.cluster import machine
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.local_pool import LocalPool
 
 
 class Script:
@@ -134,13 +135,13 @@ def test_cores_of_a_container(
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
-    assert resources.cores(tmp_path) == cores
+    assert machine.cores(tmp_path) == cores
 
 
 def test_memory_of_a_container(tmp_path: Path) -> None:
     meminfo = tmp_path / "meminfo"
     meminfo.write_text("MemTotal: 2000 kB\nMemAvailable: 1000 kB\n")
-    assert resources.memory(tmp_path, meminfo) == 1000 << 10
+    assert machine.memory(tmp_path, meminfo) == 1000 << 10
     (tmp_path / "memory.max").write_text("4096\n")
-    assert resources.memory(tmp_path, meminfo) == 4096
-    assert resources.memory(tmp_path / "none", tmp_path / "none") is None
+    assert machine.memory(tmp_path, meminfo) == 4096
+    assert machine.memory(tmp_path / "none", tmp_path / "none") is None

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from motes.cli import worker_count
-from motes.core import LocalPool
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.local_pool import LocalPool
+from motes_fleet.commands.workers import worker_count
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.runner import Job, Pass, feed

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import NamedTuple, Self
 
 from motes import Frame, MotesError, SourceError, open_source
-from motes.core import explain, slug, write_whole, writing
-from motes.core import pool as pools
+from motes.core import explain, write_whole, writing
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.records import slug
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.shortened import ShortSequence, frames_of

@@ -19,7 +19,6 @@ from .input_checks import default_output as default_output
 from .input_checks import error_context as error_context
 from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
-from .input_checks import worker_count as worker_count
 from .known_run import TrackerOptions as TrackerOptions
 from .load_config import open_network as open_network
 from .load_config import tracker_config as tracker_config
@@ -40,7 +39,6 @@ from .option_groups import ObjectPreset as ObjectPreset
 from .option_groups import Overwrite as Overwrite
 from .option_groups import OwnCode as OwnCode
 from .option_groups import PresetName as PresetName
-from .option_groups import Workers as Workers
 from .option_groups import options as options
 from .progress import TerminalBar as TerminalBar
 from .track_options import KeyframeOptions as KeyframeOptions

@@ -11,13 +11,15 @@ import importlib
 import io
 import json
 import math
+import pickle
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
 from itertools import islice
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -36,11 +38,10 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, iou
-from motes.core.local_pool import LocalPool
-from motes.core.pool import Ended, Task
-from motes.core.pool import run as run_all
+from motes.core.resources import environment, thread_limits
 from motes.core.track import Status
 from motes.core.types import Bytes
+from motes.core.worker import Answer, Done, Failed, Worker, blocked_signals, do_tasks, receive
 from motes.output.overlay import draw, font
 
 if TYPE_CHECKING:
@@ -143,17 +144,10 @@ def demo(
     ):
         folder = Path(partial_folder)
         play = partial(_played, seed=seed, frames=frames, folder=folder)
-        tasks = [Task(story.name, play, number) for number, story in enumerate(STORIES)]
         try:
-            with LocalPool(len(STORIES), threads=1) as pool:
-                for event in run_all(pool, tasks):
-                    if not isinstance(event, Ended):
-                        continue
-                    if event.error is not None:
-                        raise FormatError(f"The film {event.task.name} is not made. {event.error}")
-                    plays[event.task.argument] = event.value
-                    title = STORIES[event.task.argument].title
-                    Console(stderr=True).print(f"{title}.", highlight=False)
+            for number, played in _in_processes(play):
+                plays[number] = played
+                Console(stderr=True).print(f"{STORIES[number].title}.", highlight=False)
         except KeyboardInterrupt as interrupt:
             log(f"{interrupts.word(interrupt)}{len(plays)} films; nothing is kept of a part.")
             return interrupts.code(interrupt)
@@ -255,6 +249,44 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
         missed=int(missed.sum()),
         admitted=int((missed & ~np.asarray(tracking)).sum()),
     )
+
+
+def _in_processes(play: Callable[[int], Played]) -> Iterator[tuple[int, Played]]:
+    """Make each film in a process of its own; yield its number and what it gave, as they end.
+
+    Raises
+    ------
+    FormatError
+        If a film is not made.
+    """
+    workers: dict[Connection, tuple[int, Worker]] = {}
+    try:
+        for number in range(len(STORIES)):
+            with environment(thread_limits()):
+                worker = Worker(do_tasks)
+            workers[worker.pipe] = number, worker
+            worker.give(partial(_packed, play=play, number=number))
+        running = [*workers]
+        while running:
+            ready = wait(running)
+            for pipe in [each for each in running if each in ready]:
+                number, worker = workers[pipe]
+                answer: Answer | None = receive(pipe, Answer)
+                if isinstance(answer, Done):
+                    running.remove(pipe)
+                    yield number, pickle.loads(answer.data)
+                elif answer is None or isinstance(answer, Failed):
+                    why = answer.error if answer else f"Its process ended with {worker.cause()}."
+                    raise FormatError(f"The film {STORIES[number].name} is not made. {why}")
+    finally:
+        with blocked_signals():
+            for _, worker in workers.values():
+                worker.end()
+
+
+def _packed(_: object, play: Callable[[int], Played], number: int) -> bytes:
+    """Make a film in a worker."""
+    return pickle.dumps(play(number))
 
 
 def _played(number: int, *, seed: int, frames: int | None, folder: Path) -> Played:

@@ -17,7 +17,6 @@ from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import leftovers, same_file
-from motes.core.resources import cores
 from motes.rows.schema import FORMS
 
 if TYPE_CHECKING:
@@ -45,13 +44,6 @@ def numbers_of(flag: str, text: str, *forms: str) -> list[float]:
     if len(numbers) not in [len(form.split(",")) for form in forms]:
         raise ConfigError(f"{flag} takes {' or '.join(forms)}, numbers with commas; got {text!r}.")
     return numbers
-
-
-def worker_count(workers: int | None) -> int:
-    """Return the number of processes; raise a ConfigError if --workers is below 1."""
-    if workers is not None and workers < 1:
-        raise ConfigError(f"--workers is {workers}; give 1 or more.")
-    return workers or cores()
 
 
 def check_counts(**counts: int) -> None:

@@ -75,9 +75,6 @@ ObjectPreset = Annotated[
         help="Preset of the particle filter that tracks each object; motes config lists all.",
     ),
 ]
-Workers = Annotated[
-    int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
-]
 Cluster = Annotated[
     str | None,
     Parameter(

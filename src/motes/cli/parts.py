@@ -1,7 +1,7 @@
 """What commands of motes leave to other programs, which join by entry points.
 
-A rig of cameras, events over networks and live pages are in motes-fleet; without it a run that asks
-for one of these says what to install.
+A rig of cameras, events over networks and live pages are in motes-fleet, the figures of the papers
+in motes-lab; a run that asks for one of these without its program says what to install.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from motes.core.registry import Registry
 PARTS = Registry[Callable[..., Any]]("part", "motes.parts", Callable, {}, values=True)
 
 
-def part(name: str, need: str) -> Callable[..., Any]:
+def part(name: str, need: str, program: str = "fleet") -> Callable[..., Any]:
     """Return what another program brings.
 
     Parameters
@@ -24,6 +24,8 @@ def part(name: str, need: str) -> Callable[..., Any]:
         The name of its entry point.
     need
         What needs it, as the subject of an error.
+    program
+        The program that has it.
 
     Raises
     ------
@@ -31,7 +33,7 @@ def part(name: str, need: str) -> Callable[..., Any]:
         If no installed package has it.
     """
     if name not in PARTS:
-        raise missing(need, "fleet")
+        raise missing(need, program)
     return PARTS.resolve(name)
 
 

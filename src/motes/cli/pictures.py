@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-import time
 from abc import abstractmethod
-from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -14,33 +12,24 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.input_checks import point_out_leftovers
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.extras import optional
 from motes.core.files import write_whole, writing
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import GROUND, Status, Track
 from motes.core.types import Bytes
 from motes.formats import runs
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
-from motes.output.charts import Series
-from motes.output.figures import figures_of, files_of
 from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.journal import FrameRow
 from motes.rows.writer import check_writable
-from motes.sot.presets import TrackerConfig
 from motes.sot.segmentation import Segmenter
-from motes.sot.step_info import StepInfo
-from motes.sot.tracker import Tracker
 from motes.video.sources import Source
-
-DPI = 110
-"""Dots per inch of the figures of the papers."""
 
 
 class _Pictures(Sink):
@@ -197,77 +186,6 @@ class MotionFigures(_Pictures):
                     data, format="pdf", metadata={"CreationDate": None}
                 )
                 yield name, data.getvalue()
-
-
-class Figures(_Pictures):
-    """The figures of the papers, in a folder.
-
-    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with weights of cues that change also
-    figure 3 of Maggio et al., and with orientation their figure 1. About a dozen numbers are kept
-    of each frame. Only one whole frame is kept, for the figures that show a single frame: the last
-    one whose number among the tracked frames, counted from 1, is a power of two. It lies in the
-    second half of the tracked frames. Neither the length of the run nor the quality of the track is
-    needed to choose it.
-    """
-
-    def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
-        optional("matplotlib", "Drawing figures needs matplotlib", "motes[report]")
-        names = {name: folder / name for name in files_of(config)}
-        super().__init__(names, overwrite)
-        point_out_leftovers(*names.values())
-        self._folder, self._config = folder, config
-        self._numbers = array("d")
-        self._tracked = self._samples = 0
-        self._kept: tuple[Frame, StepInfo] | None = None
-        self._companion, self._accompanied = Tracker("mean_shift"), False
-
-    def write(self, moment: Moment) -> None:
-        """Record a frame."""
-        frame, info = moment.frame, moment.info
-        if info is None:
-            return
-        tracking = info.track.status is Status.TRACKING
-        supporting = math.nan if info.n_supporting is None else info.n_supporting
-        seconds = moment.seconds, self._compared(moment)
-        self._samples = self._samples or len(info.weights)  # a budget may change it later
-        self._numbers.extend((frame.index, *info.track.ellipse[:4], supporting, tracking, *seconds))
-        self._numbers.extend(info.cue_weights.values())
-        self._tracked += tracking
-        if tracking and self._tracked.bit_count() == 1:
-            self._kept = frame, info
-
-    def _compared(self, moment: Moment) -> float:
-        """Return the time of a mean-shift tracker beside the one that runs, in seconds.
-
-        It starts on the frame in which the target is first tracked, and has no time, NaN, before.
-        """
-        if self._accompanied:
-            clock = time.perf_counter()
-            self._companion.update(moment.frame)
-            return time.perf_counter() - clock
-        if moment.target.status is Status.TRACKING:
-            self._companion.init(moment.frame, moment.target.box)
-            self._accompanied = True
-        return math.nan
-
-    @property
-    def series(self) -> Series:
-        """The numbers recorded so far."""
-        single = len(Series._fields) - 1
-        table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
-        return Series(*[*table.T[:single], table[:, single:]])
-
-    def pictures(self) -> Iterator[tuple[str, bytes]]:
-        """Yield the figures."""
-        for name, figure in figures_of(self._config, self.series, self._samples, self._kept):
-            data = io.BytesIO()
-            figure.savefig(data, dpi=DPI)
-            yield name, data.getvalue()
-
-    @property
-    def result(self) -> str | None:
-        """The number of files, and their folder."""
-        return f"{len(self._written)} figures in {self._folder}" if self._written else None
 
 
 class Masks(DocumentOutput):

@@ -12,9 +12,10 @@ from msgspec.structs import replace
 
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
-from motes.cli.input_checks import point_out_corners, prepared_folder
+from motes.cli.input_checks import point_out_corners
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import check_several, format_of
+from motes.cli.parts import part
 from motes.cli.request import Request
 from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size
@@ -48,10 +49,7 @@ def track_one(
     form = None if output is None else format_of(output, asked.outputs.format)
     if asked.resume and form not in FORMS.values():
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
-    with (
-        asked.frames.open(asked.source) as film,
-        prepared_folder(figures, [], asked.overwrite),
-    ):
+    with asked.frames.open(asked.source) as film:
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film.name, film.width, film.height)
@@ -59,9 +57,8 @@ def track_one(
         metres = None if units is None else "m"
         opened = asked.pictures(film, lambda: painted_target(metres))
         if figures is not None:
-            from motes.cli.pictures import Figures
-
-            opened.append(Figures(figures, tracker.config, overwrite=asked.overwrite))
+            drawn = part("figures", "--figures", "lab")
+            opened.append(drawn(figures, tracker.config, overwrite=asked.overwrite))
         motion = None if units is None else GroundMotion(units)
         moments = partial(follow, tracker, begin, motion=motion)
         opened += asked.remembered_rows(film, () if units is None else GROUND)

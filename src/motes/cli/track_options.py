@@ -158,7 +158,7 @@ class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
     figures: Path | None = None
-    """Folder for the figures of the papers; motes draw makes those of rows."""
+    """Folder for the figures of the papers, by motes-lab; motes draw makes those of rows."""
     resume: Annotated[bool, FLAG] = False
     """Continue the rows of an interrupted run. Give the same source, options and seed. The run is
     repeated up to the missing rows; overlay and figures are made again."""

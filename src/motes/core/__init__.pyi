@@ -1,7 +1,6 @@
 """The public names of this package."""
 
 from . import interrupts as interrupts
-from . import pool as pool
 from . import resources as resources
 from .addresses import LOCAL as LOCAL
 from .addresses import address_of as address_of
@@ -27,7 +26,6 @@ from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
 from .files import leftovers as leftovers
 from .files import read_text as read_text
-from .files import slug as slug
 from .files import used_alone as used_alone
 from .files import write_whole as write_whole
 from .files import writing as writing
@@ -36,7 +34,6 @@ from .geometry import as_ellipse as as_ellipse
 from .geometry import iou as iou
 from .geometry import region_within as region_within
 from .labels import check_label as check_label
-from .local_pool import LocalPool as LocalPool
 from .platforms import system as system
 from .spreadsheet import guarded as guarded
 from .type_words import words as words

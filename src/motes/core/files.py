@@ -9,14 +9,12 @@ from __future__ import annotations
 import contextlib
 import errno
 import glob
-import hashlib
 import os
 import secrets
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
-from urllib.parse import quote
 
 from motes.core.errors import FormatError, MotesError, SourceError
 from motes.core.platforms import system
@@ -25,16 +23,6 @@ PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
 LOCK = "_lock"
 """The file that is locked while a program uses a folder alone."""
-LONGEST_NAME = 120
-"""Longest name of `slug`; longer names are cut and get a digest, so that they stay different."""
-
-
-def slug(name: str) -> str:
-    """Return a name for a file or folder, a different one for each text."""
-    quoted = quote(name, safe="+")
-    if len(quoted) <= LONGEST_NAME:
-        return quoted
-    return f"{quoted[:LONGEST_NAME]}%{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
 def leftovers(target: str | Path) -> list[Path]:

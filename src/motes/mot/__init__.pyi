@@ -1,25 +1,19 @@
 """The public names of this package."""
 
 from .analytics.ground_plane import Homography as Homography
-from .analytics.ground_plane import matrix_of as matrix_of
 from .assignment import assign as assign
-from .association import Association as Association
-from .boxes import CUT as CUT
 from .boxes import as_rows as as_rows
 from .boxes import foot_of as foot_of
 from .boxes import intersection_over_first as intersection_over_first
-from .boxes import room as room
+from .boxes import is_cut as is_cut
 from .detection.global_motion import GlobalMotion as GlobalMotion
 from .detection.global_motion import Model as Model
-from .detection.morphology import opencv as opencv
 from .detection.moving_camera import Camera as Camera
 from .detection.moving_camera import PannedDetector as PannedDetector
 from .expected import CUE as CUE
 from .expected import Expected as Expected
-from .expected import normal_samples as normal_samples
 from .look import Look as Look
 from .look import looks_at as looks_at
-from .pipeline_config import LOOKALIKE_OVERLAP as LOOKALIKE_OVERLAP
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
 from .pipeline_config import detector_values as detector_values

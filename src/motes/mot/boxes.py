@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
 
@@ -34,19 +33,15 @@ def foot_of(box: Box) -> tuple[float, float]:
     return box.x + (box.width - 1) / 2, box.y + box.height - 1
 
 
-def room(box: Box, frame: Frame) -> float:
-    """Return the distance of a box from the border of a frame; below 0 if it reaches beyond."""
-    return _room(box, frame.width, frame.height)
-
-
-def _room(box: Box, width: int, height: int) -> float:
+def room(box: Box, width: int, height: int) -> float:
+    """Return the distance of a box from the border of a picture; below 0 if it reaches beyond."""
     right, low = box.x + box.width, box.y + box.height
     return min(box.x, box.y, width - right, height - low)
 
 
 def is_cut(box: Box, size: tuple[int, int] | None) -> bool:
     """Return whether the edge of a picture, of a width and height, may cut a box."""
-    return size is not None and _room(box, *size) < CUT
+    return size is not None and room(box, *size) < CUT
 
 
 def intersection_over_first(first: Floats, second: Floats) -> Floats:

@@ -1,6 +1,5 @@
 """The public names of this package."""
 
-from . import charts as charts
 from .overlay import Draw as Draw
 from .painters import TRAIL as TRAIL
 from .painters import ScenePainter as ScenePainter

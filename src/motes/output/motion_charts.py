@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from motes.core.types import Floats
-from motes.output.charts import BLUE, INK, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# Colors of Okabe and Ito, which color-blind readers can distinguish.
+BLUE, VERMILION, INK = "#0072B2", "#D55E00", "#333333"
 COLUMN = 3.5
 """Width of a figure in inches: a column of most journals."""
 INTERVAL = 1.96

@@ -6,4 +6,3 @@ from .journal import text_name as text_name
 from .reader import table_of as table_of
 from .schema import CAMERA as CAMERA
 from .schema import FORMS as FORMS
-from .writer import JournalWriter as JournalWriter

@@ -7,7 +7,7 @@ import pytest
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box, Ellipse, iou
-from motes.mot.expected import CUE, Expected, normal_samples
+from motes.mot.expected import CUE, Expected
 from motes.mot.scene import SceneState, step
 from motes.mot.stages.admit import admit
 from scene_objects import BLUE, DT, RED, config, picture, visible
@@ -19,8 +19,8 @@ PLACE = Ellipse.from_box(BOX)
 
 def expected(at: Ellipse = PLACE, *, certain: bool = True, spread: float = 2.0) -> Expected:
     """Return that something red is expected, moving to the right."""
-    covariance = np.diag([spread**2, spread**2, 0.1, 0.1, 0.0])
-    samples = normal_samples(np.random.default_rng(0), at, covariance, 50)
+    spreads = spread, spread, 0.3, 0.3, 0.0
+    samples = np.random.default_rng(0).normal(at, spreads, (50, 5))
     return Expected(7, samples, np.array([50.0, 0.0]), CUE.learn(FRAME, PLACE), certain)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from motes import Ellipse
 from motes.core import Floats
 from motes.cues import ColorModel
-from motes.mot import Expected, intersection_over_first, normal_samples
+from motes.mot import Expected, intersection_over_first
 from motes.sot import scatter
 from motes_fleet.cameras.camera_report import Arrival, unpacked
 from motes_fleet.cameras.common_ground import CommonGround
@@ -112,3 +112,27 @@ def expected_of(
         ColorModel(histogram, histogram),
         certain=arrival.place is None,
     )
+
+
+def normal_samples(
+    rng: np.random.Generator, mean: Ellipse, covariance: Floats, count: int
+) -> Floats:
+    """Return samples (count, 5) of a normal distribution of ellipses; half-axes are 1 or more.
+
+    Parameters
+    ----------
+    rng
+        Source of randomness.
+    mean
+        The mean ellipse.
+    covariance
+        (5, 5), of x, y, a, b, theta.
+    count
+        Number of samples.
+    """
+    # The eigenvalues of a covariance that was estimated from few particles may be slightly below 0.
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    spread = vectors * np.sqrt(np.maximum(values, 0))
+    samples: Floats = np.array(mean) + rng.standard_normal((count, 5)) @ spread.T
+    samples[:, 2:4] = np.maximum(samples[:, 2:4], 1.0)
+    return samples

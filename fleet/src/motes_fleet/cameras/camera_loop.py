@@ -10,7 +10,7 @@ import msgspec
 from motes import Frame, KnownTarget, MotesError, Scene, Source
 from motes.core import WorkerLine
 from motes.mot import named_detector
-from motes.video import live
+from motes_fleet.cameras import live
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from motes import Config, ConfigError, Place
+from motes import Config, ConfigError, Ground, Place
 from motes.core import NonNegative, Positive, Share, from_dict, from_toml
-from motes.mot import Homography, matrix_of
+from motes.mot import Homography
 
 DISTANCE = 0.85
 """Largest distance between the colors of the same object in two views."""
@@ -87,7 +87,7 @@ class Overlap(Config, frozen=True):
         if self.cameras[0] == self.cameras[1]:
             raise ConfigError(f"An overlap needs two cameras; got {self.cameras[0]!r} twice")
         if self.homography is not None:
-            matrix_of(self.homography)
+            Ground(homography=self.homography)  # refuses one that cannot be inverted
 
 
 class Rig(Config, frozen=True):

@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from msgspec.structs import replace
 
 from motes import FormatError, MotesError
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.estimate import memory_of
 from motes_fleet.cluster.inputs import InputFile, changed, missing, paths_of, stamp
 from motes_fleet.cluster.jobs import Job

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from motes import ConfigError, FormatError, MissingDependencyError
 from motes.core import optional, without_password
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from motes.core import interrupts
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 
 AHEAD = 2
 """Tasks for each core of the cluster that Ray is given at a time: no worker waits for the driver,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from motes.core import LocalPool
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.on_ray import RayPool
 from motes_fleet.cluster.ray_connection import connected
 

@@ -9,20 +9,23 @@ OUT/jobs.parquet             all records as a table, at the end of a run
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Literal
+from urllib.parse import quote
 
 import msgspec
 
 from motes import FormatError
-from motes.core import slug
 from motes_fleet.cluster.inputs import InputFile
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.store import Store
 
 TOGETHER = 500
 """Records that are read at the same time."""
+LONGEST_NAME = 120
+"""Longest name of `slug`; longer names are cut and get a digest, so that they stay different."""
 
 
 class Record(msgspec.Struct, frozen=True, kw_only=True):
@@ -44,6 +47,14 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     """The files that were read, the source first."""
     error: str | None = None
     """Why there are no results, in one line; or what was strange."""
+
+
+def slug(name: str) -> str:
+    """Return a name for a file or folder, a different one for each text."""
+    quoted = quote(name, safe="+")
+    if len(quoted) <= LONGEST_NAME:
+        return quoted
+    return f"{quoted[:LONGEST_NAME]}%{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
 def record_name(job: str) -> str:

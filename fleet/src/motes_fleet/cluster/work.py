@@ -11,7 +11,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes import MotesError, SourceError, __version__
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.inputs import changed, localized
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import StoreError

@@ -23,15 +23,14 @@ from motes.cli import (
     FileName,
     OwnCode,
     PresetName,
-    Workers,
     check_counts,
     counted,
     log,
     options,
-    worker_count,
 )
 from motes.core import interrupts, optional
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
+from motes_fleet.commands.workers import Workers, worker_count
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -235,8 +234,8 @@ def _config(
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
     """Do the jobs of a batch, and print a summary."""
-    from motes.core import resources
     from motes.mot import check_code
+    from motes_fleet.cluster import machine
     from motes_fleet.cluster.driver import batch
     from motes_fleet.cluster.open_pool import open_pool
     from motes_fleet.cluster.state import load_jobs, write_table
@@ -256,11 +255,11 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     for job in load_jobs(store):  # also those of a folder that somebody else has made
         check_code(job.detector, work.own_code)
     workers = worker_count(work.workers)
-    threads = max(resources.cores() // workers, 1)
+    threads = max(machine.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
     with BatchProgress(options.total) as progress:
         try:
-            with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
+            with open_pool(work.cluster, workers, machine.memory(), threads) as pool:
                 for event in batch(pool, store, load_jobs(store), plan, progress.keep):
                     interrupts.check()
                     progress.note(event)

@@ -6,7 +6,7 @@ import time
 from typing import Self
 
 from motes.cli import TerminalBar, counted, log
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.driver import BatchEvent
 from motes_fleet.cluster.records import Record
 

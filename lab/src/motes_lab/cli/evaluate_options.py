@@ -13,12 +13,11 @@ from motes.cli import (
     RUN,
     Cluster,
     Overwrite,
-    Workers,
     check_counts,
     options,
-    worker_count,
 )
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
+from motes_fleet.commands.workers import Workers, worker_count
 from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 

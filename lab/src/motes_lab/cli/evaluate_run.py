@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from motes.cli import DONE, PARTIAL, TerminalBar, log, worker_count
+from motes.cli import DONE, PARTIAL, TerminalBar, log
 from motes.core import interrupts
-from motes.core import pool as pools
+from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.open_pool import open_pool
+from motes_fleet.commands.workers import worker_count
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
 from motes_lab.cli.evaluate_options import RunOptions

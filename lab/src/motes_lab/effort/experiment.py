@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from motes import preset
-from motes.cli import worker_count
-from motes.core import Floats, LocalPool
-from motes.core import pool as pools
+from motes.core import Floats
 from motes.video import Film as Reader
+from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.local_pool import LocalPool
+from motes_fleet.commands.workers import worker_count
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
+import cv2
 import numpy as np
 from msgspec import structs
 
@@ -29,7 +30,7 @@ from motes import (
 )
 from motes.core import Floats, iou
 from motes.formats import UNKNOWN
-from motes.mot import Camera, GlobalMotion, Model, PannedDetector, opencv
+from motes.mot import Camera, GlobalMotion, Model, PannedDetector
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, rows_of
@@ -107,7 +108,6 @@ def view_of(width: int, height: int, frames: int, rate: float, *, moves: bool) -
 
 def seen(view: View, sequence: MotSequence, frames: Iterable[Frame]) -> Iterator[Frame]:
     """Yield the frames of a sequence as a view has them."""
-    cv2 = opencv()
     for frame in frames:
         pixels = cv2.warpAffine(
             np.ascontiguousarray(frame.pixels),
@@ -115,7 +115,7 @@ def seen(view: View, sequence: MotSequence, frames: Iterable[Frame]) -> Iterator
             (view.width, view.height),
             borderMode=cv2.BORDER_REFLECT,
         )
-        yield Frame(frame.index, frame.index / sequence.rate, pixels)
+        yield Frame(frame.index, frame.index / sequence.rate, np.asarray(pixels, np.uint8))
 
 
 def rows_in(view: View, rows: MotRows) -> MotRows:

@@ -8,9 +8,9 @@ import numpy as np
 
 from motes.core import Floats
 from motes.filtering import BestParticle, Gaussian, Likelihood
-from motes.output import charts
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
+from motes_lab.track_figures import charts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,10 +12,10 @@ from motes import Ellipse, Frame, open_source
 from motes.cli import numbers_of
 from motes.core import region_within
 from motes.cues import Color, EveryPixel
-from motes.output import charts
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.report.tables import Cell, Row, Table, percent
+from motes_lab.track_figures import charts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

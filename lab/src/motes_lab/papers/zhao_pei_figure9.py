@@ -26,7 +26,6 @@ from motes.cli import HYPHEN, RUN, numbers_of
 from motes.core import FRAME_INTERVAL, PreparedDetector, iou
 from motes.formats import UNKNOWN
 from motes.mot import assign, for_lookalikes, lookalike_detector, named_detector
-from motes.output import charts
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
@@ -35,6 +34,7 @@ from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of, films_of
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes_lab.track_figures import charts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

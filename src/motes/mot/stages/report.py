@@ -39,7 +39,7 @@ def report(
     tracks, staying = list[Track](), list[TrackedObject]()
     for each in objects:
         max_age = config.termination.max_age
-        if room(each.track.box, frame) <= 0:
+        if room(each.track.box, frame.width, frame.height) <= 0:
             max_age = MAX_AGE_AT_BORDER
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR

@@ -1,10 +1,11 @@
-"""The figures of the paper: the numbers behind them, and that something is drawn."""
+"""The figures of `motes track --figures`: the numbers behind them, and that they are drawn."""
 
 from __future__ import annotations
 
 import math
-import sys
+import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,27 +13,33 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes import synthetic
-from motes.cli.frame_loop import Moment
-from motes.cli.pictures import Figures
-from motes.core.errors import MissingDependencyError
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.cues.color import Color
-from motes.output.charts import RhoSurface, Series
-from motes.output.figures import (
+from motes import (
+    Ellipse,
+    Frame,
+    ParticleFilter,
+    Status,
+    StepInfo,
+    Track,
+    Tracker,
+    TrackerConfig,
+    VideoWriter,
+    configure,
+    preset,
+    synthetic,
+)
+from motes.cli import Moment, main
+from motes.cues import Color
+from motes_lab.track_figures.charts import RhoSurface, Series
+from motes_lab.track_figures.figures import (
     CUE_WEIGHTS,
     FIGURES,
     ORIENTATION,
     figures_of,
     surface_of,
 )
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig, configure, preset
-from motes.sot.step_info import StepInfo
-from motes.sot.tracker import Tracker
+from motes_lab.track_figures.sink import TrackFigures
 
+Go = Callable[[str], tuple[int, str]]
 VARIANTS = {
     "maggio, sum": ("maggio", {"fusion": {"type": "printed_mixture"}}),
     "maggio, spectra": ("maggio:O-ROH", {"orientation": {"form": "fourier"}}),
@@ -40,7 +47,7 @@ VARIANTS = {
 """Weights of cues that change, and orientation alone by its spectrum."""
 
 
-class Recorder(Figures):
+class Recorder(TrackFigures):
     """Figures that are looked at before they are written, with given times of mean shift."""
 
     def __init__(self, config: TrackerConfig) -> None:
@@ -115,6 +122,24 @@ def drawn(recorder: Recorder) -> list[str]:
     return [name for name, _ in figures]
 
 
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Track the target of a small film in a folder; return exit code and standard error."""
+    monkeypatch.chdir(tmp_path)
+    clip = synthetic.growing((160, 120), 9, factor=1.5)
+    with VideoWriter("film.mkv", 25) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels, frame.time)
+    box = ",".join(f"{value:.1f}" for value in clip[0][1][0].ellipse.box)
+
+    def run(options: str) -> tuple[int, str]:
+        capfd.readouterr()
+        code = main(["track", "film.mkv", "--init", box, *options.split()])
+        return code, capfd.readouterr().err
+
+    return run
+
+
 def ink(path: Path) -> float:
     """Return the share of a picture's pixels that are not white."""
     return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
@@ -130,17 +155,15 @@ def test_every_frame_leaves_its_numbers_and_all_figures_are_there(name: str) -> 
 
 
 @pytest.mark.slow
-def test_every_figure_has_its_picture(tmp_path: Path) -> None:
-    recorder, _ = recorded("maggio, sum", 9)
-    pictures = dict(recorder.pictures())
-    assert [*pictures] == [*FIGURES, CUE_WEIGHTS, ORIENTATION]
-    for file, data in pictures.items():
-        path = tmp_path / file
-        path.write_bytes(data)
+def test_every_figure_has_its_picture(go: Go) -> None:
+    code, said = go("--preset maggio --set fusion.type=printed_mixture --figures f")
+    assert (code, said.rstrip().endswith("wrote 6 figures in f.")) == (0, True)
+    assert sorted(os.listdir("f")) == sorted([*FIGURES, CUE_WEIGHTS, ORIENTATION])
+    for path in Path("f").iterdir():
         with Image.open(path) as image:
             assert image.width >= 800
-        assert 0.01 < ink(path) < 0.9, file
-        assert len(data) < 200_000, file
+        assert 0.01 < ink(path) < 0.9, path
+        assert path.stat().st_size < 200_000, path
 
 
 def test_the_surface_of_two_cues_is_their_mean() -> None:
@@ -191,7 +214,41 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
     assert kept == [None, 1, 1, 3, 3, 3, 3, 7, 7, 7, 7, 7]
 
 
-def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[report\]'"):
-        Recorder(preset("nummiaro"))
+def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
+    recorder, _ = recorded("default", 1)
+    surface = recorder.surface()
+    assert surface is not None
+    assert surface.samples.shape == (0, 2)
+    assert np.isnan(recorder.series.n_supporting).all()
+
+
+def test_a_folder_that_is_protected_is_refused_before_the_first_frame(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    code, error = go("--figures f/g")
+    assert code == 5
+    assert error.startswith("motes: error: f/g/")
+    assert error.endswith(" cannot be written: no permission; choose another place.\n")
+
+
+@pytest.mark.slow
+def test_nothing_is_overwritten_unasked(go: Go) -> None:
+    Path("f").mkdir()
+    Path("f", FIGURES[0]).write_text("precious")
+    code, error = go("-o new.csv --figures f")
+    assert (code, "exists; choose another" in error, "--overwrite" in error) == (5, True, True)
+    assert not Path("new.csv").exists()
+    assert Path("f", FIGURES[0]).read_text() == "precious"
+    assert go("--end 3 --figures f --overwrite")[0] == 0
+    assert Path("f", FIGURES[0]).stat().st_size > 1000
+
+
+def test_a_folder_in_which_nothing_is_made_is_removed(go: Go) -> None:
+    Path("rows.csv").touch()
+    for folder in ("new", "new/deep"):
+        code, _ = go(f"--figures {folder} -o rows.csv")
+        assert (code, Path("new").exists()) == (5, False)
+    Path("mine").mkdir()
+    assert go("--figures mine -o rows.csv")[0] == 5
+    assert Path("mine").exists()

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.types import Floats
+from motes import Ellipse, Frame
+from motes.core import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

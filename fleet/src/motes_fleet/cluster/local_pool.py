@@ -11,9 +11,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any, Self
 
-from motes.core.pool import Ended, News, Started, Task, outcome, timed_out
-from motes.core.resources import environment, thread_limits
-from motes.core.worker import (
+from motes.core import (
     Alive,
     Answer,
     Done,
@@ -22,7 +20,9 @@ from motes.core.worker import (
     blocked_signals,
     do_tasks,
     receive,
+    resources,
 )
+from motes_fleet.cluster.pool import Ended, News, Started, Task, outcome, timed_out
 
 LONGEST_WAIT = 3600.0
 """Seconds; operating systems limit how long a process can wait at once."""
@@ -51,7 +51,7 @@ class LocalPool:
 
     def __init__(self, workers: int, memory: int | None = None, threads: int | None = None) -> None:
         self._workers, self._memory = workers, memory
-        self._variables = {} if threads is None else thread_limits(threads)
+        self._variables = {} if threads is None else resources.thread_limits(threads)
         self._idle: list[TaskWorker] = []
         self._busy: dict[Connection, TaskWorker] = {}
 
@@ -67,7 +67,7 @@ class LocalPool:
         if self._idle:
             worker = self._idle.pop()
         else:
-            with environment(self._variables):
+            with resources.environment(self._variables):
                 worker = TaskWorker(do_tasks)
         worker.task, worker.deadline = task, math.inf
         self._busy[worker.pipe] = worker

@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from arena import wait_for
-from motes.core.frame import Frame
-from motes.video import decoder, live
-from motes.video.live import Live, open_watched
-from motes.video.sources import Source
+from motes import Frame, Source
+from motes.video import decoder
+from motes_fleet.cameras import live
+from motes_fleet.cameras.live import Live, open_watched
 from streams import camera
 
 TIMEOUT = 0.5

@@ -8,11 +8,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Self
 
-from motes.core.errors import MotesError, SourceError
-from motes.core.frame import Frame
-from motes.video import decoder
-from motes.video.reconnect import FIRST_PAUSE, LONGEST_PAUSE, RETRY_NOTE
-from motes.video.sources import Source, is_remote, open_source
+from motes import Frame, MotesError, Source, SourceError, open_source
+from motes.video import FIRST_PAUSE, LONGEST_PAUSE, RETRY_NOTE, decoder, is_remote
 
 ANSWER_MARGIN = 0.5
 """Seconds for which FFmpeg may be late with its report that no packet arrives."""

@@ -1,6 +1,6 @@
 """Pools of workers: tasks go in, their starts and ends come out, whatever dies.
 
-A `Pool` has two implementations: the processes of this machine (`local.py`) and tasks of Ray
+A `Pool` has two implementations: the processes of this machine (`local_pool.py`) and tasks of Ray
 (`on_ray.py`). `run` is the loop above both. It takes tasks one by one, as there is room for them,
 so that the number of those that wait does not matter.
 """
@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
-from motes.core.callables import explain
+from motes.core import explain
 
 TIME_LIMIT = 1800.0
 """Seconds for a task, by default."""

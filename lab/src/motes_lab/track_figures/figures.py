@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.frame import Frame
-from motes.core.types import Floats
-from motes.cues.structure_tensor import Orientation
-from motes.output import charts
-from motes.output.charts import SURFACE_STEPS, RhoSurface, Series
-from motes.sot.mean_shift import MeanShift
-from motes.sot.presets import TrackerConfig
-from motes.sot.step_info import StepInfo
+from motes import Frame, MeanShift, StepInfo, TrackerConfig
+from motes.core import Floats
+from motes.cues import Orientation
+from motes_lab.track_figures import charts
+from motes_lab.track_figures.charts import SURFACE_STEPS, RhoSurface, Series
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,0 +1,1 @@
+"""The figures of the papers, of any run: `motes track --figures`."""
