@@ -40,7 +40,7 @@ def test_damage_is_refused(name: str) -> None:
     ("data", "message"),
     [
         *((data, "is not a saved tracker") for data in (b"", b"no tracker", b"\x80", b"\x91" * 9)),
-        (msgspec.msgpack.encode({"motes": FORMAT, "config": {}}), "is not a saved tracker"),
+        (msgspec.msgpack.encode({"motes": FORMAT - 1}), "or of another version of motes"),
         (sealed(FORMAT - 1, {}), "another version of motes"),
         (sealed(FORMAT, {"config": {}}), "has no state of its configuration"),
         (example("nummiaro", "started")[:-1], "is damaged"),
