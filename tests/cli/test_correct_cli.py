@@ -582,3 +582,16 @@ def test_what_was_remembered_of_older_rows_goes_with_them(go: Go) -> None:
     Path("rows.csv.run.json").unlink()
     assert go("smooth rows.csv -o old.csv --overwrite")[0] == 0
     assert not Path("old.csv.run.json").exists()
+
+
+def test_rows_need_no_whole_box(go: Go) -> None:
+    """What is corrected is the ellipse; the columns of the box are made anew."""
+    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
+    table = [line.split(",") for line in Path("plain.csv").read_text().splitlines()]
+    top = table[0].index("top")
+    for row in table:
+        del row[top]
+    Path("part.csv").write_text("".join(",".join(row) + "\n" for row in table))
+    assert go("check FILM part.csv")[0] == 0
+    assert go("smooth part.csv -o smooth.csv")[0] == 0
+    assert float(rows("smooth.csv")[0]["top"]) == pytest.approx(25, abs=0.5)

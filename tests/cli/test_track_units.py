@@ -91,3 +91,12 @@ def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None
     found, said = go(f"{TRACK} {line}")
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
     assert not Path("rows.csv").exists()
+
+
+def test_each_detection_has_its_own_metres(go: Go) -> None:
+    """Several of a frame have no identity; none has a speed."""
+    Path("det.txt").write_text("1,-1,10,10,20,40,0.9,-1,-1,-1\n1,-1,110,50,20,40,0.9,-1,-1,-1\n")
+    assert go("convert det.txt det.csv --from mot-detections --scale 10")[0] == 0
+    found = read_track("det.csv")
+    np.testing.assert_allclose(found["x_m"], found["x"] / 10)
+    assert np.isnan(found["speed"]).all()

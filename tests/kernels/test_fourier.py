@@ -74,3 +74,19 @@ def test_rounds_alternate_from_nothing(rounds: int) -> None:
             kernels.fourier_ridge.confine(expected, penalty, 5, 7, multiplier, copied)
     kernels.fourier_ridge.alternate(spectra, label, before, 15.0, (1.0, 0.1), rounds, 5, 7, found)
     np.testing.assert_array_equal(found, expected)
+
+
+def test_ridge_regression_refuses_sizes_that_do_not_fit() -> None:
+    """Memory beside an array is not touched, whatever a saved tracker holds."""
+    spectra, power = np.ones((2, 6), np.complex64), np.ones(6, np.float32)
+    plane, large = np.ones((2, 3), np.complex64), np.ones((4, 5), np.complex64)
+    ridge = kernels.fourier_ridge
+    for short in (spectra[:, :5].copy(), spectra[:1]):
+        with pytest.raises(ValueError, match=r"^teach needs a filter \(K, F\)"):
+            ridge.teach(spectra, spectra[0], 0.3, short, power)
+        with pytest.raises(ValueError, match=r"^correlate needs a filter \(K, F\)"):
+            ridge.correlate(short, power, spectra, spectra[0])
+    with pytest.raises(ValueError, match=r"^pad needs two responses of one size"):
+        ridge.pad(plane, large, 0.3, 4.0, large)
+    with pytest.raises(ValueError, match=r"^center needs two planes of one size"):
+        ridge.center(np.ones((2, 3), np.float32), np.ones((2, 2), np.float32))

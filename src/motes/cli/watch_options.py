@@ -64,8 +64,9 @@ class ObjectOptions:
     of a team: x,y,width,height. They are chosen from what --detector finds; without it, from what
     moves, and then the camera may move too."""
     histogram: Path | None = None
-    """With a file of several cameras: search for the target in this file, which motes track
-    KnownTarget.save has written. A camera that finds it reports its place to the others."""
+    """With a file of several cameras: search for the target in this file, which
+    KnownTarget.save of Python has written. A camera that finds it reports its place to the others.
+    """
 
 
 @options(Group("Counting", sort_key=1))

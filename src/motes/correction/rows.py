@@ -248,4 +248,5 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
             f"{path} tracks the target in frame {row['frame']}, but has no place and size of it; "
             f"correct that row."
         )
-    return replace(Track.from_dict(row | {"occluded_by": None}), further={}, bounds=None)
+    known = row | {"occluded_by": None, "left": None}  # the box follows from the ellipse
+    return replace(Track.from_dict(known), further={}, bounds=None)

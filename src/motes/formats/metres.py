@@ -8,7 +8,7 @@ from collections import defaultdict
 from msgspec.structs import replace
 
 from motes.core.track import GROUND, Track
-from motes.formats.recording import Recording
+from motes.formats.recording import ANONYMOUS, Recording
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
 
 
@@ -26,7 +26,10 @@ def in_metres(recorded: Recording, units: RealUnits) -> Recording:
     nowhere = dict.fromkeys(GROUND)
 
     def placed(each: Track) -> Track:
-        place = places[each.identity, each.frame]
+        if each.identity == ANONYMOUS:  # several in a frame, and none has a way
+            (place,) = motion_in_hindsight(units, [each])
+        else:
+            place = places[each.identity, each.frame]
         return replace(each, further={**each.further, **nowhere, **place})
 
     frames = [replace(row, objects=tuple(map(placed, row.objects))) for row in recorded]

@@ -8,11 +8,19 @@
 
 namespace motes::fourier_ridge {
 
+inline void fit_filter(Plane<const Complex> spectra, Index answers, Index rows, Index columns,
+                       Index power) {
+    fit(rows == spectra.rows && columns == spectra.columns && answers == columns &&
+            power == columns,
+        "a filter (K, F) and (F,), as spectra (K, F) and a label or a response (F,)");
+}
+
 // Writes the spectrum of a filter's response, sum_k conj(numerator_k) spectra_k / power.
 //
 // The filter is (K, F) and (F,), the spectra of K signals (K, F), the response (F,).
 inline void correlate(Plane<const Complex> numerator, Row<const float> power,
                       Plane<const Complex> spectra, Row<Complex> out) {
+    fit_filter(spectra, out.size, numerator.rows, numerator.columns, power.size);
     std::fill(out.begin(), out.end(), Complex());
     for (Index k = 0; k < numerator.rows; ++k) {
         const Complex *learned = numerator[k], *seen = spectra[k];
@@ -32,6 +40,9 @@ inline void correlate(Plane<const Complex> numerator, Row<const float> power,
 inline void pad(Plane<const Complex> learned, Plane<const Complex> first, double share, double gain,
                 Plane<Complex> out) {
     const Index rows = learned.rows, columns = learned.columns, below = rows / 2;
+    fit(first.rows == rows && first.columns == columns && out.rows >= rows &&
+            out.columns >= columns,
+        "two responses of one size, and room for more");
     const float other = float(1.0 - share), part = float(share), factor = float(gain);
     std::fill_n(out.data, out.rows * out.columns, Complex());
     for (Index i = 0; i < rows; ++i) {
@@ -44,6 +55,7 @@ inline void pad(Plane<const Complex> learned, Plane<const Complex> first, double
 // Writes a plane with the value of row 0 and column 0 in the middle.
 inline void center(Plane<const float> plane, Plane<float> out) {
     const Index rows = plane.rows, columns = plane.columns, half = columns / 2;
+    fit(out.rows == rows && out.columns == columns, "two planes of one size");
     for (Index i = 0; i < rows; ++i) {
         float* to = out[(i + rows / 2) % rows];
         std::copy_n(plane[i], columns - half, to + half);
@@ -55,6 +67,7 @@ inline void center(Plane<const float> plane, Plane<float> out) {
 // numerator_k gets label spectra_k, power gets sum_k |spectra_k|².
 inline void teach(Plane<const Complex> spectra, Row<const Complex> label, double rate,
                   Plane<Complex> numerator, Row<float> power) {
+    fit_filter(spectra, label.size, numerator.rows, numerator.columns, power.size);
     const float fresh = float(rate), kept = float(1.0 - rate);
     for (float& value : power) value *= kept;
     for (Index k = 0; k < numerator.rows; ++k) {
