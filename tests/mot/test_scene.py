@@ -321,7 +321,10 @@ def test_what_is_found_ahead_changes_nothing() -> None:
 
 def told(scene: Scene, frame: Frame, tracks: list[Track]) -> tuple[object, ...]:
     """Return all that is said of a frame in a form that is compared bit for bit."""
-    bits = [[np.asarray(value).tobytes() for value in astuple(t)] for t in tracks]
+    bits = [
+        [value if isinstance(value, dict) else np.asarray(value).tobytes() for value in astuple(t)]
+        for t in tracks
+    ]
     who = [(t.identity, t.occluded_by, t.detected) for t in tracks]
     return frame.index, who, bits, dict(scene.warnings)
 

@@ -15,8 +15,8 @@ from PIL import Image
 
 from motes import Box, Ellipse, Frame, Status, Tracker, open_source
 from motes.cli import RUN, check_counts
-from motes.core import Bytes, InputError, iou
-from motes.sot import Mask, Segmenter
+from motes.core import Bytes, Flags, InputError, iou
+from motes.sot import Segmenter
 from motes_lab.datasets.sot import Sequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import FirstPixel, Only, films_of
@@ -89,7 +89,7 @@ def overlaps(sequence: Sequence, every: int) -> Overlaps:
             if frame.index % every:
                 segmenter.learn(frame.pixels, track.ellipse)
                 continue
-            makers: list[Callable[[], Mask]] = [
+            makers: list[Callable[[], Flags]] = [
                 lambda e=track.ellipse, p=frame.pixels: inside(p, e),  # type: ignore[misc]
                 lambda e=track.ellipse, p=frame.pixels: segmenter.update(p, e),  # type: ignore[misc]
                 lambda b=track.box, p=frame.pixels: grabbed(p, b),  # type: ignore[misc]
@@ -137,16 +137,16 @@ def _read(path: Path, frame: Frame) -> NDArray[np.bool_]:
     return np.asarray(values.any(axis=2) if values.ndim == 3 else values != 0)
 
 
-def inside(pixels: Bytes, ellipse: Ellipse) -> Mask:
+def inside(pixels: Bytes, ellipse: Ellipse) -> Flags:
     """Return the mask (H, W) of an ellipse."""
     y, x = np.ogrid[: pixels.shape[0], : pixels.shape[1]]
     cos, sin = np.cos(ellipse.theta), np.sin(ellipse.theta)
     u, v = x - ellipse.x, y - ellipse.y
-    mask: Mask = np.hypot((u * cos + v * sin) / ellipse.a, (v * cos - u * sin) / ellipse.b) <= 1
+    mask: Flags = np.hypot((u * cos + v * sin) / ellipse.a, (v * cos - u * sin) / ellipse.b) <= 1
     return mask
 
 
-def grabbed(pixels: Bytes, box: Box) -> Mask:
+def grabbed(pixels: Bytes, box: Box) -> Flags:
     """Return the mask (H, W) that GrabCut finds in a box, from the box and its surroundings."""
     height, width = pixels.shape[:2]
     left = int(np.clip(box.x - MARGIN * box.width, 0, width))
@@ -161,7 +161,7 @@ def grabbed(pixels: Bytes, box: Box) -> Mask:
     return mask
 
 
-def box_of(mask: Mask) -> Box:
+def box_of(mask: Flags) -> Box:
     """Return the box around a mask; one without size if it is empty."""
     y, x = np.nonzero(mask)
     if not x.size:

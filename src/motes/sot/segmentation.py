@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
-from motes.core.types import Bytes, Floats
+from motes.core.types import Bytes, Flags, Floats
 from motes.cues.color_posterior import SURROUNDINGS
 
 LEVELS = 16
@@ -30,8 +30,6 @@ where it is 0.15, and 0.76 where it is 0.1.
 """
 SMOOTHING = 0.02
 """Standard deviation of the blur of the posterior, relative to the mean side of the target."""
-
-Mask = NDArray[np.bool_]
 
 
 class Colors(NamedTuple):
@@ -83,7 +81,7 @@ def updated(colors: Colors | None, window: Window) -> Colors:
     return Colors(*moved)
 
 
-def segmented(colors: Colors, window: Window, side: float) -> Mask:
+def segmented(colors: Colors, window: Window, side: float) -> Flags:
     """Return the mask (H, W) of a target in a window; `side` is its mean side in pixels."""
     from scipy import ndimage
 
@@ -98,7 +96,7 @@ def segmented(colors: Colors, window: Window, side: float) -> Mask:
     labels, count = ndimage.label(mask)
     if count > 1:
         mask = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
-    filled: Mask = ndimage.binary_fill_holes(mask)
+    filled: Flags = ndimage.binary_fill_holes(mask)
     return filled
 
 
@@ -115,7 +113,7 @@ class Segmenter:
             self._colors = updated(self._colors, window)
         return window
 
-    def update(self, pixels: Bytes, ellipse: Ellipse) -> Mask:
+    def update(self, pixels: Bytes, ellipse: Ellipse) -> Flags:
         """Learn the colors of a target, and return its mask (H, W)."""
         mask = np.zeros(pixels.shape[:2], np.bool_)
         window = self.learn(pixels, ellipse)

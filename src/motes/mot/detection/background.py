@@ -19,6 +19,7 @@ from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.types import Bytes
 from motes.kernels.structures import LightLimits
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.exposure import Exposure, tables_of
@@ -31,7 +32,6 @@ from motes.mot.detection.illumination import (
     without_tremble,
 )
 from motes.mot.detection.mixture import FIRST, Mixture
-from motes.mot.detection.morphology import Mask
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
@@ -148,7 +148,7 @@ class BackgroundDetector:
             raise ConfigError(f"A BackgroundDetector takes a BackgroundConfig; got {config!r}.")
         self.config = config
         self._model = Mixture(config.deviations)
-        self._first: Mask | None = None
+        self._first: Bytes | None = None
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
@@ -164,7 +164,7 @@ class BackgroundDetector:
         frames
             Frames of the same camera, from the first on.
         """
-        pictures: list[Mask] = []
+        pictures: list[Bytes] = []
         step, start = 1, None
         with contextlib.suppress(SourceError):
             for number, frame in enumerate(frames):
@@ -224,7 +224,7 @@ class BackgroundDetector:
             return []
         return [Detection(box) for box in self._objects(frame, mask)]
 
-    def _begin(self, pixels: Mask, frame: Frame) -> None:
+    def _begin(self, pixels: Bytes, frame: Frame) -> None:
         config, planes = self.config, planes_of(pixels)
         self._exposure = Exposure(pixels)
         self._reference = ReferenceImage(pixels)
@@ -239,7 +239,7 @@ class BackgroundDetector:
         """The share of the frame that enters the background: more at the start."""
         return max(1 / (2 * (FIRST + self._frames)), 1 / self.config.history)
 
-    def _foreground(self, planes: Planes) -> Mask:
+    def _foreground(self, planes: Planes) -> Bytes:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
         config = self.config
         if self._frames % RENEWED == 0:
@@ -250,7 +250,7 @@ class BackgroundDetector:
         mask = without_light(differs, planes, self._background, limits)
         return self._memory.added(with_enclosed(mask, differs), differs, self._moved)
 
-    def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
+    def _objects(self, frame: Frame, mask: Bytes) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         boxes = blobs(mask, self.config.least, self._moved)
         if boxes:
@@ -261,7 +261,7 @@ class BackgroundDetector:
             self._warn(frame, "flood", text)
         return boxes[:LIMIT]
 
-    def _exposed(self, pixels: Mask) -> Planes:
+    def _exposed(self, pixels: Bytes) -> Planes:
         """Return a frame with its usual brightness and contrast."""
         curves = self._exposure.curves(pixels)
         if curves is None:
@@ -282,7 +282,7 @@ class BackgroundDetector:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
-def densest(pictures: Sequence[Mask]) -> Mask:
+def densest(pictures: Sequence[Bytes]) -> Bytes:
     """Return the usual colors of each pixel in pictures (H, W, 3).
 
     They are the mean over the third of the pictures whose brightness is closest together, and which

@@ -12,7 +12,8 @@ import numpy as np
 
 from motes import kernels
 from motes.core.geometry import Box, iou
-from motes.mot.detection.morphology import Mask, closed, components, opened
+from motes.core.types import Bytes
+from motes.mot.detection.morphology import closed, components, opened
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -30,7 +31,7 @@ SPIKE = 0.06
 """Parts of an outline that are narrower than this share of the blob's height are no heads."""
 
 
-def blobs(mask: Mask, least: float, known: Sequence[Box] = ()) -> list[Box]:
+def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
 
     First holes are filled, as through an object's windows one sees the background: a thin roof over
@@ -98,7 +99,7 @@ def _holds(box: Box, other: Box) -> bool:
     return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
-def divided(patch: Mask) -> list[int]:
+def divided(patch: Bytes) -> list[int]:
     """Return the columns at which a patch (h, w) is divided: the valleys of its upper outline.
 
     People beside each other have a valley between their heads, and vehicles between their roofs; a

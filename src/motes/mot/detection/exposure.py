@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.core.types import Floats, Singles
-from motes.mot.detection.morphology import Mask
+from motes.core.types import Bytes, Floats, Singles
 
 SPARSE = 8
 """The usual colors are learned from every eighth pixel in x and y."""
@@ -32,10 +31,10 @@ class Exposure:
     changed it.
     """
 
-    def __init__(self, pixels: Mask) -> None:
+    def __init__(self, pixels: Bytes) -> None:
         self._usual = _sparse(pixels)
 
-    def curves(self, pixels: Mask) -> Floats | None:
+    def curves(self, pixels: Bytes) -> Floats | None:
         """Return the usual value of each value of each color, (3, 257), without rounding.
 
         There are none where a gain is far from 1: the light has changed, not the exposure.
@@ -57,13 +56,13 @@ class Exposure:
         best = min(_gamma(usual, sparse), _contrast(usual, sparse), key=misfit)
         return best if misfit(best) < BETTER * left else straight
 
-    def learn(self, pixels: Mask, curves: Floats) -> None:
+    def learn(self, pixels: Bytes, curves: Floats) -> None:
         """Learn from a picture with its usual exposure."""
         usual = np.maximum(_of(curves, _sparse(pixels)), 1)
         self._usual += (usual - self._usual) / RECENT
 
 
-def tables_of(curves: Floats) -> Mask:
+def tables_of(curves: Floats) -> Bytes:
     """Return each color's whole value of each value, (3, 256)."""
     return np.rint(curves[:, :256]).clip(0, 255).astype(np.uint8)
 
@@ -107,6 +106,6 @@ def _of(curves: Floats, colors: Singles) -> Singles:
     return np.stack(values, axis=-1).astype(np.float32)
 
 
-def _sparse(pixels: Mask) -> Singles:
+def _sparse(pixels: Bytes) -> Singles:
     """Return the colors of some pixels, all above 0."""
     return 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motes.core.geometry import Box
+from motes.core.types import Bytes
 from motes.mot.boxes import as_rows
-from motes.mot.detection.morphology import Mask
 from motes.mot.overlaps import best_partners, overlapping_pairs
 
 SAME = 0.3
@@ -22,14 +22,14 @@ class ForegroundMemory:
     """The foreground of the frame before, which moves along with the objects that are known."""
 
     def __init__(self) -> None:
-        self._mask: Mask | None = None
+        self._mask: Bytes | None = None
         self._known: Sequence[Box] = ()
 
-    def remember(self, mask: Mask, known: Sequence[Box]) -> None:
+    def remember(self, mask: Bytes, known: Sequence[Box]) -> None:
         """Take the foreground (H, W) of a frame, and the objects' boxes in it."""
         self._mask, self._known = mask, known
 
-    def added(self, mask: Mask, before: Mask, known: Sequence[Box]) -> Mask:
+    def added(self, mask: Bytes, before: Bytes, known: Sequence[Box]) -> Bytes:
         """Return a mask with those pixels of the one before that were foreground of the objects.
 
         Parameters

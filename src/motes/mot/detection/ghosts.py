@@ -12,14 +12,14 @@ import numpy as np
 
 from motes import kernels
 from motes.core.geometry import Box
-from motes.mot.detection.morphology import Mask
+from motes.core.types import Bytes
 
 GHOST = 0.5
 """Along the outline of a ghost, the frame's gradients in x and y are on average less than this
 share of the background's."""
 
 
-def without_ghosts(boxes: Sequence[Box], mask: Mask, now: Mask, learned: Mask) -> list[Box]:
+def without_ghosts(boxes: Sequence[Box], mask: Bytes, now: Bytes, learned: Bytes) -> list[Box]:
     """Return the boxes that hold an object.
 
     Parameters

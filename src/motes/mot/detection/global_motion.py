@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.extras import optional
-from motes.core.types import Floats
-from motes.mot.detection.morphology import Mask, opencv
+from motes.core.types import Bytes, Floats
+from motes.mot.detection.morphology import opencv
 
 Model: TypeAlias = Literal["homography", "similarity"]
 
@@ -41,7 +41,7 @@ Of a flat ground half of it would be more exact; where there is depth, one leave
 NO_BOXES: Floats = np.empty((0, 4))
 
 
-def _motion(before: Mask, after: Mask, model: Model, objects: Floats) -> Floats | None:
+def _motion(before: Bytes, after: Bytes, model: Model, objects: Floats) -> Floats | None:
     """Return the motion (3, 3) from a gray picture to the next; None if it is not clear."""
     cv2 = opencv()
     corners = _corners(before)
@@ -64,7 +64,7 @@ def _motion(before: Mask, after: Mask, model: Model, objects: Floats) -> Floats 
     return out
 
 
-def _corners(gray: Mask) -> NDArray[np.float32]:
+def _corners(gray: Bytes) -> NDArray[np.float32]:
     """Return the strongest corners (N, 2) of each cell of a gray picture (H, W)."""
     cv2 = opencv()
     strength = cv2.cornerMinEigenVal(gray, 3)
@@ -86,11 +86,11 @@ def _inside(points: NDArray[np.float32], boxes: Floats) -> NDArray[np.bool_]:
     return out
 
 
-def reduced(pixels: Mask, width: int) -> tuple[Mask, float]:
+def reduced(pixels: Bytes, width: int) -> tuple[Bytes, float]:
     """Return a picture (H, W, ...) that is no wider than `width`, and its scale."""
     scale = min(width / pixels.shape[1], 1.0)
     size = round(scale * pixels.shape[1]), max(1, round(scale * pixels.shape[0]))
-    small: Mask = opencv().resize(pixels, size, interpolation=opencv().INTER_AREA)
+    small: Bytes = opencv().resize(pixels, size, interpolation=opencv().INTER_AREA)
     return small, scale
 
 
@@ -119,20 +119,20 @@ class GlobalMotion:
     def __init__(self, model: Model = "similarity") -> None:
         optional("cv2", "The motion of a camera needs OpenCV", "motes[opencv]")
         self._model = model
-        self._gray: Mask | None = None
+        self._gray: Bytes | None = None
 
     def forget(self) -> None:
         """Take the next picture as the first one."""
         self._gray = None
 
-    def update(self, pixels: Mask, objects: Floats = NO_BOXES) -> Floats | None:
+    def update(self, pixels: Bytes, objects: Floats = NO_BOXES) -> Floats | None:
         """Return the motion (3, 3) of the background from the last picture (H, W, 3) to this one.
 
         It is None in the first picture, and where it is not clear. `objects` are boxes (M, 4) of
         the last picture: what they hold is not the background.
         """
         cv2 = opencv()
-        whole: Mask = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY)
+        whole: Bytes = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY)
         gray, scale = reduced(whole, WIDTH)
         before, self._gray = self._gray, gray
         if before is None or before.shape != gray.shape:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from motes import kernels
+from motes.core.types import Bytes
 from motes.kernels.structures import LightLimits
-from motes.mot.detection.morphology import Mask, closed, dilated, eroded
+from motes.mot.detection.morphology import closed, dilated, eroded
 from motes.mot.detection.planes import Planes, window_sums
 
 OUTLINE = 5
@@ -39,7 +40,9 @@ class Background:
         self.sums = window_sums(planes)
 
 
-def without_light(mask: Mask, planes: Planes, background: Background, limits: LightLimits) -> Mask:
+def without_light(
+    mask: Bytes, planes: Planes, background: Background, limits: LightLimits
+) -> Bytes:
     """Return a mask without the pixels that differ from the background by their light alone.
 
     Colors and gradients are means over 3 x 3 pixels, since noise changes single ones, and the
@@ -63,7 +66,7 @@ def without_light(mask: Mask, planes: Planes, background: Background, limits: Li
     return out
 
 
-def with_enclosed(mask: Mask, before: Mask) -> Mask:
+def with_enclosed(mask: Bytes, before: Bytes) -> Bytes:
     """Return a mask with the pixels of the one before that it encloses.
 
     A shadow lies beside an object. What looks like one inside of an outline is the object, such as
@@ -79,7 +82,7 @@ def with_enclosed(mask: Mask, before: Mask) -> Mask:
     return out
 
 
-def without_tremble(mask: Mask, planes: Planes, background: Background) -> Mask:
+def without_tremble(mask: Bytes, planes: Planes, background: Background) -> Bytes:
     """Return a mask without the pixels whose color the background has in their neighborhood."""
     out = np.empty_like(mask)
     kernels.illumination.without_tremble(mask, planes, background.low, background.high, out)

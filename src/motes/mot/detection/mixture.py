@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from motes import kernels
+from motes.core.types import Bytes
 from motes.kernels.structures import MixtureLearning
-from motes.mot.detection.morphology import Mask
 from motes.mot.detection.planes import Planes
 
 FIRST = 5
@@ -42,7 +42,7 @@ class Mixture:
         for number in range(1, FIRST + 1):
             self.learn(planes, 1 / (2 * number))
 
-    def foreground(self, planes: Planes) -> Mask:
+    def foreground(self, planes: Planes) -> Bytes:
         """Return the pixels that no mode of the background is near, (H, W) of 0 and 1."""
         mask = np.empty(planes.shape[1:], np.uint8)
         kernels.mixture.foreground(self._model, planes, SHARE, self._squared, mask)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
-
-Mask = NDArray[np.uint8]
+from motes.core.types import Bytes
 
 
 def opencv() -> Any:
@@ -21,45 +20,45 @@ def opencv() -> Any:
     return cv2
 
 
-def opened(mask: Mask, size: int) -> Mask:
+def opened(mask: Bytes, size: int) -> Bytes:
     """Return the opening of a mask: without parts narrower or lower than `size` pixels."""
     return dilated(eroded(mask, (size, size)), (size, size))
 
 
-def closed(mask: Mask, size: tuple[int, int]) -> Mask:
+def closed(mask: Bytes, size: tuple[int, int]) -> Bytes:
     """Return the closing of a mask: with gaps filled up to a size in y and x."""
     cv2 = opencv()
     if cv2 is not None:
-        out: Mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(size, np.uint8))
+        out: Bytes = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(size, np.uint8))
         return out
     return eroded(dilated(mask, size), size)
 
 
-def eroded(picture: Mask, size: tuple[int, int]) -> Mask:
+def eroded(picture: Bytes, size: tuple[int, int]) -> Bytes:
     """Return the minimum around each pixel (H, W) or (H, W, 3), in a window of y and x."""
     cv2 = opencv()
     if cv2 is not None:
-        out: Mask = cv2.erode(picture, np.ones(size, np.uint8))
+        out: Bytes = cv2.erode(picture, np.ones(size, np.uint8))
         return out
     from scipy import ndimage
 
-    around: Mask = ndimage.minimum_filter(picture, (*size, 1)[: picture.ndim])
+    around: Bytes = ndimage.minimum_filter(picture, (*size, 1)[: picture.ndim])
     return around
 
 
-def dilated(picture: Mask, size: tuple[int, int]) -> Mask:
+def dilated(picture: Bytes, size: tuple[int, int]) -> Bytes:
     """Return the maximum around each pixel (H, W) or (H, W, 3), in a window of y and x."""
     cv2 = opencv()
     if cv2 is not None:
-        out: Mask = cv2.dilate(picture, np.ones(size, np.uint8))
+        out: Bytes = cv2.dilate(picture, np.ones(size, np.uint8))
         return out
     from scipy import ndimage
 
-    around: Mask = ndimage.maximum_filter(picture, (*size, 1)[: picture.ndim])
+    around: Bytes = ndimage.maximum_filter(picture, (*size, 1)[: picture.ndim])
     return around
 
 
-def components(mask: Mask, *, corners: bool = True) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def components(mask: Bytes, *, corners: bool = True) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the connected parts of a mask; parts that meet at `corners` are connected too.
 
     Returns

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Box
-from motes.core.types import Floats
+from motes.core.types import Bytes, Floats
 from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, scaled
 from motes.mot.detection.illumination import Background, without_tremble
-from motes.mot.detection.morphology import Mask, opencv
+from motes.mot.detection.morphology import opencv
 from motes.mot.detection.planes import planes_of
 
 WIDTH = 640
@@ -59,7 +59,7 @@ class PannedBackground:
         self._camera = GlobalMotion(model)
         self._deviations, self._noise, self._trial = deviations, noise, trial
 
-    def foreground(self, pixels: Mask, time: float = 0.0) -> NDArray[np.bool_]:
+    def foreground(self, pixels: Bytes, time: float = 0.0) -> NDArray[np.bool_]:
         """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
 
         In the first frame, and if the camera's motion is not clear, all may be foreground. Where
@@ -124,7 +124,7 @@ class PannedBackground:
         edges = self._moves[part] & self._edges[part]
         return bool(2 * (edges & (self._still[part] >= ago[0])).sum() > edges.sum())
 
-    def _compare(self, small: Mask, motion: Floats) -> None:
+    def _compare(self, small: Bytes, motion: Floats) -> None:
         """Note where edges are, for how many frames they have stayed, and where their ground was.
 
         An edge is where a pixel would change if the picture moved by one.

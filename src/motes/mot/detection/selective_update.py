@@ -13,8 +13,9 @@ import numpy as np
 
 from motes import kernels
 from motes.core.geometry import Box
+from motes.core.types import Bytes
 from motes.kernels.structures import HoldLimits
-from motes.mot.detection.morphology import Mask, dilated
+from motes.mot.detection.morphology import dilated
 from motes.mot.detection.planes import Planes
 
 MARGIN = 7
@@ -40,7 +41,7 @@ class SelectiveUpdate:
         self._since = np.full(planes.shape[1:], float(time))
 
     def learned_from(
-        self, planes: Planes, foreground: Mask, time: float, known: Iterable[Box]
+        self, planes: Planes, foreground: Bytes, time: float, known: Iterable[Box]
     ) -> Planes:
         """Return the picture to learn: the frame, and old pixels where its foreground is.
 
