@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -168,6 +169,7 @@ def test_particles_that_are_elsewhere_begin_again_where_the_network_is() -> None
         assert iou(tracker._state.ellipse.box, truth(frame)) == 0
         track = tracker.update(frame)
         assert iou(track.box, truth(frame)) > 0.7
+        assert math.isnan(track.belief)  # of who is at the network's place, nothing is known
     assert tracker._state.ellipse == tracker._state.network.place == track.ellipse
 
 

@@ -230,6 +230,8 @@ class Discriminative(
             region = network.place if network.ahead else track.ellipse
             confidence = (network.score if network.ahead else track.confidence) / 2
             again = network.decided and network.ahead
+            if network.ahead:  # the belief is of the particles' place
+                info = replace(info, track=replace(track, belief=math.nan))
         standing = network.standing.after(confidence - 0.5, jumped=False)  # its sign counts
         if again:
             state, _ = self.correct(state, frame, region)
