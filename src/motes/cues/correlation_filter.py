@@ -173,7 +173,7 @@ SHARPNESS = 0.7
 MOST_CELLS = 1024
 """Largest number of cells to a side, which only a line would exceed."""
 SIZE_RIDGE = 0.01
-"""The same for the filter over sizes."""
+"""Energy that is added to every frequency of the filter over sizes."""
 
 
 class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
