@@ -195,13 +195,13 @@ def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
     """Its start is half a second, of which each of these would take a share, and memory."""
     film = tmp_path / "film.mp4"
     with VideoWriter(film, 25) as writer:
-        for shift in range(4):
+        for shift in range(12):  # a neighbor is looked for in every fourth frame
             writer.write(np.roll(mosaic(0, 96, 128), shift, axis=1))
     words = ["track", str(film), "--init", "40,30,30,24", "-o", str(tmp_path / "rows.csv")]
     loaded = modules_after(f"from motes.cli import main\nassert main({words!r}) == 0")
     needless = {
         "scipy", "PIL", "rich", "http.client", "http.server", "ssl", "email", "importlib.metadata",
-        "numpy.ma", "numpy.testing", "onnxruntime", "motes.mot.scene",
+        "numpy.ma", "numpy.testing", "multiprocessing", "onnxruntime", "motes.mot.scene",
         "motes.output.live_picture", "motes.synthetic",
     }  # fmt: skip
     assert loaded & needless == set()
