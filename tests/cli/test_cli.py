@@ -521,6 +521,15 @@ def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
     assert go("track FILM --init BOX --end 3")[0] == 5
 
 
+@pytest.mark.parametrize("objects", ["--init BOX", "--init BOX --init BOX"])
+def test_a_photo_is_said_to_be_one_frame(go: Go, objects: str) -> None:
+    Image.new("RGB", (160, 120)).save("photo.png")
+    code, _, error = go(f"track photo.png {objects} -o photo.csv")
+    assert code == 0
+    assert error.startswith("motes: photo.png: One frame is read, in which nothing is followed; ")
+    assert "One frame" not in go(f"track FILM {objects} -o film.csv --end 2")[2]
+
+
 def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     code, out, _ = go("doctor")
     assert (code, "PROBLEM" in out) == (0, False)

@@ -42,6 +42,9 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     ("line", "said"),
     [
         ("track film.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),
+        ("track film.mkv --video seen.mp4", "--overlay draws a film of tracks, -o writes rows"),
+        ("watch film.mkv --save seen.mp4", "There is no option --save; --overlay draws a film"),
+        ("track film.mkv --out-video=seen.mp4", "There is no option --out-video; --overlay"),
         ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         (

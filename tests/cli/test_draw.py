@@ -132,6 +132,12 @@ def test_metres_are_added_to_rows_later_or_corrected(go: Go) -> None:
     assert go("refine film.mkv metres.csv --at 25=70,20,20,20")[0] == 0
     assert go("refine film.mkv expected.csv --at 25=70,20,20,20")[0] == 0
     assert Path("metres.csv").read_text() == Path("expected.csv").read_text()
+    title, start, *others = Path("metres.csv").read_text().splitlines()
+    fields = dict(zip(title.split(","), start.split(","), strict=True))
+    start = ",".join("" if name.endswith("_m_std") else fields[name] for name in fields)
+    Path("sure.csv").write_text("\n".join([title, start, *others, ""]))
+    assert go("convert sure.csv again.csv")[0] == 0
+    assert Path("again.csv").read_text() == Path("sure.csv").read_text()
     code, said = go("convert rows.csv rows.txt --scale 5")
     assert (code, "mot holds no metres" in said, len(said.splitlines())) == (2, True, 1), said
 

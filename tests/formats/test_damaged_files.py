@@ -488,6 +488,17 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     assert not any("\n" in text for text in said)
 
 
+def test_a_journal_whose_object_is_of_another_frame(tmp_path: Path) -> None:
+    path = tmp_path / "a.json.rows.jsonl"
+    writer = JournalWriter(path, Header("film", 64, 48, "object"))
+    for frame, of_object in ((0, 0), (1, 2)):
+        each = placed(of_object, Ellipse(9.5, 20, 8, 5, 0.1), 1, 0.75)
+        writer.add(FrameRow(frame, frame / 25, (each,)))
+    writer.close()
+    with pytest.raises(SourceError, match="is damaged in line 3"):
+        registry.read(path, "journal", FilmFacts())
+
+
 def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:
     path = tmp_path / "a.json.rows.jsonl"
     JournalWriter(path, Header("film", 64, 48, "object")).close()
