@@ -149,16 +149,6 @@ def test_pages_and_notes_of_the_lab_are_read_in_two_hours() -> None:
     assert sum(bool(re.search(r"\w", word)) for word in text.split()) <= 25_000
 
 
-def test_pictures_are_small_and_those_of_the_gallery_are_shown() -> None:
-    page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
-    pictures = set((ROOT / "docs/images/gallery").iterdir())
-    assert {
-        ROOT / "docs" / name for name in re.findall(r"\((images/gallery/.+?)\)", page)
-    } == pictures
-    every = (path for path in (ROOT / "docs/images").rglob("*") if path.is_file())
-    assert sum(path.stat().st_size for path in every) < 4_000_000
-
-
 def test_named_configuration_keys_exist() -> None:
     paths = {key.path for kind in KINDS for key in all_keys(keys(kind))}
     tables = {path.rpartition(".")[0] for path in paths}
