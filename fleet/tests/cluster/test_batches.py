@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import pickle
 import re
 import shutil
 import signal
@@ -13,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +21,7 @@ import pytest
 
 import batch_jobs
 from clips import clip
+from in_process import InProcess, work_here
 from motes import FormatError
 from motes.cli import main
 from motes_fleet.cluster import pool as pools
@@ -34,43 +34,6 @@ from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
 from motes_fleet.commands.batch_progress import BatchProgress
 from onnx_trackers import save_pair
-
-
-class InProcess:
-    """A pool that does each task here, when it is waited for; some attempts come to nothing.
-
-    A task gets a copy of its argument, as in another process.
-    """
-
-    def __init__(self, crashes: Iterable[str] = ()) -> None:
-        self._tasks: list[pools.Task] = []
-        self._crashes = Counter(crashes)
-        self.done: list[str] = []
-
-    def has_room(self, task: pools.Task) -> bool:
-        """Return whether there are few."""
-        return len(self._tasks) < 2
-
-    def give(self, task: pools.Task) -> None:
-        """Take a task."""
-        self._tasks.append(task)
-
-    def wait(self) -> list[pools.News]:
-        """Do one."""
-        task = self._tasks.pop()
-        begun = pools.Started(task, "here", os.getpid())
-        self.done.append(task.name)
-        ended = pools.outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
-        if self._crashes[task.name]:  # after the work, the worst moment
-            self._crashes[task.name] -= 1
-            return [begun, pools.Ended(task, error="It died.", crashed=True)]
-        return [begun, pools.Ended(task, *ended)]
-
-    def show(self, numbers: Mapping[str, float]) -> None:
-        """Do nothing."""
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def job(name: str, film: Path, **more: object) -> Job:
@@ -239,6 +202,7 @@ def home(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the current folder, with the inputs."""
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
     return tmp_path
 
 
@@ -269,6 +233,7 @@ def test_a_network_is_a_column(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
     films = batch_jobs.films(tmp_path, 2)
     files = ",".join(save_pair(tmp_path))
     row = {"source": films[0], "preset": ""}
@@ -439,10 +404,10 @@ def wait_for(true: Callable[[], bool], seconds: float = 600) -> None:
         time.sleep(0.02)
 
 
-def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
-    """Start a batch whose jobs are long enough to be interrupted, after one of them is done."""
-    film = clip(home / "long.mp4", 200, width=128, height=96)
-    batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(count)])
+def started(home: Path) -> subprocess.Popen[str]:
+    """Start a batch of four jobs, and wait until one of them is done."""
+    film = clip(home / "long.mp4", 150, width=128, height=96)
+    batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(4)])
     process = subprocess.Popen(
         [sys.executable, "-m", "motes", "batch", "long.csv", "-o", "long", "--workers", "1"],
         cwd=home,
@@ -456,24 +421,28 @@ def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_a_driver_that_ended_goes_on(
-    tmp_path: Path, number: int, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    number: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     with contextlib.chdir(tmp_path), started(tmp_path) as process:
         process.send_signal(number)
         _, error = process.communicate()
         if number == signal.SIGTERM:
             assert process.returncode == 143
-            assert re.search(r"terminated after \d of 6 jobs, ", error)
+            assert re.search(r"terminated after \d of 4 jobs, ", error)
             assert "give long again to go on" in error
         before = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
-        assert len(before) < 6  # it does not wait for the rest
+        assert len(before) < 4  # it does not wait for the rest
         assert main(["batch", "status", "long"]) == 0
-        assert f"6 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
+        assert f"4 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
+        work_here(monkeypatch, "motes_fleet.cluster.open_pool")
         assert main(["batch", "retry", "long"]) == 0
         assert f"{len(before)} done before" in capsys.readouterr().err
         after = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
-        assert len(after) == 6
+        assert len(after) == 4
         assert {name: after[name] for name in before} == before
         assert not list(Path("long").glob("_attempts/*"))
         one = rows(Path("long"), "j0")
-        assert [rows(Path("long"), f"j{n}") for n in range(6)] == [one] * 6
+        assert [rows(Path("long"), f"j{n}") for n in range(4)] == [one] * 4
