@@ -17,9 +17,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from PIL import Image
 
 import batch_jobs
-from clips import clip
+from clips import clip, picture
 from motes import FormatError
 from motes.cli import main
 from motes_fleet.cluster import pool as pools
@@ -270,6 +271,19 @@ def test_a_network_is_a_column(
     assert "row 1: " in (words := capsys.readouterr().err)
     assert "cut.onnx is cut off" in words
     assert not Path("none").exists()
+
+
+def test_what_was_strange_is_in_the_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("images").mkdir()
+    for index in range(3):
+        Image.fromarray(picture(index)).save(f"images/{index}.png")
+    line = ["batch", "images/", "--init", batch_jobs.REGION, "--preset", "nummiaro"]
+    assert main([*line, "--workers", "1", "-o", "out"]) == 0
+    ((_, record),) = records(Folder(tmp_path / "out"), load_jobs(Folder(tmp_path / "out")))
+    assert record is not None
+    assert "the images have no frame rate, 25 a second are assumed" in str(record.error)
+    assert record.frames == 3
 
 
 def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:

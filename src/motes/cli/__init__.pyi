@@ -1,10 +1,7 @@
 """The public names of this package."""
 
-from . import convert as convert
-from . import refine as refine
-from . import track as track
-from . import watch as watch
 from .app import program as program
+from .entry import call as call
 from .entry import main as main
 from .entry import run as run
 from .exit_codes import DONE as DONE
@@ -19,10 +16,6 @@ from .input_checks import default_output as default_output
 from .input_checks import error_context as error_context
 from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
-from .known_run import TrackerOptions as TrackerOptions
-from .load_config import open_network as open_network
-from .load_config import tracker_config as tracker_config
-from .load_config import watch_config as watch_config
 from .messages import counted as counted
 from .messages import log as log
 from .option_groups import CONFIGURATION as CONFIGURATION
@@ -32,18 +25,10 @@ from .option_groups import OUTPUT as OUTPUT
 from .option_groups import REPEATED as REPEATED
 from .option_groups import RUN as RUN
 from .option_groups import Cluster as Cluster
-from .option_groups import ConfigOptions as ConfigOptions
 from .option_groups import FileName as FileName
-from .option_groups import FrameOptions as FrameOptions
 from .option_groups import ObjectPreset as ObjectPreset
 from .option_groups import Overwrite as Overwrite
 from .option_groups import OwnCode as OwnCode
 from .option_groups import PresetName as PresetName
 from .option_groups import options as options
 from .progress import TerminalBar as TerminalBar
-from .track_options import KeyframeOptions as KeyframeOptions
-from .track_options import TargetOptions as TargetOptions
-from .track_options import TrackOutputs as TrackOutputs
-from .watch_options import CountingOptions as CountingOptions
-from .watch_options import ObjectOptions as ObjectOptions
-from .watch_options import WatchOutputs as WatchOutputs

@@ -177,6 +177,13 @@ class History(msgspec.Struct, frozen=True):
             raise ConfigError(f"the frames {self.start}{last} are none")
 
     @property
+    def used(self) -> range:
+        """The frames that are used, as far as they are known."""
+        return range(
+            self.start, (self.end if self.last is None else self.last + 1) or 0, self.stride
+        )
+
+    @property
     def tracker(self) -> TrackerConfig:
         """The configuration of the tracker of `motes track`."""
         config: TrackerConfig = from_dict(self.config, Algorithm)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
@@ -23,13 +24,16 @@ from motes.cli import (
     FileName,
     OwnCode,
     PresetName,
+    call,
     check_counts,
     counted,
     log,
     options,
 )
 from motes.core import interrupts, optional
+from motes.sot import Network
 from motes_fleet.cluster import pool as pools
+from motes_fleet.commands.batch_job import make, tracker_options
 from motes_fleet.commands.workers import Workers, worker_count
 
 if TYPE_CHECKING:
@@ -201,35 +205,21 @@ def _check_config(job: Job, *, own_code: bool) -> None:
     from motes.mot import check_code
 
     check_code(job.detector, own_code)
-    here = () if any("://" in path for path in job.network) else job.network
-    _config(job.do, job.preset, job.config, job.detector, here)
+    words = ["watch" if job.do == "watch" else "track", *tracker_options(job)]
+    _check(*words, *(("--detector", job.detector) if job.detector else ()))
+    if job.network and not any("://" in path for path in job.network):
+        _check_network(job.network)
 
 
 @functools.cache
-def _config(
-    do: str,
-    preset: str | None,
-    config: str | None,
-    detector: str | None,
-    network: tuple[str, ...],
-) -> None:
-    from motes.cli import (
-        ConfigOptions,
-        ObjectOptions,
-        open_network,
-        tracker_config,
-        watch,
-        watch_config,
-    )
+def _check(*words: str) -> None:
+    with contextlib.redirect_stdout(io.StringIO()):
+        call([*words, "--dump-config"])
 
-    file = None if config is None else Path(config)
-    if do == "watch":
-        watch_config(
-            preset or watch.PRESET, ObjectOptions(detector=detector), ConfigOptions(config=file)
-        )
-    else:
-        files = ",".join(network) or None
-        open_network(tracker_config(preset or "default", file, network=files))
+
+@functools.cache
+def _check_network(files: tuple[str, ...]) -> None:
+    Network(files=files).open()
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
@@ -240,7 +230,6 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes_fleet.cluster.open_pool import open_pool
     from motes_fleet.cluster.state import load_jobs, write_table
     from motes_fleet.cluster.work import Plan
-    from motes_fleet.commands.batch_job import make
     from motes_fleet.commands.batch_progress import BatchProgress
 
     plan = Plan(
