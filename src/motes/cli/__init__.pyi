@@ -5,7 +5,6 @@ from .entry import call as call
 from .entry import main as main
 from .entry import run as run
 from .exit_codes import DONE as DONE
-from .exit_codes import EXIT_CODES as EXIT_CODES
 from .exit_codes import NOT_FOUND as NOT_FOUND
 from .exit_codes import PARTIAL as PARTIAL
 from .frame_loop import Moment as Moment
@@ -18,16 +17,8 @@ from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
 from .messages import counted as counted
 from .messages import log as log
-from .option_groups import CONFIGURATION as CONFIGURATION
-from .option_groups import FLAG as FLAG
-from .option_groups import HYPHEN as HYPHEN
-from .option_groups import OUTPUT as OUTPUT
-from .option_groups import REPEATED as REPEATED
-from .option_groups import RUN as RUN
 from .option_groups import Cluster as Cluster
 from .option_groups import FileName as FileName
-from .option_groups import ObjectPreset as ObjectPreset
-from .option_groups import Overwrite as Overwrite
 from .option_groups import OwnCode as OwnCode
 from .option_groups import PresetName as PresetName
 from .option_groups import options as options

@@ -9,17 +9,12 @@ import os
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
 
 from motes import ConfigError
 from motes.cli import (
-    CONFIGURATION,
     DONE,
-    FLAG,
-    HYPHEN,
-    OUTPUT,
     PARTIAL,
-    RUN,
     Cluster,
     FileName,
     OwnCode,
@@ -34,7 +29,7 @@ from motes.core import interrupts, optional
 from motes.sot import Network
 from motes_fleet.cluster import pool as pools
 from motes_fleet.commands.batch_job import make, tracker_options
-from motes_fleet.commands.workers import Workers, worker_count
+from motes_fleet.commands.workers import RUN, Workers, worker_count
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -42,6 +37,9 @@ if TYPE_CHECKING:
     from motes_fleet.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
+OUTPUT = Group("Output", sort_key=3)
+CONFIGURATION = Group("Configuration", sort_key=4)
+FLAG = Parameter(negative=(), show_default=False)
 
 
 @options(RUN)
@@ -70,7 +68,7 @@ class JobOptions:
 
     do: Literal["track", "watch", "refine"] | None = None
     """What to do with the films."""
-    init: Annotated[str | None, HYPHEN] = None
+    init: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     """The target in the first frame."""
     detect: Literal["face"] | None = None
     """Wait for a face and track it."""

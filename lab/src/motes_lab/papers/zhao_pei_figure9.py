@@ -22,7 +22,7 @@ from motes import (
     open_source,
     scene_config,
 )
-from motes.cli import HYPHEN, RUN, numbers_of
+from motes.cli import numbers_of
 from motes.core import FRAME_INTERVAL, PreparedDetector, iou
 from motes.formats import UNKNOWN
 from motes.mot import assign, for_lookalikes, lookalike_detector, named_detector
@@ -32,7 +32,7 @@ from motes_lab.datasets.mot import MotSequence, has_mot_sequences
 from motes_lab.datasets.mot_rows import MotRows, rows_of
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import crowds_of, films_of
+from motes_lab.inputs import HYPHEN, RUN, crowds_of, films_of
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes_lab.track_figures import charts
 
