@@ -20,6 +20,5 @@ from .messages import log as log
 from .option_groups import Cluster as Cluster
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode
-from .option_groups import PresetName as PresetName
 from .option_groups import options as options
 from .progress import TerminalBar as TerminalBar

@@ -43,4 +43,3 @@ from .worker import WorkerLine as WorkerLine
 from .worker import blocked_signals as blocked_signals
 from .worker import do_tasks as do_tasks
 from .worker import receive as receive
-from .worker import send as send

@@ -35,10 +35,10 @@ ENDING = ".run.json"
 Marks = Sequence[tuple[int, Sequence[float] | None]]
 
 
-class History(msgspec.Struct, frozen=True):
+class History(msgspec.Struct, frozen=True, kw_only=True):
     """How rows were made, and what has been corrected; every command that reads rows reads it."""
 
-    form: int
+    form: int = FORMAT
     """Version of the file."""
     film: str
     width: int
@@ -91,7 +91,6 @@ class History(msgspec.Struct, frozen=True):
     ) -> History:
         """Return the history of a run that begins, without keyframes."""
         return cls(
-            form=FORMAT,
             film=text_name(Path(film.name).name),
             width=film.width,
             height=film.height,

@@ -13,8 +13,8 @@ from msgspec import Meta
 
 from motes import Config, ConfigError, Ground, Place
 from motes.core import from_dict, from_toml
-from motes.mot import Homography
 
+Triple = tuple[float, float, float]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 DISTANCE = 0.85
 """Largest distance between the colors of the same object in two views."""
@@ -78,7 +78,7 @@ class Overlap(Config, frozen=True):
 
     cameras: tuple[str, str]
     """Their names."""
-    homography: Homography | None = None
+    homography: tuple[Triple, Triple, Triple] | None = None
     """Maps points (x, y, 1) of the ground in the first camera's picture to those in the second
     camera's, up to scale. Without it, the map is learned from objects that both cameras see at the
     same time."""

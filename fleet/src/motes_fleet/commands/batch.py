@@ -18,7 +18,6 @@ from motes.cli import (
     Cluster,
     FileName,
     OwnCode,
-    PresetName,
     call,
     check_counts,
     counted,
@@ -78,7 +77,7 @@ class JobOptions:
     """Detector of motes watch."""
     places: FileName | None = None
     """TOML file of lines and zones."""
-    preset: PresetName | None = None
+    preset: str | None = None
     """Preset of the tracker."""
     config: FileName | None = None
     """TOML file whose values replace those of the preset."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from cyclopts import App
 
 from motes import ConfigError, SourceError
-from motes.cli import DONE, PresetName, log
+from motes.cli import DONE, log
 from motes.core import address_of
 
 app = App(name="serve", help_format="plaintext", help="Track for annotation tools.")
@@ -20,7 +20,7 @@ def label_studio(
     *,
     host: str = "127.0.0.1",
     port: int = 9090,
-    preset: PresetName = "default",
+    preset: str = "default",
 ) -> int:
     """Answer Label Studio as its ML backend, until Ctrl-C.
 
