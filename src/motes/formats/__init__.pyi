@@ -3,7 +3,6 @@
 from . import label_studio as label_studio
 from . import parquet as parquet
 from . import registry as registry
-from .aspects import COLUMNS as COLUMNS
 from .mot import CLASSES as CLASSES
 from .mot import class_names as class_names
 from .mot import number_of as number_of

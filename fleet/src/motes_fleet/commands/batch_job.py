@@ -35,7 +35,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     """
     rows = folder / ("rows.csv" if job.rows is None else f"rows{Path(job.rows).suffix}")
     wanted = folder / f"rows.{form}"
-    with contextlib.redirect_stderr(io.StringIO()), warnings() as notes:
+    with contextlib.redirect_stderr(io.StringIO()), warnings(job.source) as notes:
         code = call(command_line(job, rows, overlay=overlay))
         history = history_beside(rows)
         assert history is not None  # every such command leaves one
@@ -45,7 +45,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
             Path(f"{rows}{ENDING}").unlink()
     if code == NOT_FOUND:
         notes.insert(0, f"Nothing was ever found by {job.do}.")
-    return len(history.used), " ".join(notes) or None
+    return len(history.used), " ".join(dict.fromkeys(notes)) or None
 
 
 def command_line(job: Job, rows: Path, *, overlay: bool) -> list[str]:
@@ -79,11 +79,16 @@ def _option(name: str, value: object) -> list[str]:
 
 
 @contextlib.contextmanager
-def warnings() -> Iterator[list[str]]:
-    """Collect what motes warns of in the block: films with problems, what is assumed of them."""
+def warnings(source: str) -> Iterator[list[str]]:
+    """Collect what motes warns of in the block: what is wrong with a film, or assumed of it."""
     found = list[str]()
+
+    def keep(record: logging.LogRecord) -> None:
+        text = record.getMessage().removeprefix(f"{source}: ")
+        found.append(text[:1].upper() + text[1:])
+
     handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda record: found.append(record.getMessage())  # type: ignore[method-assign]
+    handler.emit = keep  # type: ignore[method-assign]
     logger = logging.getLogger("motes")
     logger.addHandler(handler)
     try:
