@@ -358,7 +358,7 @@ def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPat
             return method(*arguments)
 
         monkeypatch.setattr(tracker_module, name, noted)
-    monkeypatch.setattr("motes.sot.discriminative.tracker.CLEAR", 99.0)  # always in doubt
+    monkeypatch.setattr("motes.sot.discriminative.tracker.DECIDED", 99.0)  # always in doubt
     for picture in frames[1:]:
         tracker.update(picture)
     assert done == ["estimated", "turned"] * 3
