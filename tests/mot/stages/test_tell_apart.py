@@ -100,7 +100,7 @@ def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_
 
 
 def test_a_group_stays_together_until_looks_agree() -> None:
-    """Two that come out of a door show little of themselves; they went on as each other for good."""
+    """Two that come out of a door show little of themselves; they stayed exchanged."""
     objects: list[TrackedObject] = met((RED, BLUE), others=[1, 2])
     stripes = [
         (place._replace(height=1, y=45), color)
