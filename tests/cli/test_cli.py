@@ -357,6 +357,15 @@ def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
     assert len(table("r.csv")) == 3
 
 
+@pytest.mark.slow
+def test_help_into_a_closed_pipe() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w") as closed, started(["--help"], stdout=closed) as process:
+        _, error = process.communicate()
+    assert (process.returncode, error) == (0, "")
+
+
 # Interrupted, and resumed
 
 

@@ -414,6 +414,40 @@ def test_lost_searched_and_found_again(name: str) -> None:
     assert tracks[-1].confidence > 0.3
 
 
+OCCLUDED = list(synthetic.occluded((160, 120), frames=110, length=12))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nummiaro", "maggio"])
+def test_behind_a_stem(name: str) -> None:
+    """A stale box is hardly ever sold as a sure one, in a picture with much that looks alike."""
+    visible = np.array([truth.visible for _, (truth,) in OCCLUDED])
+    boxes = np.array([truth.ellipse.box for _, (truth,) in OCCLUDED])
+    hidden = np.flatnonzero(visible == 0)
+    assert len(hidden) == 12
+    wrongly_sure, searching = [], []
+    for seed in range(2):
+        tracker, tracks = Tracker(name, seed), []
+        for picture, (truth,) in OCCLUDED:
+            if picture.index == 0:
+                tracks.append(tracker.init(picture, truth.ellipse))
+            else:
+                tracks.append(tracker.update(picture))
+        overlap = iou([track.box for track in tracks], boxes)
+        confidence = np.array([track.confidence for track in tracks])
+        statuses = np.array([track.status for track in tracks])
+        assert Status.LOST in statuses
+        assert overlap[: hidden[0] - 8].mean() > 0.5
+        wrongly_sure.append(confidence[visible < 0.2] >= 0.5)
+        searching.append(statuses[hidden[-1]] == Status.SEARCHING)
+        if "nummiaro" in name:
+            assert (statuses[-30:] == Status.TRACKING).all()
+            assert overlap[-30:].min() > 0.3
+            assert confidence[-30:].mean() > 0.5
+    assert np.mean(wrongly_sure) < 0.05
+    assert np.mean(searching) >= 0.75
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive"])
 def test_the_demo_is_followed_nearly_throughout(name: str) -> None:

@@ -127,6 +127,11 @@ def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[A
         assert "\n" not in str(caught.value)
 
 
+def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
+    with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
+        open_source(whole, start=12)
+
+
 @pytest.mark.parametrize("ending", ["mp4", "mkv"])
 def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> None:
     times = [0, 40, 50, 200, 230, 500, 510, 900, 1000, 1500]
