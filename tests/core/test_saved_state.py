@@ -44,6 +44,7 @@ def test_damage_is_refused(name: str) -> None:
         (sealed(FORMAT - 1, {}), "another version of motes"),
         (sealed(FORMAT, {"config": {}}), "has no state of its configuration"),
         (example("nummiaro", "started")[:-1], "is damaged"),
+        (example("nummiaro", "started").replace(b"\n", b"\r\n"), "is damaged"),
     ],
 )
 def test_what_is_no_saved_tracker(data: bytes, message: str, tmp_path: Path) -> None:

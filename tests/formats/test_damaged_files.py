@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
 import pytest
-from PIL import Image
 
-from motes.cli import main
-from motes.core.errors import SourceError
+from motes.cli.track_options import KeyframeOptions
+from motes.core.errors import ConfigError, InputError, SourceError
 from motes.core.geometry import Ellipse
+from motes.core.track import Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, placed
 from motes.formats.registry import FORMATS
@@ -24,32 +23,17 @@ from motes.rows.writer import JournalWriter
 
 
 class Sample(NamedTuple):
-    """A sound file of two frames with an object that moves, and where its errors are.
-
-    The second object has the x 12.5 and the width 40.5 (or a half of it).
-
-    Attributes
-    ----------
-    text
-        The content; of YOLO, that of the second file.
-    record
-        The text of the second object, which may be there twice.
-    place
-        Pattern of the place of the second object in messages.
-    x, width
-        The texts of its x and width.
-    frame
-        The text of its frame, as far as it is in the record.
-    identity
-        The text of its identity, likewise.
-    """
+    """A sound file of two frames with an object that moves; of YOLO, the second of two files."""
 
     text: str
     record: str
+    """The text of the second object, as far as it may be there twice."""
     place: str
+    """Pattern of the place of the second object in messages."""
     x: str = "12.5"
     width: str = "40.5"
     frame: str = ""
+    """The text in which its frame is the first number; likewise that of its identity."""
     identity: str = ""
 
 
@@ -118,30 +102,16 @@ SAMPLES = {
     ),
 }  # fmt: skip
 
-TEXTS = ("csv", "mot", "otb", "yolo", "keyframes")
-DOCUMENTS = ("coco", "jsonl", "label-studio", "cvat")
-READERS = (*TEXTS, *DOCUMENTS)
+READERS = ("csv", "mot", "otb", "yolo", "keyframes", "coco", "jsonl", "label-studio", "cvat")
 """One format for each way of reading: other texts of the MOTChallenge are as mot, vot as otb."""
+DECODED = ("csv", "mot", "coco", "cvat")
+"""Characters are decoded in one place for all texts, and in one for all documents of JSON."""
+FACTS = FilmFacts(width=320, height=240, frames=100, fps=25)
 
-Convert = Callable[..., tuple[int, str]]
 
-
-@pytest.fixture
-def convert(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Convert:
-    """Convert a content of a format; return the exit code and what was printed."""
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-    def run(name: str, content: bytes, *options: str) -> tuple[int, str]:
-        path = written(name, content)
-        words = ["convert", str(path), "out.jsonl", "--size", "320x240", "--fps", "25", "--frames"]
-        capfd.readouterr()
-        code = main([*words, "100", "--overwrite", *options])
-        out, error = capfd.readouterr()
-        return code, out + error
-
-    return run
 
 
 def written(name: str, content: bytes) -> Path:
@@ -156,28 +126,32 @@ def written(name: str, content: bytes) -> Path:
     return Path("labels")
 
 
-def check_refused(found: tuple[int, str], place: str = "") -> None:
-    """Check that a file was refused, with one line that names it, the place, and what to do."""
-    code, said = found
-    assert code in (2, 3, 5), said
-    assert said.count("\n") == 1, said
-    assert said.startswith("motes: error: "), said
-    assert "a." in said or "labels" in said, said
-    assert ";" in said, said
+def read(name: str, text: str) -> list[FrameRow]:
+    return list(registry.read(written(name, text.encode()), name, FACTS))
+
+
+def objects(name: str, text: str) -> list[Track]:
+    return [each for row in read(name, text) for each in row.objects]
+
+
+def check_refused(path: Path, name: str, place: str = "") -> None:
+    """Check that a file is refused, with one line that names it, the place, and what to do."""
+    with pytest.raises((SourceError, ConfigError)) as caught:
+        list(registry.read(path, name, FACTS))
+    said = str(caught.value)
+    assert "\n" not in said
+    assert str(path) in said
+    assert ";" in said
     assert re.search(place, said), said
-    assert not Path("out.jsonl").exists()
 
 
-def rows() -> list[dict[str, float]]:
-    """Return the rows that were converted."""
-    return [json.loads(line) for line in Path("out.jsonl").read_text().splitlines()]
+def refuse(name: str, text: str, place: str = "") -> None:
+    check_refused(written(name, text.encode()), name, place)
 
 
 @pytest.mark.parametrize("name", SAMPLES)
-def test_the_samples_are_sound(name: str, convert: Convert) -> None:
-    code, said = convert(name, SAMPLES[name].text.encode(), "--from", name)
-    assert code == 0, said
-    assert [row["frame"] for row in rows()] == [0, 1]
+def test_the_samples_are_sound(name: str) -> None:
+    assert [row.frame for row in read(name, SAMPLES[name].text)] == [0, 1]
 
 
 def _cut(data: bytes) -> bytes:
@@ -187,23 +161,27 @@ def _cut(data: bytes) -> bytes:
     return data[: width.end() - 1]
 
 
-WHOLE: dict[str, Callable[[bytes], bytes]] = {
+OWN: dict[str, Callable[[bytes], bytes]] = {
     "empty": lambda data: b"",
-    "blank": lambda data: b"\x00" * 300,
     "cut": _cut,
     "half": lambda data: data[: len(data) // 2 + 3],
+    "list": lambda data: b'[[1, 2], {"frame": null}]',
+}
+"""What each reader finds by itself."""
+WHOLE: dict[str, Callable[[bytes], bytes]] = {
+    **OWN,
+    "blank": lambda data: b"\x00" * 300,
     "rubbish": lambda data: Random(3).randbytes(2000),
     "latin-1": lambda data: data + "\näöü".encode("latin-1"),
     "utf-16": lambda data: data.decode().encode("utf-16"),
     "other": lambda data: b"Dear all,\nplease find the boxes attached.\n",
     "html": lambda data: b"<!DOCTYPE html><html><body>404</body></html>",
     "nested": lambda data: b'{"a": ' * 3000,
-    "list": lambda data: b'[[1, 2], {"frame": null}]',
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_the_last_record_is_cut_off(name: str, convert: Convert) -> None:
+def test_the_last_record_is_cut_off(name: str) -> None:
     """Beside each of its signs, and anywhere inside of its last number."""
     text = SAMPLES[name].text
     last = SAMPLES[name].record or text.splitlines(keepends=True)[-1]
@@ -213,107 +191,72 @@ def test_the_last_record_is_cut_off(name: str, convert: Convert) -> None:
         if text[end - 1 : end + 1].isalnum() and end < last_number:
             continue  # as the cut beside it
         if text[end:].strip() or name not in ("coco", "cvat", "label-studio", "jsonl"):
-            check_refused(convert(name, text[:end].encode(), "--from", name))
+            refuse(name, text[:end])
 
 
-# Characters are decoded in one place for all texts, and in one for all documents of JSON.
-DECODED = ("csv", "mot", "coco", "cvat")
-OWN = ("empty", "cut", "half", "list")
-"""What each reader finds by itself."""
-
-
-@pytest.mark.parametrize(
-    ("name", "damage"),
-    [
-        (name, damage)
-        for damage in WHOLE
-        for name in (READERS if damage in OWN else DECODED)
-        if (name, damage) != ("yolo", "empty")  # a frame without objects has an empty text
-    ],
-)
-def test_the_whole_file_is_wrong(name: str, damage: str, convert: Convert) -> None:
-    content = WHOLE[damage](SAMPLES[name].text.encode())
-    check_refused(convert(name, content, "--from", name))
-
-
-@pytest.mark.parametrize("damage", ["empty", "rubbish", "other", "html"])
-@pytest.mark.parametrize("name", DECODED)
-def test_what_is_of_no_format_is_not_recognized(name: str, damage: str, convert: Convert) -> None:
-    check_refused(convert(name, WHOLE[damage](SAMPLES[name].text.encode())))
-
-
-@pytest.mark.parametrize("name", [*DECODED, "yolo"])
-def test_a_folder_in_place_of_a_file(name: str, convert: Convert) -> None:
-    path = Path("labels") if name == "yolo" else Path("a" + FORMATS.resolve(name).endings[0])
-    if name == "yolo":
-        path.write_text("0 1 2 3 4\n")
-    else:
-        path.mkdir()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(globals(), "written", lambda *_: path)
-        check_refused(convert(name, b"", "--from", name), "a folder")
-
-
-NO_NUMBERS = ("nan", "1e300", "1e999", "abc", "")
-
-
-@pytest.mark.parametrize("value", NO_NUMBERS)
 @pytest.mark.parametrize("name", READERS)
-def test_a_number_is_wrong(name: str, value: str, convert: Convert) -> None:
+def test_the_whole_file_is_wrong(name: str) -> None:
+    for damage in WHOLE if name in DECODED else OWN:
+        if (name, damage) == ("yolo", "empty"):  # a frame without objects has an empty text
+            continue
+        check_refused(written(name, WHOLE[damage](SAMPLES[name].text.encode())), name)
+
+
+@pytest.mark.parametrize("damage", ["empty", "rubbish", "other", "html", "list"])
+def test_what_is_of_no_format_is_not_recognized(damage: str) -> None:
+    path = written("csv", WHOLE[damage](b""))
+    with pytest.raises(SourceError, match=r"a\.csv"):
+        list(registry.read(path, registry.recognized(path), FACTS))
+
+
+def test_a_folder_in_place_of_a_file() -> None:
+    Path("a.csv").mkdir()
+    check_refused(Path("a.csv"), "csv", "a folder")
+    Path("labels").write_text("0 1 2 3 4\n")
+    check_refused(Path("labels"), "yolo", "a folder")
+
+
+def spoiled(name: str) -> Iterator[tuple[str, str]]:
+    """Yield texts of a format in which one value is wrong, each with what is said of its place."""
     sample = SAMPLES[name]
+
+    def with_last(old: str, new: str) -> str:
+        before, _, after = sample.text.rpartition(old)
+        return before + new + after
+
     for number in (sample.x, sample.width):
-        before, _, after = sample.text.rpartition(number)
-        found = convert(name, f"{before}{value}{after}".encode(), "--from", name)
-        check_refused(found, "" if "{" in sample.text else sample.place)
+        for value in ("nan", "1e300", "1e999", "abc", ""):
+            yield with_last(number, value), "" if "{" in sample.text else sample.place
+    if name != "otb":  # where a target without area is one that is not seen
+        no_width = sample.x if name == "cvat" else "0"  # CVAT has right sides
+        yield with_last(sample.width, no_width), sample.place
+    yield with_last(sample.width, sample.x if name == "cvat" else "-7.5"), sample.place
+    for part, values in (
+        (sample.frame, ("-3", "1.5", "99999999999", "x")),
+        (sample.identity, ("1.5", "x")),
+    ):
+        for value in values if part else ():
+            yield with_last(part, re.sub(r"\d+", value, part, count=1)), ""
+    if sample.record:
+        between = ", " if "{" in sample.record and name != "jsonl" else ""
+        yield with_last(sample.record, sample.record + between + sample.record), ""
 
 
-@pytest.mark.parametrize("value", ["0", "-7.5"])
 @pytest.mark.parametrize("name", READERS)
-def test_a_box_has_no_width(name: str, value: str, convert: Convert) -> None:
-    sample = SAMPLES[name]
-    if name == "cvat":  # which has right sides
-        value = sample.x
-    before, _, after = sample.text.rpartition(sample.width)
-    found = convert(name, f"{before}{value}{after}".encode(), "--from", name)
-    if value == "0" and name in ("otb", "vot"):
-        assert found[0] == 0
-        assert [row["frame"] for row in rows() if row.get("x") is not None] == [0]
-    else:
-        check_refused(found, sample.place)
+def test_a_value_is_wrong(name: str) -> None:
+    """A number of the box, the frame, or the identity; or an object is there twice."""
+    for text, place in spoiled(name):
+        refuse(name, text, place)
 
 
-@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].frame])
-@pytest.mark.parametrize("value", ["-3", "1.5", "99999999999", "x"])
-def test_a_frame_is_none_of_a_film(name: str, value: str, convert: Convert) -> None:
-    sample = SAMPLES[name]
-    new = re.sub(r"\d+", value, sample.frame, count=1)
-    before, _, after = sample.text.rpartition(sample.frame)
-    check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
-
-
-@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].identity])
-@pytest.mark.parametrize("value", ["1.5", "x"])
-def test_an_identity_is_none(name: str, value: str, convert: Convert) -> None:
-    sample = SAMPLES[name]
-    new = re.sub(r"\d+", value, sample.identity, count=1)
-    before, _, after = sample.text.rpartition(sample.identity)
-    check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
-
-
-@pytest.mark.parametrize("name", [name for name in READERS if SAMPLES[name].record])
-def test_an_object_is_there_twice(name: str, convert: Convert) -> None:
-    sample = SAMPLES[name]
-    between = ", " if "{" in sample.record and name != "jsonl" else ""
-    before, _, after = sample.text.rpartition(sample.record)
-    text = f"{before}{sample.record}{between}{sample.record}{after}"
-    check_refused(convert(name, text.encode(), "--from", name))
+def test_a_target_without_area_is_not_seen_in_otb() -> None:
+    found = read("otb", SAMPLES["otb"].text.replace("40.5,24", "0,24"))
+    assert [bool(row.objects) for row in found] == [True, False]
 
 
 @pytest.mark.parametrize("name", ["csv", "jsonl", "mot", "cvat", "label-studio"])
-def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> None:
+def test_records_in_another_order_are_the_same(name: str) -> None:
     sample = SAMPLES[name]
-    assert convert(name, sample.text.encode(), "--from", name)[0] == 0
-    expected = rows()
     before, record, after = sample.text.rpartition(sample.record)
     comma = ", " if name == "label-studio" else ""
     before = before.removesuffix(comma)
@@ -322,24 +265,20 @@ def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> N
         "label-studio": before.find('{"frame'),
     }[name]  # fmt: skip
     text = before[:cut] + record + comma + before[cut:] + after
-    assert convert(name, text.encode(), "--from", name)[0] == 0
-    assert rows() == expected
+    assert [*map(str, read(name, text))] == [*map(str, read(name, sample.text))]
 
 
 @pytest.mark.parametrize("name", ["csv", "mot", "otb", "coco", "cvat", "keyframes"])
-def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -> None:
+def test_a_box_outside_of_the_picture_stays_there(name: str) -> None:
     sample = SAMPLES[name]
-    assert convert(name, sample.text.encode(), "--from", name)[0] == 0
-    inside = rows()[-1]["x"]
+    inside = objects(name, sample.text)[-1].ellipse.x
     record = sample.record or sample.text.splitlines()[-1]
     moved = record.replace("53.5", "-39.0").replace("53.0", "-39.5").replace("12.5", "-80")
     before, _, after = sample.text.rpartition(record)
-    code, said = convert(name, (before + moved + after).encode(), "--from", name)
-    assert code == 0, said
-    assert rows()[-1]["x"] == pytest.approx(inside - 92.5)
+    found = objects(name, before + moved + after)[-1]
+    assert found.ellipse.x == pytest.approx(inside - 92.5)
 
 
-LONG = "1" * 200_000
 WRONG = [
     ("csv", TRACK, TRACK.replace("x,y", "east,north"), "rows have no column east, north"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
@@ -416,19 +355,16 @@ WRONG = [
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"), WRONG, ids=[f"{each[0]}-{each[3]}" for each in WRONG]
 )
-def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: Convert) -> None:
+def test_a_part_is_wrong(name: str, old: str, new: str, message: str) -> None:
     text = SAMPLES[name].text
     assert old in text
-    check_refused(convert(name, text.replace(old, new).encode(), "--from", name), message)
+    refuse(name, text.replace(old, new), message)
 
 
 @pytest.mark.parametrize("name", ["mot", "mot-detections"])
-def test_scores_of_the_motchallenge_that_are_no_probabilities_are_1(
-    name: str, convert: Convert
-) -> None:
-    text = SAMPLES[name].text.replace("0.9", "87")
-    assert convert(name, text.encode(), "--from", name)[0] == 0
-    assert [row["confidence"] for row in rows()] == [1, 1]
+def test_scores_of_the_motchallenge_that_are_no_probabilities_are_1(name: str) -> None:
+    found = objects(name, SAMPLES[name].text.replace("0.9", "87"))
+    assert [each.confidence for each in found] == [1, 1]
 
 
 @pytest.mark.parametrize(
@@ -442,17 +378,12 @@ def test_scores_of_the_motchallenge_that_are_no_probabilities_are_1(
         ({"1.txt/x": ""}, "1.txt is not a file"),
     ],
 )
-def test_a_folder_of_labels_is_wrong(
-    files: dict[str, str], message: str, convert: Convert, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name, text in {
-        "labels/a": "",
-        **{f"labels/{name}": text for name, text in files.items()},
-    }.items():
-        Path(name).parent.mkdir(parents=True, exist_ok=True)
-        Path(name).write_text(text)
-    monkeypatch.setitem(globals(), "written", lambda *_: Path("labels"))
-    check_refused(convert("yolo", b""), message)
+def test_a_folder_of_labels_is_wrong(files: dict[str, str], message: str) -> None:
+    for name, text in {"a": "", **files}.items():
+        path = Path("labels", name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    check_refused(Path("labels"), "yolo", message)
 
 
 PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "left": [10.0, 12.5], "top": [1.0, 1.0],
@@ -479,64 +410,46 @@ PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "left": [10.0, 12.5], "top": [1
         ("label", ["x" * 2000] * 2, "a text of 2,000 characters"),
     ],
 )
-def test_parquet(column: str, values: list[object] | None, message: str, convert: Convert) -> None:
+def test_parquet(column: str, values: list[object] | None, message: str) -> None:
     pyarrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     parquet = pytest.importorskip("pyarrow.parquet")
     table = {name: each for name, each in {**PARQUET, column: values}.items() if each is not None}
-    parquet.write_table(pyarrow.table(table), "b.parquet")
-    data = Path("b.parquet").read_bytes()
-    check_refused(convert("parquet", data), message)
+    parquet.write_table(pyarrow.table(table), "a.parquet")
+    check_refused(Path("a.parquet"), "parquet", message)
+
+
+def test_parquet_that_is_cut() -> None:
+    pyarrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    pytest.importorskip("pyarrow.parquet").write_table(pyarrow.table(PARQUET), "a.parquet")
+    data = Path("a.parquet").read_bytes()
     for wrong in (data[: len(data) // 2], b"PAR1" + data[8:40], b""):
-        check_refused(convert("parquet", wrong, "--from", "parquet"))
+        check_refused(written("parquet", wrong), "parquet")
 
 
-@pytest.mark.parametrize("name", DECODED)
-def test_a_file_of_another_format_is_no_keyframes(
-    name: str, convert: Convert, capfd: pytest.CaptureFixture[str]
-) -> None:
-    del convert
-    path = written(name, SAMPLES[name].text.encode())
-    Path("film").mkdir()
-    for i in range(2):
-        Image.new("RGB", (320, 240)).save(f"film/{i}.png")
-    code = main(["track", "film", "--keyframes", str(path), "-o", "out.csv"])
-    said = capfd.readouterr()[1]
-    assert (code, said.count("\n")) == (3, 1), said
-    assert f"{path} holds no keyframes, but has the format {name}" in said
-    code = main(
-        ["convert", *said.split("motes convert ")[1].rstrip(".\n").split(), "--size", "320x240"]
-    )
-    assert code == 0
+def test_a_file_of_another_format_is_no_keyframes() -> None:
+    for name in DECODED:
+        path = written(name, SAMPLES[name].text.encode())
+        with pytest.raises(InputError, match=f"holds no keyframes, but has the format {name}"):
+            KeyframeOptions(keyframes=path).marks("film")
 
 
-@pytest.mark.parametrize("damage", OWN)
-def test_damaged_keyframes(
-    damage: str, convert: Convert, capfd: pytest.CaptureFixture[str]
-) -> None:
-    del convert
-    path = written("keyframes", WHOLE[damage](SAMPLES["keyframes"].text.encode()))
-    code = main(["track", "film", "--keyframes", str(path), "-o", "out.jsonl"])
-    check_refused((code, capfd.readouterr()[1]), str(path))
-
-
-def test_a_turned_rectangle_of_label_studio(convert: Convert) -> None:
+def test_a_turned_rectangle_of_label_studio() -> None:
     turned = SAMPLES["label-studio"].text.replace('"height": 24', '"height": 24, "rotation": 90')
-    assert convert("label-studio", turned.encode())[0] == 0
     width, height = 0.405 * 320, 0.24 * 240  # turned around its upper left corner
-    found = rows()[1]
-    assert found["x"] == pytest.approx(0.125 * 320 - height / 2 - 0.5)
-    assert found["y"] == pytest.approx(0.4 * 240 + width / 2 - 0.5)
-    assert (found["a"], found["b"]) == pytest.approx((width / 2, height / 2))
-    assert found["theta"] == pytest.approx(1.5708, abs=1e-4)
+    found = objects("label-studio", turned)[1].ellipse
+    assert found.x == pytest.approx(0.125 * 320 - height / 2 - 0.5)
+    assert found.y == pytest.approx(0.4 * 240 + width / 2 - 0.5)
+    assert (found.a, found.b) == pytest.approx((width / 2, height / 2))
+    assert found.theta == pytest.approx(math.pi / 2)
 
 
 def test_every_format_that_is_read_is_here() -> None:
-    read = {name for name, each in registry.FORMATS.usable().items() if each.read is not None}
-    assert read - {"journal", "yolo-predictions", "lasot", "got10k"} == {*SAMPLES, "parquet"}
+    known = {name for name, each in registry.FORMATS.usable().items() if each.read is not None}
+    assert known - {"journal", "yolo-predictions", "lasot", "got10k"} == {*SAMPLES, "parquet"}
 
 
 def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
-    """Each bit is turned and each end cut off: the rows before, or one clear line; never others.
+    """Bits are turned and each end cut off: the rows before, or one clear line; never others.
 
     A turned bit may make another digit of a digit, which no reader could tell; it stays a number.
     """
@@ -550,7 +463,7 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     sound = [row.to_dict() for row in registry.read(path, "journal", FilmFacts())]
     head = whole.index(b"\n") + 1
 
-    def read(data: bytes) -> list[FrameRow] | None:
+    def rows_in(data: bytes) -> list[FrameRow] | None:
         path.write_bytes(data)
         try:
             return list(registry.read(path, "journal", FilmFacts()))
@@ -560,19 +473,30 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
 
     said = set[str]()
     for end in range(len(whole)):
-        kept = read(whole[:end])
+        kept = rows_in(whole[:end])
         found = None if kept is None else [row.to_dict() for row in kept]
         assert found == (sound[: whole[head:end].count(b"\n")] if end >= head else None) or (
             end == head - 1 and found == []
         )
-    for place in range(8 * len(whole)):
+    for place in range(0, 8 * len(whole), 5):  # in time each of the eight bits
         data = bytearray(whole)
         data[place // 8] ^= 1 << place % 8
-        for row in read(bytes(data)) or []:
+        for row in rows_in(bytes(data)) or []:
             for each in row.objects:
                 assert all(map(math.isfinite, (row.time, *each.ellipse, each.confidence)))
     assert "" not in said  # all of them name the file
     assert not any("\n" in text for text in said)
+
+
+def test_a_journal_whose_object_is_of_another_frame(tmp_path: Path) -> None:
+    path = tmp_path / "a.json.rows.jsonl"
+    writer = JournalWriter(path, Header("film", 64, 48, "object"))
+    for frame, of_object in ((0, 0), (1, 2)):
+        each = placed(of_object, Ellipse(9.5, 20, 8, 5, 0.1), 1, 0.75)
+        writer.add(FrameRow(frame, frame / 25, (each,)))
+    writer.close()
+    with pytest.raises(SourceError, match="is damaged in line 3"):
+        registry.read(path, "journal", FilmFacts())
 
 
 def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:

@@ -19,10 +19,6 @@ def test_each_voice_speaks_for_the_target(voice: str) -> None:
     assert mute.log_odds(**more) == mute.log_odds(**less)
 
 
-def test_a_voice_is_not_louder_than_its_limit() -> None:
-    assert Evidence().log_odds(1.5, 0.0) == Evidence().log_odds(20.0, 0.0)
-
-
 def test_probabilities_of_log_odds() -> None:
     assert probability(0.0) == 0.5
     assert probability(math.log(3)) == pytest.approx(0.75)

@@ -125,7 +125,7 @@ def test_a_doubt_who_it_is_lowers_the_confidence_and_moves_no_box(network: Netwo
         tracker.init(frames[0], BOX)
     state = doubting._state
     alike = np.tile(state.identity.first, (len(state.identity.neighbors), 1))
-    twins = replace(state.identity, belief=0.01, neighbors=alike)
+    twins = replace(state.identity, lead=-0.3, neighbors=alike)
     doubting._state = replace(state, identity=twins)
     one, other = sure.update(frames[1]), doubting.update(frames[1])
     assert one.ellipse == other.ellipse

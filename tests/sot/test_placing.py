@@ -29,10 +29,10 @@ def estimate(place: Ellipse, evidence: float) -> Any:
 @pytest.mark.parametrize(
     ("here", "there", "transition", "wins"),
     [
-        (1.0, 3.5, None, True),  # nothing is known of its motion
-        (1.0, 3.5, Transition(50.0, 50.0, 2.0), False),  # it would be a leap
-        (1.0, 3.5, Transition(50.0, 50.0, 200.0), True),  # as it may be where motion is erratic
-        (1.0, 5.5, Transition(50.0, 50.0, 2.0), True),  # the evidence is clear
+        (1.0, 2.5, None, True),  # nothing is known of its motion
+        (1.0, 2.5, Transition(50.0, 50.0, 2.0), False),  # it would be a leap
+        (1.0, 2.5, Transition(50.0, 50.0, 200.0), True),  # as it may be where motion is erratic
+        (1.0, 4.5, Transition(50.0, 50.0, 2.0), True),  # the evidence is clear
         (-1.0, 1.5, Transition(50.0, 50.0, 2.0), True),  # it is not where it was expected
     ],
 )

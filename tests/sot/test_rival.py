@@ -28,8 +28,8 @@ def test_a_rival_has_a_place_and_no_lead_at_first() -> None:
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_small_differences_add_up(sign: int) -> None:
-    assert not followed([sign * 0.8] * 2).wins
-    rival = followed([sign * 0.8] * 3)
+    assert not followed([sign * 0.4] * 2).wins
+    rival = followed([sign * 0.4] * 3)
     assert (rival.wins, rival.loses) == (sign > 0, sign < 0)
 
 
@@ -40,7 +40,7 @@ def test_a_clear_frame_decides_alone(sign: int) -> None:
 
 
 def test_single_frames_that_contradict_each_other_decide_nothing() -> None:
-    rival = followed([1.5, -1.5] * 20)
+    rival = followed([0.8, -0.8] * 20)
     assert (rival.wins, rival.loses) == (False, False)
 
 

@@ -18,9 +18,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from PIL import Image
 
 import batch_jobs
-from clips import clip
+from clips import clip, picture
 from in_process import InProcess, work_here
 from motes import FormatError
 from motes.cli import main
@@ -252,6 +253,19 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+def test_what_was_strange_is_in_the_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("images").mkdir()
+    for index in range(3):
+        Image.fromarray(picture(index)).save(f"images/{index}.png")
+    line = ["batch", "images/", "--init", batch_jobs.REGION, "--preset", "nummiaro"]
+    assert main([*line, "--workers", "1", "-o", "out"]) == 0
+    ((_, record),) = records(Folder(tmp_path / "out"), load_jobs(Folder(tmp_path / "out")))
+    assert record is not None
+    assert str(record.error).startswith("The images have no frame rate, 25 a second are assumed")
+    assert record.frames == 3
+
+
 def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
     Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
     line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
@@ -268,9 +282,11 @@ def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")
     parquet = pytest.importorskip("pyarrow.parquet")
     assert main(["batch", "jobs.csv", "-o", "out", "--rows", "parquet", "--overlay"]) == 0
-    found = dataset.dataset("out/rows", partitioning="hive").to_table(columns=["job", "frame"])
+    found = dataset.dataset("out/rows", partitioning="hive").to_table()
     names = Counter(found.column("job").to_pylist())
     assert names["film-1"] == 15
+    labels = zip(found.column("job").to_pylist(), found.column("label").to_pylist(), strict=True)
+    assert {label for job, label in labels if job == "film-1"} == {"one"}
     assert {path.name for path in Path("out/overlays").iterdir()} == {
         "film-1.mp4", "film-2.mp4", "both.mp4", "two.mp4",
     }  # fmt: skip

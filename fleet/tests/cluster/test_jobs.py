@@ -24,7 +24,6 @@ ROW = {"source": "film.mp4", "init": "1,2,3,4"}
         ({"source": ""}, "has no source"),
         ({"seed": "x"}, "^column seed: got 'x'; it takes integer.$"),
         ({"do": "trck", "end": "2.5"}, 'refine", "track" or "watch"; column end: got \'2.5\'; it'),
-        ({"label": "a\u2028b"}, "U.2028"),
         ({"init": "1,2,0,4"}, "no area"),
         ({"init": ""}, "one of init, keyframes and detect"),
         ({"do": "watch"}, "watch takes no init"),

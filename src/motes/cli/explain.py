@@ -73,9 +73,11 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
 
         flag = error.token.keyword or error.token.value
         key = flag.lstrip("-").replace("-", "_")
-        settable = error.app is not None and "--set" in _options(error.app)
-        if settable and is_key(key):
+        known = [] if error.app is None else _options(error.app)
+        if "--set" in known and is_key(key):
             return f"{flag} is a key of the configuration; write --set {key}=VALUE."
+        if "--overlay" in known and any(word in key for word in ("video", "save")):
+            return f"There is no option {flag}; --overlay draws a film of tracks, -o writes rows."
         if flag == "-":
             return "- is no source; for standard input give /dev/stdin."
         if os.path.exists(flag):

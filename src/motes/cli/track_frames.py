@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import point_out_corners
+from motes.cli.messages import log
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import check_several, format_of
 from motes.cli.parts import part
@@ -30,6 +31,7 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 from motes.video.cuts import PictureChanges
+from motes.video.sources import Source
 
 EVENTS = 6
 """Most losses and recoveries that are listed."""
@@ -54,6 +56,7 @@ def track_one(
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film.name, film.width, film.height)
         say_rate(film)
+        say_alone(film)
         metres = None if units is None else "m"
         opened = asked.pictures(film, lambda: painted_target(metres))
         if figures is not None:
@@ -102,8 +105,18 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
 
     with asked.frames.open(asked.source) as film:
         say_rate(film)
+        say_alone(film)
         opened = asked.pictures(film, lambda: painted_scene(Regions()))
         return run(film, [*opened, *asked.remembered_rows(film)], moments, tally)
+
+
+def say_alone(film: Source) -> None:
+    """Print that nothing is followed in a frame alone, such as a photo."""
+    if film.frame_count == 1:
+        log(
+            f"{film.name}: One frame is read, in which nothing is followed; give a film, or a "
+            f"folder or pattern of images."
+        )
 
 
 class TargetTally(Tally):

@@ -52,7 +52,7 @@ def unsealed(version: int, content: bytes) -> dict[str, Any]:
     head, line, rest = content.partition(b"\n")
     if not head.startswith(HEAD.partition(b"%")[0]) or not line:
         raise ValueError("is not a saved tracker, or of another version of motes")
-    if head + line != HEAD % version:
+    if head.removesuffix(b"\r") + line != HEAD % version:  # the digest says what else is changed
         raise ValueError("was saved by another version of motes; save it anew")
     size = hashlib.sha256().digest_size
     digest, data = rest[:size], rest[size:]

@@ -33,7 +33,8 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
     where it is not there. Boxes of others are silent on frames without one.
     """
     every = [each for row in recorded for each in row.objects]
-    more = dict.fromkeys(name for each in every for name in further(each))
+    held = dict.fromkeys(name for each in every for name in further(each))
+    more = sorted(held, key=lambda name: KNOWN.index(name) if name in KNOWN else len(KNOWN))
     alone = every and (recorded.single or (not recorded.told and _alone(every)))
 
     def objects(row: FrameRow) -> Sequence[Track]:
@@ -41,7 +42,7 @@ def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]
             return row.objects
         return [Track.nowhere(row.frame, row.time, identity=every[0].identity)]
 
-    values = (row.values(each, [*more]) for row in recorded for each in objects(row))
+    values = (row.values(each, more) for row in recorded for each in objects(row))
     return (*COLUMNS, *more), values
 
 

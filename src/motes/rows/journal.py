@@ -71,10 +71,11 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
             If a value is missing or damaged.
         """
         objects = msgspec.convert(values["objects"], list[dict[str, int | float | str | None]])
-        return replace(
-            msgspec.convert({**values, "objects": ()}, cls),
-            objects=tuple(_track(each) for each in objects),
-        )
+        tracks = tuple(_track(each) for each in objects)
+        row = replace(msgspec.convert({**values, "objects": ()}, cls), objects=tracks)
+        if any(each.frame != row.frame for each in tracks):
+            raise ValueError("an object of another frame")
+        return row
 
 
 def _track(row: dict[str, int | float | str | None]) -> Track:

@@ -24,8 +24,6 @@ from motes.core.registry import Registry
 from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
 from motes.sot.discriminative.standing import APART
 
-LARGEST_VOICE = 1.5
-"""No voice counts as more than this, however strong: it may be wrong, too."""
 NEUTRAL = 0.6
 """A filter's response that speaks neither for a place nor against it."""
 LARGEST_LOG_ODDS = 30.0
@@ -48,8 +46,7 @@ class Evidence(Config, frozen=True):
 
     def log_odds(self, gradients: float, contrast: float) -> float:
         """Return the log odds of a place with this response and this contrast."""
-        loudest = min(gradients, LARGEST_VOICE)
-        return self.prior + self.gradients * loudest + self.contrast * contrast
+        return self.prior + self.gradients * gradients + self.contrast * contrast
 
 
 def probability(log_odds: float) -> float:
@@ -221,4 +218,4 @@ class Confined(ConfinedFilter, Expert, frozen=True):
     def log_odds(self, sight: ConfinedView, place: Ellipse) -> float:
         """Return by how much the response speaks for a place."""
         response, _ = sight.near(place)
-        return self.weight * (min(response, LARGEST_VOICE) - NEUTRAL)
+        return self.weight * (response - NEUTRAL)

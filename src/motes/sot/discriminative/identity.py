@@ -2,9 +2,10 @@
 
 The evidence of a place (`expert.py`) says that something like the target is there; in a crowd it
 may be somebody else. So looks of what moves beside the target are kept, and what is followed is
-compared with them and with the target as it was. The belief is the forward pass of a hidden Markov
-model with two states, the target and a neighbor (Rabiner, Proceedings of the IEEE 1989). It only
-judges: it moves nothing, and decides nothing of what is learned.
+compared with them and with the target as it was. The belief is a logistic regression on the running
+mean of what the frames say: they repeat each other, so that their log odds do not add up. Twins
+are one as likely as the other. The belief only judges: it moves nothing, and decides nothing of
+what the tracker learns.
 """
 
 from __future__ import annotations
@@ -19,18 +20,17 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.median import median
 from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.sot.discriminative.expert import probability
 
-GAIN = 8.0
-"""Log odds that a frame adds for a difference of 1 between the distances of what is followed to the
-neighbors and to the target. In crowds it is 0.12 on the mean, and -0.13 on somebody else, so some
-six frames change the belief."""
-EXCHANGE = 0.002
-"""Probability that what is followed is exchanged in a frame, or exchanged back."""
+GAIN = 16.0
+"""Log odds for a lead of 1. In crowds it is 0.12 on the mean, and -0.13 on somebody else."""
+SHARE = 0.1
+"""Share of a frame in the lead: some seven frames on somebody else change the belief."""
 EVERY = 4
 """Frames between two searches for a neighbor: a walker has moved by some pixels then. The target's
 known looks are as many searches old, so that an exchange is noticed before it is learned."""
@@ -74,10 +74,16 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     """(h, w), the picture around it at that time."""
     shift: Floats
     """(2,), the shift of the scene since then, in pixels."""
-    belief: Annotated[float, Meta(ge=0, le=1)] = 1.0
-    """Probability that what is followed is the target."""
+    lead: Annotated[float, Meta(ge=-1, le=1)] = 1.0
+    """Running mean of how much nearer what is followed looks to the target than to the neighbors:
+    of the difference of both distances. Nobody is known at first."""
     frames: Annotated[int, Meta(ge=0)] = 0
     """Number of frames since the target was placed."""
+
+    @property
+    def belief(self) -> float:
+        """The probability that what is followed is the target."""
+        return probability(GAIN * self.lead)
 
     @classmethod
     def begin(cls, frame: Frame, box: Ellipse) -> Self:
@@ -109,14 +115,13 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         seen
             Whether something like the target is there. If not, nothing is known about who it is.
         """
-        look, belief = look_at(frame, target), self.belief
+        look, lead = look_at(frame, target), self.lead
         if seen:
-            before = (1 - EXCHANGE) * belief + EXCHANGE * (1 - belief)
             own = distances(np.vstack([self.first, self.known]), look).min()
             difference = float(distances(self.neighbors, look).min() - own)
-            belief = probability(math.log(before / (1 - before)) + GAIN * difference)
+            lead += SHARE * (difference - lead)
         shift, frames = self.shift + camera, self.frames + 1
-        after = replace(self, belief=belief, shift=shift, frames=frames)
+        after = replace(self, lead=lead, shift=shift, frames=frames)
         return after if after.frames % EVERY else after._kept(frame, target, look, seen)
 
     def _kept(self, frame: Frame, target: Ellipse, look: Singles, seen: bool) -> Self:
@@ -149,7 +154,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         best = int(beside.argmax())
         x, y = WINDOW.points(place, PLACES[best]).tolist()
         inside = 0 <= x < frame.width and 0 <= y < frame.height
-        if not inside or beside[best] <= ALONE * np.median(changed):
+        if not inside or beside[best] <= ALONE * median(changed):
             return None
         return target._replace(x=x, y=y)
 

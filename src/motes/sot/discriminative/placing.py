@@ -14,19 +14,13 @@ from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
-from motes.sot.discriminative.standing import DECIDED, Rival
+from motes.sot.discriminative.standing import APART, DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
 
-CLEAR = 1.0
-"""Log odds above which a place is clear: it is not looked at elsewhere or turned, and what the
-search finds must have them, since it has had more than one chance to be wrong."""
 TURN = 0.25
 """Angle of the turned windows to either side, in radians."""
 TURN_GAIN = 0.3
 """A turned window must have so much more evidence; otherwise noise would turn the target."""
-FAR = 0.25
-"""A prediction farther than this from the last place, in mean sides of the target, is checked if
-the target is in doubt there."""
 NO_PARTICLES = np.empty((0, 5))
 """The particles where nothing is searched for, or the user has placed the target."""
 
@@ -53,8 +47,8 @@ def find(
 ) -> Found:
     """Return the target's place near the predicted one, or where another expert sees it.
 
-    A far prediction may be wrong: if it is in doubt, the last place is looked at as well. A
-    missed target may be anywhere near.
+    A far prediction may be wrong: unless the place there is decided, the last one is looked at as
+    well. A missed target may be anywhere near.
     """
     last, shift = state.ellipse, sight.likeliest(state.motion)
     predicted = moved(last, shift, frame)
@@ -62,7 +56,7 @@ def find(
     experts = config.experts
     sights = experts.look(state.experts, frame, predicted)
     look = localize(config, rng, state, frame, predicted, sights, transition)
-    if math.hypot(*shift.tolist()) > FAR * last.side and look.evidence < CLEAR:
+    if math.hypot(*shift.tolist()) > APART * last.side and look.evidence < DECIDED:
         there = localize(config, rng, state, frame, last, sights)
         look = max(look, there, key=lambda look: look.evidence)
     proposals = experts.proposals(sights)
@@ -155,10 +149,11 @@ def search(
     frame: Frame,
     found: Found,
 ) -> Found:
-    """Return the target's place, or another one that the search finds and that is clear.
+    """Return the target's place, or another one that the search finds and that is decided.
 
-    There the target is not followed from the frame before, so the histograms of its first
-    region have a voice, too: a red car is not a black one of the same shape.
+    The search has had more than one chance to be wrong. What it finds is not followed from the
+    frame before, so the histograms of the first region have a voice, too: a red car is not a black
+    one of the same shape.
     """
     searchers, last = state.search_particles, state.ellipse
     if not len(searchers):
@@ -172,7 +167,7 @@ def search(
         likeness = config.redetection.log_odds(state.appearance, frame, look.pose)
         looks.append(replace(look, evidence=look.evidence + likeness))
     best = max(looks, key=lambda look: look.evidence)
-    if best.evidence > max(found.look.evidence, CLEAR):
+    if best.evidence > max(found.look.evidence, DECIDED):
         return Found(best, Rival(best.pose), True, searchers)
     return found._replace(searchers=searchers)
 

@@ -29,8 +29,6 @@ LEAST_SIGMA = 0.05
 SIGMAS = 2.0
 """Standard deviation of a place in mean errors of the predictions before: motion changes now and
 then, so it is wider than the normal density that fits them."""
-LARGEST_ERROR = 2.0
-"""An error counts as this many sides of the target at most: one wrong shift is soon forgotten."""
 
 WHITENED = 1e-3
 """Frequencies weaker than this share of the mean strength count less in the phase correlation."""
@@ -123,7 +121,7 @@ class Prediction(NamedTuple):
         velocity = np.subtract(after[:2], before[:2])
         errors = np.hypot(*(self.shifts - velocity).T) / before.side
         rate = max(ERROR_RATE, 1 / (history.seen + 1))  # at first, the mean of all frames
-        errors = history.errors + rate * (np.minimum(errors, LARGEST_ERROR) - history.errors)
+        errors = history.errors + rate * (errors - history.errors)
         picture, spectrum, seen = self.picture, self.spectrum, history.seen + 1
         return MotionHistory(picture, spectrum, camera, velocity, errors, seen)
 

@@ -38,8 +38,6 @@ RESTART_EVERY = 4
 """One of this many search particles restarts in each frame."""
 COLOR, EDGES = Color(), Edges()
 """The histograms of colors and of edges, as the papers have them."""
-EDGES_GAIN = 0.5
-"""Weight of the distance by edges; that by color has weight 1."""
 DIRECTIONS = Hog(bins=16, rotation_normalized=False)
 """Histogram of gradient directions over a full turn; a turned target has a shifted histogram."""
 
@@ -60,15 +58,13 @@ class Redetection(Config, frozen=True):
     """The search for a missed target by particles."""
 
     sigma: Positive = 0.1
-    """The weight of a particle is exp(-distance / sigma)."""
+    """The weight of a particle is exp(-distance / sigma), and so is that of an angle, with the
+    distance between the directions in the frame and those of the model turned by it."""
     speed: Positive = 0.5
     """The largest distance that the target moves in a frame, in mean sides of the target."""
     growth: NonNegative = 0.4
     """Standard deviation of the logarithm of the size of a particle that starts anew. With a larger
     value, more sizes are searched."""
-    turn_sigma: Positive = 0.03
-    """The weight of an angle is exp(-distance / turn_sigma), with the distance between the
-    directions in the frame and the model turned by this angle."""
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> RedetectionModel:
         """Return the histograms of the region in `ellipse`."""
@@ -146,7 +142,7 @@ class Redetection(Config, frozen=True):
     def _distances(self, model: RedetectionModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances of ellipses (N, 5) to the first region, (N,)."""
         colors = COLOR.distances(model.color, frame, ellipses)
-        return colors + EDGES_GAIN * EDGES.distances(model.edges, frame, ellipses)
+        return colors + EDGES.distances(model.edges, frame, ellipses)
 
     def _turn(
         self, rng: np.random.Generator, model: RedetectionModel, frame: Frame, place: Ellipse
@@ -155,7 +151,7 @@ class Redetection(Config, frozen=True):
         seen = DIRECTIONS.observe(model.directions, frame, circle(place))
         bins = len(seen)
         turned = np.stack([np.roll(model.directions.histogram, n) for n in range(bins)])
-        weights = Weights.from_log(-bhattacharyya(turned, seen) / self.turn_sigma)
+        weights = Weights.from_log(-bhattacharyya(turned, seen) / self.sigma)
         return float(rng.choice(bins, p=weights.values) + rng.random() - 0.5) * 2 * math.pi / bins
 
 

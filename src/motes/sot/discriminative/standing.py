@@ -64,8 +64,8 @@ class Standing(NamedTuple):
 
 APART = 0.3
 """Two places are different targets from this distance on, in mean sides of the target."""
-DECIDED = 2.0
-"""Log odds between two places that decide for one of them: seven to one."""
+DECIDED = 1.0
+"""Log odds that decide for a place, or between two places: nearly three to one."""
 
 
 class Rival(NamedTuple):

@@ -32,7 +32,7 @@ from motes.sot.discriminative.expert import probability
 from motes.sot.discriminative.identity import Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
-from motes.sot.discriminative.placing import CLEAR, NO_PARTICLES, evidence_at, find, search, turned
+from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
 from motes.sot.discriminative.report import (
     at_region,
     particles_of,
@@ -43,7 +43,7 @@ from motes.sot.discriminative.report import (
 )
 from motes.sot.discriminative.size import Trend, TurnEstimate, estimated
 from motes.sot.discriminative.small_picture import Light, small_picture
-from motes.sot.discriminative.standing import Rival, Standing
+from motes.sot.discriminative.standing import DECIDED, Rival, Standing
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.step_info import StepInfo
 
@@ -107,7 +107,7 @@ class Discriminative(
         light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
         found = find(self, rng, state, frame, sight)
-        if not state.scale_due and found.look.evidence < CLEAR and not found.jumped:
+        if not state.scale_due and found.look.evidence < DECIDED and not found.jumped:
             found = found._replace(look=turned(self, rng, state, frame, found.look))
         if found.look.evidence < 0:
             found = search(self, rng, state, frame, found)
