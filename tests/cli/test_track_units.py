@@ -50,6 +50,16 @@ def test_rows_have_places_and_speeds(go: Go) -> None:
     assert (read_track("rows.jsonl")["speed"][seen] == rows["speed"][seen])[3:].all()
 
 
+def test_micrometres_are_kept(go: Go) -> None:
+    assert go(f"{TRACK} --scale 1e6")[0] == 0
+    assert go("convert rows.csv rows.jsonl")[0] == 0
+    for name in ("rows.csv", "rows.jsonl"):
+        rows = read_track(name)
+        seen = rows["status"] == "tracking"
+        np.testing.assert_allclose(rows["x_m"][seen], rows["x"][seen] / 1e6, rtol=1e-4)
+        assert (rows["x_m_std"][seen][1:] > 0).all()
+
+
 def test_the_ground_and_the_lens_are_files(go: Go) -> None:
     Path("ground.toml").write_text(
         "[ground]\nhomography = [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 1]]\n"

@@ -37,7 +37,7 @@ NUMBERS = tuple(
 """Columns of numbers, which may be empty."""
 DIGITS = {"time": "z.6f", "effective_sample_size": "z.2f"}
 DIGITS |= dict.fromkeys((*BOX, *ELLIPSE[:-1]), "z.3f")
-"""How the numbers of a column are written; all others have five digits after the point."""
+"""How the numbers of a column are written; others have five digits after the point."""
 
 
 def form_of(path: str | Path, form: Form | None = None) -> Form:
@@ -82,13 +82,19 @@ def line(form: Form, columns: Sequence[str], values: Sequence[Any]) -> str:
         "" if value is None
         else (quoted(value) if csv else _json(value)) if isinstance(value, str)
         else str(value) if isinstance(value, int)
-        else format(value, DIGITS.get(name, "z.5f")) if isfinite(value) else ""
+        else _number(name, value) if isfinite(value) else ""
         for name, value in zip(columns, values, strict=True)
     ]  # fmt: skip
     if csv:
         return ",".join(fields)
     pairs = zip(columns, fields, strict=True)
     return "{" + ", ".join([f'"{name}": {field or "null"}' for name, field in pairs]) + "}"
+
+
+def _number(name: str, value: float) -> str:
+    """Return a number; metres below a centimetre, as of a microscope, have five digits."""
+    small = name in GROUND and 1e-12 < abs(value) < 1e-2  # what is smaller is rounding
+    return format(value, ".5g" if small else DIGITS.get(name, "z.5f"))
 
 
 @lru_cache(1000)
