@@ -102,12 +102,14 @@ NESTED = "[" * 100_000 + "]" * 100_000
         ("a.toml", "[[jobs]]\n", "has [[job]] only"),
         ("a.jsonl", "[1]\n", "line 1 is no object"),
         ("a.csv", None, "cannot be read"),
+        ("a.csv", "source,init\na.mp4,1,2,3,4\n", "row 2 has more fields than the first"),
+        ("a.csv", "source;init\na.mp4;1,2,3,4\n", "has semicolons between its columns"),
         ("a.parquet", "no", ""),
         ("a.toml", f"[[job]]\nsource = {NESTED}\n", "is nested too deeply"),
         ("a.jsonl", f'{{"source": {NESTED}}}\n', "is nested too deeply"),
         ("a.toml", f"[[job]]\n{'a.' * 100_000}b = 1\n", "has a key of more than"),
     ],
-    ids=range(7),
+    ids=range(9),
 )
 def test_what_is_no_table(tmp_path: Path, name: str, text: str | None, words: str) -> None:
     if text is not None:

@@ -125,9 +125,16 @@ def _rows(numbers: list[int]) -> str:
 
 def _csv(path: Path) -> Iterator[Row]:
     with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file, restkey="(more columns than the first row)")
+        reader = csv.DictReader(file)
+        if ";" in "".join(reader.fieldnames or ()):
+            raise ValueError("it has semicolons between its columns; save it with commas")
         for row in reader:
-            yield reader.line_num, {str(key): value for key, value in row.items()}
+            if None in row:
+                raise ValueError(
+                    f"row {reader.line_num} has more fields than the first row; "
+                    'a box needs quotes: "300,200,40,60"'
+                )
+            yield reader.line_num, row
 
 
 def _json_lines(path: Path) -> Iterator[Row]:
