@@ -321,7 +321,7 @@ def test_progress_is_counted(
     assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
     assert "[c] attempt 1: Lost." in error
     counts = "9 jobs, 1 done, 1 done before, 1 failed, 7 frames"
-    assert progress.summary("out") == f"3 of {counts}; give out again to go on"
+    assert progress.summary("out") == f"3 of {counts}; the same command goes on"
     progress.written = "jobs.parquet"
     assert progress.summary("out") == f"{counts}; wrote out/jobs.parquet"
 
@@ -448,7 +448,7 @@ def test_a_driver_that_ended_goes_on(
         if number == signal.SIGTERM:
             assert process.returncode == 143
             assert re.search(r"terminated after \d of 4 jobs, ", error)
-            assert "give long again to go on" in error
+            assert "the same command goes on" in error
         before = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
         assert len(before) < 4  # it does not wait for the rest
         assert main(["batch", "status", "long"]) == 0

@@ -92,7 +92,7 @@ class BatchProgress:
         parts = [f"{ended}{counted(self.total, 'job')}", f"{self.done} done"]
         parts += [f"{self.kept} done before"] * bool(self.kept)
         parts += [f"{self.failed} failed", counted(self.frames, "frame")]
-        where = f"wrote {out}/{self.written}" if self.written else f"give {out} again to go on"
+        where = f"wrote {out}/{self.written}" if self.written else "the same command goes on"
         return ", ".join(parts) + f"; {where}"
 
     def __enter__(self) -> Self:
