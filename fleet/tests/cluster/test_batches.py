@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -30,7 +31,7 @@ from motes_fleet.cluster.driver import BatchEvent, batch
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.records import Record, records
-from motes_fleet.cluster.state import load_jobs
+from motes_fleet.cluster.state import Options, load_jobs, save, write_table
 from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
 from motes_fleet.commands.batch_progress import BatchProgress
@@ -124,7 +125,15 @@ def test_a_file_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert not list(store.names("a"))
 
 
-def full(_: int) -> None:
+def test_a_full_disk_is_told_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = Folder(tmp_path)
+    save(store, [], Options(total=0, form="csv", overlay=False))
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", full)
+    with pytest.raises(FormatError, match=r"^jobs\.\w+ cannot be written: No space .*make room"):
+        write_table(store)
+
+
+def full(*_: object, **__: object) -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
 
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import msgspec
 
 from motes import ConfigError, FormatError
-from motes.core import guarded
+from motes.core import guarded, writing
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import Record, records
 from motes_fleet.cluster.store import Store
@@ -39,7 +39,7 @@ class Options(msgspec.Struct, frozen=True):
 
 def save(store: Store, jobs: Iterable[Job], options: Options) -> None:
     """Write the jobs and the options; the jobs pass through, and are not held."""
-    with store.scratch() as folder:
+    with writing(JOBS), store.scratch() as folder:
         path = Path(folder) / JOBS
         with path.open("wb") as file:
             for job in jobs:
@@ -91,7 +91,7 @@ def write_table(store: Store) -> str:
     """
     parquet = importlib.util.find_spec("pyarrow") is not None
     name = f"{TABLE}.parquet" if parquet else f"{TABLE}.csv"
-    with store.scratch() as folder:
+    with writing(name), store.scratch() as folder:
         path = Path(folder) / name
         rows = (_row(job, record) for job, record in records(store, load_jobs(store)))
         (_write_parquet if parquet else _write_csv)(path, rows)
