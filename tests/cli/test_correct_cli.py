@@ -188,7 +188,7 @@ def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
     before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
     for line in ("smooth rows.csv -o smooth.csv", "refine FILM rows.csv --at 9=BOX"):
         code, said = go(line)
-        whole = "rows.csv has 8 rows of the frames 0 to 21; make rows of every" in said
+        whole = "rows.csv has 8 rows of the frames 0 to 21; make rows of every frame: motes" in said
         assert (code, whole) == (3, True), said
     assert {name: Path(name).read_bytes() for name in before} == before
 

@@ -119,7 +119,8 @@ class KnownRows:
         if last - first + 1 != len(self.tracks):
             raise InputError(
                 f"{self._path} has {len(self.tracks)} rows of the frames {first} to {last}; make "
-                f"rows of every frame."
+                f"rows of every frame: motes convert makes keyframes of these, and motes track "
+                f"--keyframes follows between them."
             )
 
     def check_plain(self) -> None:
