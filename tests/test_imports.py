@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import motes
 from motes.video.writer import VideoWriter
@@ -137,14 +136,6 @@ def test_all_distributions_have_one_version() -> None:
     assert not [name for name in others_need if name in needed]
 
 
-def test_public_names() -> None:
-    assert set(motes.__all__) <= set(dir(motes))
-    for name in motes.__all__:
-        getattr(motes, name)
-    with pytest.raises(AttributeError, match="attribute nothing"):
-        motes.nothing  # type: ignore[attr-defined]  # noqa: B018
-
-
 def modules_after(code: str) -> set[str]:
     """Return the modules that a fresh interpreter has after some code."""
     script = f"{code}\nimport sys\nprint(*sorted(sys.modules))"
@@ -153,14 +144,9 @@ def modules_after(code: str) -> set[str]:
     return set(done.stdout.split())
 
 
-def loaded_after(code: str) -> set[str]:
-    """Return the top-level modules that a fresh interpreter has after some code."""
-    return {name.split(".")[0] for name in modules_after(code)}
-
-
 def test_importing_motes_loads_nothing_heavy() -> None:
     heavy = {"numpy", "av", "scipy", "PIL", "matplotlib", "cv2", "dlib", "rich", "cyclopts"}
-    assert not loaded_after("import motes") & heavy
+    assert not modules_after("import motes") & heavy
 
 
 @pytest.mark.slow
@@ -174,34 +160,21 @@ tracker.init(image, (5, 5, 6, 6))
 tracker.update(image)
 """
     extra = {"cv2", "dlib", "matplotlib", "av", "PIL", "rich", "cyclopts", "motes_lab"}
-    assert not loaded_after(code) & extra
-
-
-def test_a_run_loads_only_what_it_needs(tmp_path: Path) -> None:
-    """Each of these takes a tenth of a second or more, and memory."""
-    for name in ("a.png", "b.png"):
-        Image.fromarray(mosaic(0, 40, 60)).save(tmp_path / name)
-    code = """
-import sys
-from motes.cli import main
-assert main(["track", {!r}, "--init", "20,10,16,12", "--preset", "nummiaro", "-o", {!r}]) == 0
-""".format(str(tmp_path), str(tmp_path / "rows.csv"))
-    loaded = loaded_after(code)
-    assert not loaded & {"numba", "scipy", "cv2", "matplotlib", "dlib", "pandas"}
-    assert "numpy" in loaded
+    assert not {name.split(".")[0] for name in modules_after(code)} & extra
 
 
 def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
     """Its start is half a second, of which each of these would take a share, and memory."""
     film = tmp_path / "film.mp4"
     with VideoWriter(film, 25) as writer:
-        for shift in range(4):
+        for shift in range(12):  # a neighbor is looked for in every fourth frame
             writer.write(np.roll(mosaic(0, 96, 128), shift, axis=1))
     words = ["track", str(film), "--init", "40,30,30,24", "-o", str(tmp_path / "rows.csv")]
     loaded = modules_after(f"from motes.cli import main\nassert main({words!r}) == 0")
     needless = {
-        "scipy", "PIL", "rich", "http.client", "http.server", "ssl", "email", "importlib.metadata",
-        "numpy.ma", "numpy.testing", "onnxruntime", "motes.mot.scene",
+        "scipy", "cv2", "matplotlib", "dlib", "pandas", "PIL", "rich", "importlib.metadata",
+        "http.client", "http.server", "ssl", "email",
+        "numpy.ma", "numpy.testing", "multiprocessing", "onnxruntime", "motes.mot.scene",
         "motes.output.live_picture", "motes.synthetic",
     }  # fmt: skip
     assert loaded & needless == set()
@@ -212,13 +185,3 @@ def test_help_starts_without_what_tracks() -> None:
     loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
     assert not loaded & {"numpy", "av", "scipy", "PIL", "starlette", "motes_fleet"}
     assert not any(name.startswith(("motes.sot", "motes.mot", "motes.video")) for name in loaded)
-
-
-def test_no_name_is_that_of_two_classes() -> None:
-    names = [
-        node.name
-        for path in MODULES.values()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef)
-    ]
-    assert sorted(names) == sorted(set(names))

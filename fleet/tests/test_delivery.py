@@ -142,20 +142,13 @@ HEAD = b"HTTP/1.1 200 OK\r\n"
     ("begin", "piece", "pause", "what"),
     [
         (b"", b"", 0.05, "has not finished its answer in 0.3 s"),
-        (b"", b"H", 0.05, "has not finished its answer in 0.3 s"),
-        (HEAD, b"x", 0.05, "has not finished its answer in 0.3 s"),
         (HEAD + b"\r\n", b"x", 0.05, "has not finished its answer in 0.3 s"),
         (HEAD + b"\r\n", b"x" * 9999, 0, "answers with more than 64 kB"),
-        (HEAD + b"Content-Length: 99999999999\r\n\r\n", b"x" * 9999, 0, "more than 64 kB"),
         (HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"1\r\nx\r\n" * 999, 0, "more than 64 kB"),
         (HEAD, b"a: " + b"b" * 9999 + b"\r\n", 0, "more than 64 kB"),
-        (b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 99, 0, "more than 64 kB"),
     ],
-    ids=[
-        "silent", "status", "head", "dripping body", "endless body", "long body", "chunks", "heads",
-        "continue",
-    ],
-)  # fmt: skip
+    ids=["silent", "dripping", "endless", "chunks", "heads"],
+)
 def test_an_answer_without_end_is_a_failure_that_waits(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

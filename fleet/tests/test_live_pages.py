@@ -216,8 +216,9 @@ def hasty(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
     return server
 
 
-@pytest.mark.parametrize("begin", [b"", b"GET / HTT", POST, POST + b"\r\n1234"])
-@pytest.mark.parametrize("drip", [b"", b"1"], ids=["silent", "dripping"])
+@pytest.mark.parametrize(
+    ("begin", "drip"), [(b"", b""), (b"GET / HTT", b"1"), (POST, b""), (POST + b"\r\n1234", b"1")]
+)
 def test_a_request_that_does_not_end_is_closed(hasty: Server, begin: bytes, drip: bytes) -> None:
     with asking(hasty, begin) as connected:
         connected.settimeout(0.05)

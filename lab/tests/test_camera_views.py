@@ -10,7 +10,6 @@ import pytest
 from crowds import write_crowd
 from evaluations import pictures
 from motes import Frame
-from motes.formats import UNKNOWN
 from motes_lab.cli import main
 from motes_lab.datasets.mot import load_mot_dataset
 from motes_lab.datasets.mot_rows import rows_of
@@ -26,13 +25,13 @@ def test_boxes_are_where_the_view_shows_their_object(tmp_path: Path) -> None:
         pixels[90:110, 140:156] = 255
         (frame,) = seen(view, sequence, [Frame(index, 0.0, pixels)])
         assert frame.pixels.shape == (133, 200, 3)
-        row = rows_in(view, rows_of([[index + 1, 7, 141, 91, 16, 20, 1, UNKNOWN]]))
+        row = rows_in(view, rows_of([[index + 1, 7, 141, 91, 16, 20, 1]]))
         ((_, box, _),) = row.listed(index)
         ys, xs = np.nonzero(frame.pixels[:, :, 0] > 127)
         assert xs.mean() == pytest.approx(box.x + (box.width - 1) / 2, abs=0.5)
         assert ys.mean() == pytest.approx(box.y + (box.height - 1) / 2, abs=0.5)
         assert len(xs) == pytest.approx(box.width * box.height, rel=0.06)
-    gone = rows_in(view, rows_of([[1, 7, 1, 1, 16, 20, 1, UNKNOWN]]))
+    gone = rows_in(view, rows_of([[1, 7, 1, 1, 16, 20, 1]]))
     assert len(gone.ids) == 0
 
 

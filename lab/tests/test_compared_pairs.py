@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import evaluations
+from in_process import work_here
 from motes_lab.adapters.registry import TrackerSpec, resolve
 from motes_lab.datasets.shortened import ShortSequence, shortened
 from motes_lab.finished_jobs import run
@@ -71,7 +72,8 @@ def test_passes_are_those_of_a_tracker_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_film_that_fails_is_a_problem(tmp_path: Path) -> None:
+def test_a_film_that_fails_is_a_problem(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    work_here(monkeypatch, "motes_lab.finished_jobs")
     good = evaluations.sequence("Book", 4, source=evaluations.pictures(tmp_path / "Book", 4))
     bad = evaluations.sequence("Gone", 4, source=tmp_path / "Gone")
     trackers, _ = resolve(["mean_shift", "nummiaro"])

@@ -7,10 +7,8 @@ from pathlib import Path
 import pytest
 
 from motes_lab.cli import main
-from motes_lab.papers.zhao_pei_figure10 import compare_crossings, figure10, parse_crossings
+from motes_lab.papers.zhao_pei_figure10 import compare_crossings
 from red_box import walk
-
-TRUTH = Path(__file__).parent / "truth" / "crossings.toml"
 
 
 def test_crossings_are_compared_one_to_one() -> None:
@@ -57,14 +55,3 @@ def test_a_truth_that_is_none_is_one_clear_line(
     (films / "bad.toml").write_text("[[clip]]\nfile = 'walk.mkv'\n")
     assert main(["experiment", "zhao-figure10", str(films / "bad.toml"), str(films)]) != 0
     assert "line" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_those_who_walk_through_the_hall_are_counted(data: Path) -> None:
-    """Of the crossings by eye of the shortest film, over the line along which they walk."""
-    clips = parse_crossings(TRUTH.read_text(), str(TRUTH))
-    (hall,) = (clip for clip in clips.clip if clip.file == "pycv_movie.mpg")
-    across = type(hall)(hall.file, hall.line[1:])
-    *_, result = figure10(type(clips)((across,)), data / "video")
-    (table,) = result.tables.values()
-    assert [cell.value for cell in table.foot[0][1:5]] == [2, 2, 0, 0]

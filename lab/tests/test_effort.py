@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import arena
+from in_process import work_here
 from motes import Ellipse, preset
 from motes.correction import Keyframes, run_pass
 from motes.synthetic import occluded
@@ -91,7 +92,13 @@ def test_the_annotator_stops_when_enough_is_right(sequence: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_command(sequence: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(
+    sequence: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    work_here(monkeypatch, "motes_lab.effort.experiment")
     out = tmp_path / "out"
     line = f"experiment effort {sequence.parent} --out {out}"
     assert main(line.split()) == 0

@@ -16,6 +16,7 @@ import pytest
 
 import arena
 from arena import at_home
+from in_process import InProcess
 from motes import (
     PRESETS,
     Box,
@@ -551,6 +552,6 @@ def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path
     first.parent.mkdir(parents=True)
     second.symlink_to("/dev/full")
     with pytest.raises(FormatError, match=r"ope-1\.csv cannot be written: No space.*make room"):
-        steps_of(jobs, tmp_path, 1, 60)
+        [*run(InProcess(), jobs, tmp_path, 60)]
     assert len(load_trace(first).frames) == arena.FRAMES
     assert sorted(first.parent.iterdir()) == [first, second]

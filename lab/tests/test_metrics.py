@@ -87,7 +87,7 @@ def test_success_as_in_the_benchmark(overlaps: list[float]) -> None:
 # Overlap distance
 
 
-def raster_od(one: Ellipse, other: Ellipse, size: int = 1500) -> float:
+def raster_od(one: Ellipse, other: Ellipse, size: int = 800) -> float:
     """Count the pixels of both ellipses on a fine grid over them."""
     boxes = np.array([one.box, other.box])
     low = boxes[:, :2].min(axis=0) - 1
@@ -104,11 +104,11 @@ def raster_od(one: Ellipse, other: Ellipse, size: int = 1500) -> float:
 
 @pytest.mark.slow
 def test_od_against_a_pixel_count() -> None:
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(4)
     truths = np.column_stack(
-        [rng.uniform(0, 99, (40, 2)), rng.uniform(4, 60, (40, 2)), rng.uniform(-3, 3, 40)]
+        [rng.uniform(0, 99, (20, 2)), rng.uniform(4, 60, (20, 2)), rng.uniform(-3, 3, 20)]
     )
-    noise = rng.normal(0, 1, (40, 5)) * (15, 15, 0.3, 0.3, 0.5)
+    noise = rng.normal(0, 1, (20, 5)) * (15, 15, 0.3, 0.3, 0.5)
     ellipses = np.column_stack(
         [truths[:, :2] + noise[:, :2], truths[:, 2:4] * np.exp(noise[:, 2:4]), noise[:, 4]]
     )

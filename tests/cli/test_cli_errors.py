@@ -73,13 +73,8 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
     "line",
     [
         f"track film.mkv --init 60,40,30,40 -o r.csv --end {HUGE}",
-        f"track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --set particles={HUGE}",
         "track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --set particles=1000000000",
-        f"track film.mkv --init 60,40,30,40 -o r.csv --set budget.max={HUGE} --preset nummiaro",
-        f"track film.mkv --init 60,40,30,40 -o r.csv --preset maggio --set presence.frames={HUGE}",
         "track film.mkv --init 60,40,30,40 -o r.csv --config huge.toml",
-        f"track film.mkv --init 60,40,30,40 -o r.csv --start {HUGE}",
-        f"watch film.mkv -o r.csv --end {HUGE}",
         "watch film.mkv -o r.csv --set detector.history=2147483648",
         f"demo --frames {HUGE}",
     ],
@@ -106,11 +101,8 @@ def test_a_missing_package_is_named() -> None:
     ("line", "code", "lines"),
     [
         ("--help >&-", 5, 1),  # there is nowhere to write it
-        ("doctor >&-", 5, 1),
-        ("track --no-such >&- <&-", 2, 1),
         ("track --no-such 2>&-", 2, 0),  # and nothing in its place on standard output
         ("--version <&-", 0, 0),
-        ("track --no-such 2>/dev/full", 2, 0),
     ],
 )
 def test_closed_streams(line: str, code: int, lines: int) -> None:

@@ -16,6 +16,7 @@ from motes import open_source
 from motes.cli import main, outputs
 from motes.core.errors import FormatError
 from motes.core.files import PartialFile, leftovers
+from motes.formats import FilmFacts, registry
 from motes.video.writer import VideoWriter
 
 Go = Callable[[str], tuple[int, str]]
@@ -41,6 +42,15 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         return code, capfd.readouterr().err
 
     return run
+
+
+@pytest.mark.parametrize("ending", ["csv", "jsonl", "parquet"])
+def test_objects_without_a_class_have_the_label(go: Go, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    assert go(f"{COMMANDS[0]} --end 2 --label dog -o r.{ending}")[0] == 0
+    recorded = registry.read(Path(f"r.{ending}"), ending, FilmFacts())
+    assert {each.label for row in recorded for each in row.objects} == {"dog"}
 
 
 def pictures(path: Path | str) -> int:
@@ -142,9 +152,9 @@ def test_a_link_to_the_source_is_no_output(go: Go, command: str) -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("name", ["o.mp4.partial.mkv", "o.mp4.partial.mp4"])
-def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str, name: str) -> None:
+def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str) -> None:
     """The run once wrote over its own source, and then removed it."""
+    name = "o.mp4.partial.mp4"
     Path(name).write_bytes(Path("film.mkv").read_bytes())
     code, error = go(f"{command} --overlay o.mp4".replace("film.mkv", name))
     assert code in (0, 4)

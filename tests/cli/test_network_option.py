@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +14,6 @@ from motes.cli import main
 from motes.cli.load_config import with_network
 from motes.core.config import Config
 from motes.core.errors import ConfigError
-from motes.core.onnx_session import LARGEST
 from motes.sot import presets
 from motes.sot.network.network import Network
 from onnx_trackers import save_pair
@@ -80,41 +78,18 @@ def test_files_are_opened_before_the_film(
 
 
 def pair_with(folder: Path, kind: str) -> str:
-    """Return the word for --network, of a pair that is damaged in some way."""
+    """Return the word for --network, of files that are no pair, or of a damaged one."""
     folder.mkdir()
     backbone, head = save_pair(folder)
-    bad = folder / "bad.onnx"
-    if kind in ("one", "backbones"):
-        return head if kind == "one" else f"{backbone},{backbone}"
-    if kind == "folder":
-        bad.mkdir()
-    elif kind == "pipe":
-        os.mkfifo(bad)
-    elif kind in ("huge", "zeros"):
-        with bad.open("wb") as file:
-            file.truncate(LARGEST + (kind == "huge"))  # it takes no room on the disk
-    elif kind in ("cut", "empty", "text"):
-        good = Path(backbone).read_bytes()
-        bad.write_bytes({"cut": good[:-10], "empty": b"", "text": b"no network"}[kind])
-    else:
-        bad.write_bytes(other_model(onnx.load(backbone), kind).SerializeToString())
-    return f"{bad},{head}"
-
-
-def other_model(model: Any, kind: str) -> Any:
-    """Return a backbone that is damaged, or another network."""
-    [weights] = [each for each in model.graph.initializer if len(each.dims) == 4]
-    if kind == "not finite":
+    if kind == "cut":
+        Path(backbone).write_bytes(Path(backbone).read_bytes()[:-10])
+    elif kind == "not finite":
+        model = onnx.load(backbone)
+        [weights] = [each for each in model.graph.initializer if len(each.dims) == 4]
         values = np.full(tuple(weights.dims), np.nan, np.float32)
         weights.CopyFrom(onnx.numpy_helper.from_array(values, weights.name))
-    elif kind == "outside":
-        onnx.external_data_helper.set_external_data(weights, "weights.bin")
-        weights.ClearField("raw_data")
-    elif kind == "form":
-        model.ir_version = 99
-    else:
-        model.opset_import[0].version = int(kind.removeprefix("opset "))
-    return model
+        Path(backbone).write_bytes(model.SerializeToString())
+    return {"one": head, "backbones": f"{backbone},{backbone}"}.get(kind, f"{backbone},{head}")
 
 
 @pytest.mark.parametrize(
@@ -122,20 +97,8 @@ def other_model(model: Any, kind: str) -> Any:
     [
         ("one", 2, "head.onnx (takes input1 float32 1x3x8x8, "),
         ("backbones", 2, "no known kind of network. Known are siamese: "),
-        ("folder", 3, "There is no file "),
-        pytest.param(
-            "pipe",
-            3,
-            "There is no file ",
-            marks=pytest.mark.skipif(os.name == "nt", reason="no pipes"),
-        ),
-        ("huge", 3, "bad.onnx has 1.0 GB; motes runs networks of up to 1 GB."),
-        ("cut", 3, "bad.onnx is cut off or no ONNX file; copy or export it again."),
-        ("empty", 3, "bad.onnx is empty; copy or export it again."),
-        ("outside", 3, "has its weights in weights.bin, which is not there; copy it beside"),
+        ("cut", 3, "backbone.onnx is cut off or no ONNX file; copy or export it again."),
         ("not finite", 3, "gives no box with a score; its weights are damaged."),
-        ("form", 3, "cannot be read as ONNX: Unsupported model IR version: 99, max"),
-        ("opset 99", 3, "bad.onnx cannot be read as ONNX: ONNX Runtime only *guarantees*"),
     ],
 )
 def test_bad_files_end_in_one_line_and_leave_nothing(

@@ -94,11 +94,8 @@ def test_documents(go: Go, boxes: str) -> None:
     [
         (f"FILM {TWO} --detect face", 2, "--init and --detect contradict each other"),
         (f"FILM {TWO} --figures f", 2, "for one --init"),
-        (f"FILM {TWO} --init 1,2,3 -o r.csv", 2, "--init takes x,y,width,height"),
         (f"FILM {TWO} --init 1,2,-3,4 -o r.csv", 2, "has no area"),
-        (f"FILM {TWO} --init 900,2,3,4 -o r.xml", 2, "outside"),
         ("FILM --init 1,2,3,4 -o r.xml --resume", 2, "--resume continues rows; r.xml holds none"),
-        (f"FILM {TWO} -o none/r.xml", 5, "There is no folder none"),
     ],
 )
 def test_errors_are_one_line_and_leave_nothing(go: Go, line: str, code: int, said: str) -> None:

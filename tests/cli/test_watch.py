@@ -225,12 +225,9 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
             2,
             "mog2, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
         ),
-        ("FILM --line 1,2,1,2", 2, "two different points"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
-        ("FILM --set termination.max_agee=1", 2, "did you mean 'max_age'"),
         ("FILM --detector people --set detector.trial=1", 2, "known keys: type."),
-        ("FILM --set detector.least=0.6", 2, "least < most"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM -o - --events -", 2, "give one of them a file"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),
@@ -258,7 +255,7 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     """An object that needs more confirmations begins that many frames later."""
 
     def first(options: str) -> int:
-        code, out, error = go(f"FILM -o - {options}")
+        code, out, error = go(f"FILM -o - --end 60 {options}")
         assert code == 0, error
         return int(out.splitlines()[1].split(",")[0])
 

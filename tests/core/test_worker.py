@@ -196,8 +196,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("method", ["spawn", "forkserver"])
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize(
+    ("number", "method"), [(signal.SIGKILL, "forkserver"), (signal.SIGINT, "spawn")]
+)
 def test_no_worker_outlives_its_program(
     tmp_path: Path, number: int, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

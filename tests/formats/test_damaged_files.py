@@ -449,7 +449,7 @@ def test_every_format_that_is_read_is_here() -> None:
 
 
 def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
-    """Each bit is turned and each end cut off: the rows before, or one clear line; never others.
+    """Bits are turned and each end cut off: the rows before, or one clear line; never others.
 
     A turned bit may make another digit of a digit, which no reader could tell; it stays a number.
     """
@@ -478,7 +478,7 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
         assert found == (sound[: whole[head:end].count(b"\n")] if end >= head else None) or (
             end == head - 1 and found == []
         )
-    for place in range(8 * len(whole)):
+    for place in range(0, 8 * len(whole), 5):  # in time each of the eight bits
         data = bytearray(whole)
         data[place // 8] ^= 1 << place % 8
         for row in rows_in(bytes(data)) or []:

@@ -62,22 +62,20 @@ def test_events_of_one_visit() -> None:
     assert counting.counts.total() == 5
 
 
-def test_parts_of_one_path_cross_once() -> None:
-    """One is lost before the line; another begins behind it, where the first one's way leads."""
+@pytest.mark.parametrize(
+    ("begin", "speed", "crosses"),
+    [((60, 40), 10, [(6, 2)]), ((60, 80), 0, []), ((30, 40), 0, [])],
+)
+def test_parts_of_one_path_cross_once(
+    begin: tuple[float, float], speed: float, crosses: list[tuple[int, int]]
+) -> None:
+    """One is lost before the line; another begins where the first one's way leads, or elsewhere."""
     counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    x, y = begin
     events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
     events += told(counting, seen(5, (0, 0), Status.LOST))
-    events += told(counting, *(seen(i, (10 * i, 40), identity=2) for i in range(6, 12)))
-    assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == [(6, 2)]
-
-
-@pytest.mark.parametrize("place", [(60, 80), (30, 40)])
-def test_who_begins_elsewhere_goes_on_with_no_path(place: tuple[float, float]) -> None:
-    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
-    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
-    events += told(counting, seen(5, (0, 0), Status.LOST))
-    events += told(counting, *(seen(i, place, identity=2) for i in range(6, 12)))
-    assert not [e for e in events if e.event == "crosses"]
+    events += told(counting, *(seen(6 + i, (x + speed * i, y), identity=2) for i in range(6)))
+    assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == crosses
 
 
 def test_a_path_that_another_has_continued_does_not_cross_again() -> None:
@@ -246,11 +244,31 @@ def crossings(
     return [(e.frame, e.direction or "") for e in events if e.event == "crosses"]
 
 
-def test_who_turns_back_at_once_has_not_crossed() -> None:
-    """Within two frames, half a second: a box that jumps."""
-    assert crossings(gate(), [40, 44, 48, 51, 49, 45, 41]) == []
-    there_and_back = [40, 44, 48, 51, 54, 56, 55, 52, 48, 44, 40, 36]
-    assert crossings(gate(), there_and_back) == [(3, "left"), (8, "right")]
+WAYS: dict[str, tuple[list[float], list[tuple[int, str]]]] = {
+    "back within half a second": ([40, 44, 48, 51, 49, 45, 41], []),
+    "there and back": (
+        [40, 44, 48, 51, 54, 56, 55, 52, 48, 44, 40, 36], [(3, "left"), (8, "right")],
+    ),
+    # An object 11 pixels high is on the line up to 1.1 pixels from it.
+    "never on the other side": ([50.5, 53, 56, 59], []),
+    "found on the line": ([49.5, 53, 56, 59], [(1, "left")]),
+    "hardly moving": ([50.5, 50.7, 51.2, 51.3, 51.4], []),
+    "clear of it at first": ([52, 53, 56, 59], []),
+    "one step goes back no further": ([51, 52.4, 53, 54, 55], []),
+    "known for a moment": ([45, 55], []),
+    "known for longer": ([45, 55, 60], [(1, "left")]),
+    # The crossing is where the foot is over; it is clear of the line in frame 5.
+    "over from frame 2 on": ([45, 48, 50.2, 50.6, 50.9, 52, 53, 54], [(2, "left")]),
+    "over from frame 4 on": ([45, 48, 50.2, 49.5, 50.6, 52, 53, 54], [(4, "left")]),
+    "a box that takes in a neighbor": ([40, 41, 42, 43, 73, 74, 75, 76], []),
+}  # fmt: skip
+"""Feet in each frame, and when and to which side they cross x = 50."""
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_when_a_way_crosses_a_line(way: str) -> None:
+    feet, expected = WAYS[way]
+    assert crossings(gate(), feet) == expected
 
 
 def test_who_is_on_the_edge_of_a_zone_enters_once() -> None:
@@ -282,15 +300,6 @@ def test_directions_have_the_lines_own_names() -> None:
         Line((1, 2, 3, 4), label=("in", "in"))
 
 
-def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
-    """An object 11 pixels high is on the line up to 1.1 pixels from it."""
-    assert crossings(gate(), [50.5, 53, 56, 59]) == []  # not seen on the other side
-    assert crossings(gate(), [49.5, 53, 56, 59]) == [(1, "left")]
-    assert crossings(gate(), [50.5, 50.7, 51.2, 51.3, 51.4]) == []  # and hardly moves
-    assert crossings(gate(), [52, 53, 56, 59]) == []  # and is clear of it at first
-    assert crossings(gate(), [51, 52.4, 53, 54, 55]) == []  # one step goes back no further
-
-
 def test_a_line_over_which_boxes_jump_is_unsure() -> None:
     """One object walks over it, another one's box jumps: a third of them and more."""
     counting = gate()
@@ -306,20 +315,7 @@ def test_a_line_over_which_boxes_jump_is_unsure() -> None:
     assert counting.remarks() == ["line 1: boxes that jumped over it left out: 2"]
 
 
-def test_who_is_known_for_a_moment_is_not_counted() -> None:
-    assert crossings(gate(), [45, 55]) == []
-    assert crossings(gate(), [45, 55, 60]) == [(1, "left")]
-
-
-def test_a_crossing_has_the_frame_in_which_the_foot_is_over() -> None:
-    """From frame 2 on; it is clear of the line in frame 5."""
-    assert crossings(gate(), [45, 48, 50.2, 50.6, 50.9, 52, 53, 54]) == [(2, "left")]
-    assert crossings(gate(), [45, 48, 50.2, 49.5, 50.6, 52, 53, 54]) == [(4, "left")]
-
-
-def test_a_box_that_jumps_has_not_walked() -> None:
-    """It takes in a neighbor, 30 pixels away; and what was hidden meanwhile has walked."""
-    assert crossings(gate(), [40, 41, 42, 43, 73, 74, 75, 76]) == []
+def test_what_is_hidden_while_it_walks_has_not_jumped() -> None:
     counting = gate()
     tracks = [seen(i, (32 + i, 40)) for i in range(8)]
     tracks += [seen(i, (0, 0), Status.OCCLUDED) for i in range(8, 16)]
@@ -371,10 +367,8 @@ def test_the_edge_of_a_zone_has_a_margin_in_the_objects_own_size(
 ) -> None:
     counting = EventCounter(Regions(zone=(Zone((100, 0, 150, 0, 150, 99, 100, 99), "desk"),)))
     tracks = [high(i, (x, 50)) for i, x in enumerate(feet)]
-    events = [e.event for t in tracks for e in counting.update([t])] + [
-        e.event for e in counting.finish()
-    ]
-    assert [e for e in events if e != "appears"] == kinds
+    events = told(counting, *tracks) + counting.finish()
+    assert [e.event for e in events if e.event != "appears"] == kinds
     assert counting.left_out == ({("desk", EDGE): touched} if touched else {})
 
 
@@ -393,10 +387,8 @@ def test_the_edge_of_the_picture_is_no_edge_of_a_zone(
     zone = Zone((100, 0, 150, 0, 150, 99.5, 100, 99.5), "desk")
     counting = EventCounter(Regions(zone=(zone,)), size)
     tracks = [high(i, (80 + 2 * i, 99)) for i in range(50)]
-    events = [e.event for t in tracks for e in counting.update([t])] + [
-        e.event for e in counting.finish()
-    ]
-    assert events == ["appears", *kinds]
+    events = told(counting, *tracks) + counting.finish()
+    assert [e.event for e in events] == ["appears", *kinds]
 
 
 @pytest.mark.parametrize("gap", [0, 6])

@@ -62,15 +62,13 @@ def car(picture: NDArray[np.uint8], way: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("draw", "many"), [(car, 1), (abreast(22), 2), (abreast(26), 2), (abreast(45), 2)]
-)
+@pytest.mark.parametrize(("draw", "many"), [(car, 1), (abreast(22), 2), (abreast(45), 2)])
 def test_each_is_counted_once(draw: Draw, many: int) -> None:
-    detector = BackgroundDetector()
-    detector.prepare(film(draw))
+    frames, detector = [*film(draw)], BackgroundDetector()
+    detector.prepare(frames)
     scene, counter = Scene(detector, seed=0), EventCounter(Regions((Line((160, 0, 160, 180)),)))
     events, seen = [], []
-    for _, tracks in scene.watch(film(draw)):
+    for _, tracks in scene.watch(frames):
         events += counter.update(tracks)
         seen.append(sum(each.status is Status.TRACKING for each in tracks))
     events += counter.finish()

@@ -63,14 +63,14 @@ def walker(index: int, x: float = 20, y: float = 30) -> Box:
 def test_identities_are_never_used_twice() -> None:
     stage = Stage()
     seen = []
-    for visit in range(3):
+    for visit in range(2):
         for i in range(10):
             said = stage.show([walker(i)])
         seen += [each.identity for each in said]
         for _ in range(60):
             stage.show([None])
         assert stage.scene.terminated == visit + 1
-    assert seen == [1, 2, 3]
+    assert seen == [1, 2]
 
 
 def test_what_is_detected_is_rather_there_than_not() -> None:
@@ -174,7 +174,7 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
 
 
 @pytest.mark.slow
-def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
+def test_noise_neither_crashes_nor_grows() -> None:
     rng = np.random.default_rng(0)
     noise = rng.integers(0, 64, (16, 24, 32, 3), np.uint8)
     pictures = rng.integers(0, 192, (24, 32, 3), np.uint8) + noise  # of one place: no film of cuts
@@ -187,14 +187,14 @@ def test_noise_for_2000_frames_neither_crashes_nor_grows() -> None:
         return found if frame.index % 10 < 4 else []
 
     scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
-    for index, pixels in zip(range(2000), itertools.cycle(pictures)):
+    for index, pixels in zip(range(900), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
-        if index in (500, 1999):
+        if index in (300, 899):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert scene.created >= scene.terminated > 50
+    assert scene.created >= scene.terminated > 20
     assert most < 20  # who is not seen again is gone after some seconds
-    assert sizes[1] < sizes[0] + 1500  # accounts alone would take more, kept for good
+    assert sizes[1] < sizes[0] + 600  # accounts alone would take more, kept for good
 
 
 @pytest.mark.parametrize("motion", [np.eye(2, 3), np.full((3, 3), np.nan), np.zeros((3, 3)), "up"])
@@ -234,16 +234,20 @@ def test_frames_must_fit() -> None:
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
 
 
-def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
-    """Return which identity is on each target in each frame, (frames, targets); 0 for none."""
-    out = np.zeros((len(clip), len(clip.targets)), int)
+def owners(clip: Clip, scene: Scene, since: int) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
+    """Return which identity is on each target, (frames, targets), and how visible the first is.
+
+    Without an identity, it is 0.
+    """
+    out, visible = np.zeros((len(clip), len(clip.targets)), int), np.ones(len(clip))
     for frame, truths in map(clip.__getitem__, range(since, len(clip))):
+        visible[frame.index] = truths[0].visible
         said = [t for t in scene.update(frame) if t.status is Status.TRACKING]
         for k, truth in enumerate(truths):
             for each in said:
                 if iou(each.box, truth.ellipse.box) > 0.4:
                     out[frame.index, k] = each.identity
-    return out
+    return out, visible
 
 
 EMPTY = 300
@@ -266,10 +270,9 @@ def passing() -> Clip:
 def test_identities_survive_full_occlusion() -> None:
     pytest.importorskip("cv2")
     clip = passing()
-    who = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
+    who, visible = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
-    visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
-    first, last = inside + np.flatnonzero(visible < 0.98)[[0, -1]]
+    first, last = inside + np.flatnonzero(visible[inside:] < 0.98)[[0, -1]]
     before, after = who[first - 20 : first - 10], who[last + 10 : last + 20]
     for k in range(2):
         identity = np.bincount(before[:, k]).argmax()

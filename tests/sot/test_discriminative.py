@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -75,9 +75,9 @@ def film(
     return frames, boxes
 
 
-def follow(frames: list[Frame], box: Box, seed: int = 0) -> tuple[Tracker, list[Track]]:
-    tracker = Tracker(seed=seed)
-    return tracker, [tracker.init(frames[0], box)] + [tracker.update(each) for each in frames[1:]]
+def follow(frames: list[Frame], box: Box) -> list[Track]:
+    tracker = Tracker()
+    return [tracker.init(frames[0], box)] + [tracker.update(each) for each in frames[1:]]
 
 
 def colorless(frames: list[Frame]) -> list[Frame]:
@@ -111,7 +111,7 @@ def test_follows_targets_of_every_size(
     frames, boxes = film(places, size, background)
     if gray:
         frames = colorless(frames)
-    _, tracks = follow(frames, boxes[0])
+    tracks = follow(frames, boxes[0])
     overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
     assert min(overlaps) > 0.6
     assert {track.status for track in tracks} == {Status.TRACKING}
@@ -130,7 +130,7 @@ def grown() -> tuple[list[Frame], list[Box]]:
 @pytest.mark.slow
 def test_a_growing_target_has_no_steps_of_size() -> None:
     frames, boxes = grown()
-    _, tracks = follow(frames, boxes[0])
+    tracks = follow(frames, boxes[0])
     sides = np.log([math.sqrt(box.width * box.height) for box in boxes])
     reported = np.log([track.ellipse.side for track in tracks])
     steps = np.abs(np.diff(reported - sides)[10:])
@@ -138,22 +138,38 @@ def test_a_growing_target_has_no_steps_of_size() -> None:
     assert np.abs(reported - reported[0] - (sides - sides[0])).mean() < 0.04
 
 
-def hidden() -> tuple[list[Frame], list[Box]]:
-    """Return a target that stops behind a bar, hidden in frames 20 to 39, and comes out again."""
+class Moment(NamedTuple):
+    """What is told of a frame, and whether something was learned of it."""
+
+    track: Track
+    box: Box
+    learned: bool
+
+
+@pytest.fixture(scope="module")
+def hidden() -> list[Moment]:
+    """Return what is told of a target that is behind a bar in frames 20 to 39, and comes out."""
     x = np.concatenate([np.linspace(40, 150, 21), np.full(18, 150.0), np.linspace(150, 260, 21)])
     places = [(value, 100.0) for value in x.tolist()]
-    return film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
+    frames, boxes = film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
+    tracker = Tracker()
+    moments = [Moment(tracker.init(frames[0], boxes[0]), boxes[0], True)]
+    for frame, box in zip(frames[1:], boxes[1:], strict=True):
+        before = tracker.info.models["correlation"]
+        track = tracker.update(frame)
+        learned = tracker.info.models["correlation"] is not before
+        moments.append(Moment(track, box, learned))
+    return moments
 
 
 @pytest.mark.slow
-def test_a_hidden_target_is_lost_and_found_again() -> None:
-    frames, boxes = hidden()
-    _, tracks = follow(frames, boxes[0])
+def test_a_hidden_target_is_lost_and_found_again(hidden: list[Moment]) -> None:
+    tracks = [each.track for each in hidden]
     assert {track.status for track in tracks[:15]} == {Status.TRACKING}
     assert Status.LOST in {track.status for track in tracks[18:32]}
     assert {track.status for track in tracks[30:38]} == {Status.SEARCHING}
     assert {track.status for track in tracks[-8:]} == {Status.TRACKING}
-    assert iou(tracks[-1].box, boxes[-1]) > 0.6
+    assert iou(tracks[-1].box, hidden[-1].box) > 0.6
 
 
 @pytest.mark.slow
@@ -168,42 +184,28 @@ def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> Non
 
 
 @pytest.mark.slow
-def test_nothing_is_learned_of_what_hides_the_target() -> None:
-    frames, boxes = hidden()
-    tracker = Tracker()
-    tracker.init(frames[0], boxes[0])
-    learned = []
-    for frame in frames[1:]:
-        before = tracker.info.models["correlation"]
-        tracker.update(frame)
-        learned.append(tracker.info.models["correlation"] is not before)
-    assert all(learned[2:12])
-    assert not any(learned[26:36])
+def test_nothing_is_learned_of_what_hides_the_target(hidden: list[Moment]) -> None:
+    assert all(each.learned for each in hidden[3:13])
+    assert not any(each.learned for each in hidden[27:37])
 
 
 @pytest.mark.slow
-def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None:
-    frames, boxes = hidden()
-    tracker = Tracker()
-    tracker.init(frames[0], boxes[0])
-    waited = []
-    for frame, box in zip(frames[1:], boxes[1:], strict=True):
-        before = tracker.info.models["correlation"]
-        track = tracker.update(frame)
-        if frame.index > 40 and iou(track.box, box) > 0.5:
-            waited.append((track.status, tracker.info.models["correlation"] is not before))
+def test_what_is_found_is_believed_after_three_frames_and_then_learned(
+    hidden: list[Moment],
+) -> None:
+    there = [each for each in hidden[41:] if iou(each.track.box, each.box) > 0.5]
+    waited = [(each.track.status, each.learned) for each in there]
     assert waited[:2] == [(Status.SEARCHING, False)] * 2
     assert (Status.TRACKING, True) in waited[2:4]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0])
-def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
+def test_a_target_that_leaves_and_returns_elsewhere() -> None:
     out = [(300.0 + 8 * index, 60.0) for index in range(8)]
     places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
     places += [(-10.0 + 5 * index, 150.0) for index in range(40)]
     frames, boxes = film(places, (30, 40), wall(200, 320))
-    _, tracks = follow(frames, boxes[0], seed)
+    tracks = follow(frames, boxes[0])
     assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
     assert tracks[-1].status is Status.TRACKING
     assert iou(tracks[-1].box, boxes[-1]) > 0.5
@@ -279,7 +281,7 @@ def twins(apart: float, count: int) -> tuple[list[Frame], list[Box]]:
 @pytest.mark.slow
 def test_a_twin_near_by_is_not_taken_for_the_target() -> None:
     frames, boxes = twins(55.0, 40)
-    _, tracks = follow(frames, boxes[0])
+    tracks = follow(frames, boxes[0])
     overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
     assert min(overlaps) > 0.5
 
@@ -341,7 +343,7 @@ def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty(
         pixels = np.repeat(scene[..., None], 3, axis=2).astype(np.uint8)
         frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
         boxes.append(Box(x, y, 32, 40))
-    _, tracks = follow(frames, boxes[0])
+    tracks = follow(frames, boxes[0])
     assert iou(tracks[-1].box, boxes[-1]) > 0.6
     assert min(track.confidence for track in tracks) > 0.8
 
@@ -377,7 +379,10 @@ def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
 
 def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
-    tracker, _ = follow(frames, boxes[0])
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    for frame in frames[1:]:
+        tracker.update(frame)
     given, told, step = [], [], Redetection.step
 
     def noted(self: Redetection, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:

@@ -115,8 +115,8 @@ def test_the_texture_turns_with_the_target() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("make", CLIPS)
 def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]) -> None:
-    clip, again = make(SMALL, frames=30, seed=5), make(SMALL, frames=30, seed=5)
-    last = again[29][0].pixels
+    clip, again = make(SMALL, frames=12, seed=5), make(SMALL, frames=12, seed=5)
+    last = again[11][0].pixels
     for index, (frame, truths) in enumerate(clip):
         assert frame.index == index
         assert frame.time == pytest.approx(index / 25)
@@ -127,10 +127,10 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
         assert len(truths) == len(clip.targets)
     assert np.array_equal(frame.pixels, last)
     assert np.array_equal(frame.pixels, clip[-1][0].pixels)
-    assert not np.array_equal(frame.pixels, make(SMALL, frames=30, seed=6)[29][0].pixels)
-    assert np.array_equal(again.targets[0].states, make(SMALL, frames=30).targets[0].states)
+    assert not np.array_equal(frame.pixels, make(SMALL, frames=12, seed=6)[11][0].pixels)
+    assert np.array_equal(again.targets[0].states, make(SMALL, frames=12).targets[0].states)
     with pytest.raises(IndexError):
-        clip[30]
+        clip[12]
 
 
 def test_demo_meets_every_difficulty() -> None:
@@ -153,8 +153,8 @@ def test_demo_meets_every_difficulty() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("leap", [1.3, 3.0])
-def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
+def test_jumping_leaves_its_region_and_flies_evenly() -> None:
+    leap = 1.3
     clip = synthetic.jumping(leap=leap, frames=160)
     states = clip.targets[0].states
     width = 2 * states[0, 3]

@@ -113,28 +113,18 @@ def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> N
 
 
 @pytest.mark.parametrize(
-    "selection",
+    ("name", "values"),
     [
-        {"start": -1},
-        {"stride": 0},
-        {"stride": -2},
-        {"end": 0},
-        {"end": 10**20},
-        {"end": 2.5},
-        {"end": float("nan")},
-        {"start": True},
-        {"start": "1"},
-        {"start": None},
-        {"start": 10**20},
-        {"stride": 0.5},
-        {"stride": True},
-        {"stride": 2**63},
+        ("start", [-1, True, "1", None, 10**20]),
+        ("end", [0, 10**20, 2.5, float("nan")]),
+        ("stride", [0, -2, 0.5, True, 2**63]),
     ],
 )
-def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, Any]) -> None:
-    with pytest.raises(ConfigError) as caught:
-        open_source(whole, **selection)
-    assert "\n" not in str(caught.value)
+def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ConfigError, match=name) as caught:
+            open_source(whole, **{name: value})
+        assert "\n" not in str(caught.value)
 
 
 def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
@@ -145,15 +135,10 @@ def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
 @pytest.mark.parametrize("ending", ["mp4", "mkv"])
 def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> None:
     times = [0, 40, 50, 200, 230, 500, 510, 900, 1000, 1500]
-    frames, report = read(clip(tmp_path / f"vfr.{ending}", 10, times_ms=times))
+    late = [5000 * (ending == "mkv") + each for each in times]  # times are counted from the first
+    frames, report = read(clip(tmp_path / f"vfr.{ending}", 10, times_ms=late))
     assert [frame.time for frame in frames] == pytest.approx([t / 1000 for t in times])
     assert report.problems is None
-
-
-def test_times_start_at_zero(tmp_path: Path) -> None:
-    times = [5000, 5040, 5100]
-    frames, _ = read(clip(tmp_path / "late.mkv", 3, times_ms=times))
-    assert [frame.time for frame in frames] == pytest.approx([0, 0.04, 0.1])
 
 
 def test_missing_time_stamps_are_replaced_and_counted(tmp_path: Path) -> None:
@@ -564,14 +549,6 @@ def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
         assert np.abs(shades - gray / 257).max() <= 1
 
 
-def test_a_turned_photograph_is_upright(tmp_path: Path) -> None:
-    image = Image.fromarray(picture(0))
-    exif = image.getexif()
-    exif[0x0112] = 6  # to be shown turned clockwise by 90 degrees
-    image.save(tmp_path / "turned.png", exif=exif)
-    assert np.array_equal(read_image(tmp_path / "turned.png"), np.rot90(picture(0), -1))
-
-
 # Cameras and servers
 
 
@@ -680,9 +657,6 @@ def test_a_server_that_is_not_there_is_noticed() -> None:
         port = listener.getsockname()[1]
     for scheme in ("http", "rtsp"):
         assert "Connection refused" in error_of(f"{scheme}://127.0.0.1:{port}/x")
-
-
-# Real videos
 
 
 def test_pictures_are_freed_at_once(tmp_path: Path) -> None:

@@ -5,21 +5,24 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import pickle
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import pytest
+from PIL import Image
 
 import batch_jobs
-from clips import clip
+from clips import clip, picture
+from in_process import InProcess, work_here
 from motes import FormatError
 from motes.cli import main
 from motes_fleet.cluster import pool as pools
@@ -32,43 +35,6 @@ from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
 from motes_fleet.commands.batch_progress import BatchProgress
 from onnx_trackers import save_pair
-
-
-class InProcess:
-    """A pool that does each task here, when it is waited for; some attempts come to nothing.
-
-    A task gets a copy of its argument, as in another process.
-    """
-
-    def __init__(self, crashes: Iterable[str] = ()) -> None:
-        self._tasks: list[pools.Task] = []
-        self._crashes = Counter(crashes)
-        self.done: list[str] = []
-
-    def has_room(self, task: pools.Task) -> bool:
-        """Return whether there are few."""
-        return len(self._tasks) < 2
-
-    def give(self, task: pools.Task) -> None:
-        """Take a task."""
-        self._tasks.append(task)
-
-    def wait(self) -> list[pools.News]:
-        """Do one."""
-        task = self._tasks.pop()
-        begun = pools.Started(task, "here", os.getpid())
-        self.done.append(task.name)
-        ended = pools.outcome(task.function, pickle.loads(pickle.dumps(task.argument)))
-        if self._crashes[task.name]:  # after the work, the worst moment
-            self._crashes[task.name] -= 1
-            return [begun, pools.Ended(task, error="It died.", crashed=True)]
-        return [begun, pools.Ended(task, *ended)]
-
-    def show(self, numbers: Mapping[str, float]) -> None:
-        """Do nothing."""
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def job(name: str, film: Path, **more: object) -> Job:
@@ -185,10 +151,14 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
-    jobs = [job(name, film) for name in ("dies", "hangs", "fails", "a", "b", "c")]
-    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=5.0)
+    """Only what hangs has little time: on a busy machine the others may take long."""
+    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2)
+    hasty = replace(plan, time_limit=0.5)
+    events: list[BatchEvent] = []
     with LocalPool(2) as pool:
-        events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
+        for names, given in ((("hangs",), hasty), (("dies", "fails", "a", "b", "c"), plan)):
+            jobs = [job(name, film) for name in names]
+            events += batch(pool, Folder(tmp_path / "out"), jobs, given, lambda _: None)
     made = {each.name: each for each in events if isinstance(each, Record)}
     assert {name: each.status for name, each in made.items()} == {
         "dies": "failed", "hangs": "failed", "fails": "failed",
@@ -202,17 +172,18 @@ def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
 # The command
 
 
-@pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with three films and a table of jobs of every kind."""
-    monkeypatch.chdir(tmp_path)
-    batch_jobs.films(tmp_path)
-    Path("keys.csv").write_text("0,2,2,16,12\n8,absent\n")
-    Path("more.csv").write_text("5,4,4,16,12\n")
-    both = ["track", "film-0.mp4", "--keyframes", "keys.csv", "--preset", "nummiaro"]
-    assert main([*both, "-o", "both.csv"]) == 0
+    folder = tmp_path_factory.mktemp("inputs")
+    batch_jobs.films(folder)
+    (folder / "keys.csv").write_text("0,2,2,16,12\n8,absent\n")
+    (folder / "more.csv").write_text("5,4,4,16,12\n")
+    with contextlib.chdir(folder):
+        both = ["track", "film-0.mp4", "--keyframes", "keys.csv", "--preset", "nummiaro"]
+        assert main([*both, "-o", "both.csv"]) == 0
     batch_jobs.table(
-        Path("jobs.csv"),
+        folder / "jobs.csv",
         [
             {"source": "film-1.mp4", "seed": 3, "label": "one"},
             {"source": "film-2.mp4", "init": "", "do": "watch", "preset": ""},
@@ -224,6 +195,15 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             {"source": "film-2.mp4", "init": "2,2,16,12; 20,9,12,12", "name": "two"},
         ],
     )  # fmt: skip
+    return folder
+
+
+@pytest.fixture
+def home(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the current folder, with the inputs."""
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
     return tmp_path
 
 
@@ -254,6 +234,7 @@ def test_a_network_is_a_column(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
     films = batch_jobs.films(tmp_path, 2)
     files = ",".join(save_pair(tmp_path))
     row = {"source": films[0], "preset": ""}
@@ -272,6 +253,19 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+def test_what_was_strange_is_in_the_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("images").mkdir()
+    for index in range(3):
+        Image.fromarray(picture(index)).save(f"images/{index}.png")
+    line = ["batch", "images/", "--init", batch_jobs.REGION, "--preset", "nummiaro"]
+    assert main([*line, "--workers", "1", "-o", "out"]) == 0
+    ((_, record),) = records(Folder(tmp_path / "out"), load_jobs(Folder(tmp_path / "out")))
+    assert record is not None
+    assert str(record.error).startswith("The images have no frame rate, 25 a second are assumed")
+    assert record.frames == 3
+
+
 def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
     Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
     line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
@@ -288,9 +282,11 @@ def test_a_dataset_of_parquet(home: Path) -> None:
     dataset = pytest.importorskip("pyarrow.dataset")
     parquet = pytest.importorskip("pyarrow.parquet")
     assert main(["batch", "jobs.csv", "-o", "out", "--rows", "parquet", "--overlay"]) == 0
-    found = dataset.dataset("out/rows", partitioning="hive").to_table(columns=["job", "frame"])
+    found = dataset.dataset("out/rows", partitioning="hive").to_table()
     names = Counter(found.column("job").to_pylist())
     assert names["film-1"] == 15
+    labels = zip(found.column("job").to_pylist(), found.column("label").to_pylist(), strict=True)
+    assert {label for job, label in labels if job == "film-1"} == {"one"}
     assert {path.name for path in Path("out/overlays").iterdir()} == {
         "film-1.mp4", "film-2.mp4", "both.mp4", "two.mp4",
     }  # fmt: skip
@@ -351,37 +347,20 @@ def test_problems_come_before_anything_starts(
     assert not Path("out").exists()
 
 
-NESTED = "[" * 100_000 + "]" * 100_000
-
-
 @pytest.mark.parametrize(
-    ("name", "text", "error"),
+    ("text", "error"),
     [
-        ("deep.toml", f"[[job]]\nsource = {NESTED}\n", "deep.toml is nested too deeply"),
-        ("deep.jsonl", f'{{"source": {NESTED}}}\n', "deep.jsonl is nested too deeply"),
-        ("keys.toml", f"[[job]]\n{'a.' * 100_000}b = 1\n", "keys.toml has a key of more than"),
-        ("long.csv", f'source,init\n{"a" * 5000},"1,2,9,9"\n', "long.csv cannot be used"),
-        ("a.toml", "", "a.toml has no job; add a row"),
-        ("a.jsonl", "\n\n", "a.jsonl has no job; add a row"),
-        ("a.csv", "source,init\n", "a.csv has no job; add a row"),
+        (f'source,init\n{"a" * 5000},"1,2,9,9"\n', "a.csv cannot be used"),
+        ("source,init\n", "a.csv has no job; add a row"),
     ],
-    ids=[
-        "nested TOML",
-        "nested JSON",
-        "long key",
-        "long name",
-        "empty TOML",
-        "empty JSON",
-        "titles alone",
-    ],
+    ids=["long name", "titles alone"],
 )
 def test_tables_without_rows_are_refused(
-    home: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, error: str
+    home: Path, capsys: pytest.CaptureFixture[str], text: str, error: str
 ) -> None:
-    Path(name).write_text(text)
-    assert main(["batch", name, "-o", "out"]) in (2, 3)
-    said = capsys.readouterr().err
-    assert (error in said, "Traceback" in said) == (True, False), said
+    Path("a.csv").write_text(text)
+    assert main(["batch", "a.csv", "-o", "out"]) in (2, 3)
+    assert error in capsys.readouterr().err
     assert not Path("out").exists()
 
 
@@ -441,10 +420,10 @@ def wait_for(true: Callable[[], bool], seconds: float = 600) -> None:
         time.sleep(0.02)
 
 
-def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
-    """Start a batch whose jobs are long enough to be interrupted, after one of them is done."""
-    film = clip(home / "long.mp4", 200, width=128, height=96)
-    batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(count)])
+def started(home: Path) -> subprocess.Popen[str]:
+    """Start a batch of four jobs, and wait until one of them is done."""
+    film = clip(home / "long.mp4", 150, width=128, height=96)
+    batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(4)])
     process = subprocess.Popen(
         [sys.executable, "-m", "motes", "batch", "long.csv", "-o", "long", "--workers", "1"],
         cwd=home,
@@ -458,24 +437,28 @@ def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_a_driver_that_ended_goes_on(
-    tmp_path: Path, number: int, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    number: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     with contextlib.chdir(tmp_path), started(tmp_path) as process:
         process.send_signal(number)
         _, error = process.communicate()
         if number == signal.SIGTERM:
             assert process.returncode == 143
-            assert re.search(r"terminated after \d of 6 jobs, ", error)
+            assert re.search(r"terminated after \d of 4 jobs, ", error)
             assert "give long again to go on" in error
         before = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
-        assert len(before) < 6  # it does not wait for the rest
+        assert len(before) < 4  # it does not wait for the rest
         assert main(["batch", "status", "long"]) == 0
-        assert f"6 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
+        assert f"4 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
+        work_here(monkeypatch, "motes_fleet.cluster.open_pool")
         assert main(["batch", "retry", "long"]) == 0
         assert f"{len(before)} done before" in capsys.readouterr().err
         after = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
-        assert len(after) == 6
+        assert len(after) == 4
         assert {name: after[name] for name in before} == before
         assert not list(Path("long").glob("_attempts/*"))
         one = rows(Path("long"), "j0")
-        assert [rows(Path("long"), f"j{n}") for n in range(6)] == [one] * 6
+        assert [rows(Path("long"), f"j{n}") for n in range(4)] == [one] * 4

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes import ConfigError, SourceError
+from motes import ConfigError, MotesError, SourceError
 from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job, job_of
 from motes_fleet.cluster.table import JobTable
@@ -24,7 +24,6 @@ ROW = {"source": "film.mp4", "init": "1,2,3,4"}
         ({"source": ""}, "has no source"),
         ({"seed": "x"}, "^column seed: got 'x'; it takes integer.$"),
         ({"do": "trck", "end": "2.5"}, 'refine", "track" or "watch"; column end: got \'2.5\'; it'),
-        ({"label": "a\u2028b"}, "U.2028"),
         ({"init": "1,2,0,4"}, "no area"),
         ({"init": ""}, "one of init, keyframes and detect"),
         ({"do": "watch"}, "watch takes no init"),
@@ -94,15 +93,29 @@ def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
     assert "row 2 has the name 'film-0' too" in problems[2]
 
 
+NESTED = "[" * 100_000 + "]" * 100_000
+
+
 @pytest.mark.parametrize(
-    ("name", "text"),
-    [("a.toml", "[[jobs]]\n"), ("a.jsonl", "[1]\n"), ("a.csv", None), ("a.parquet", "no")],
+    ("name", "text", "words"),
+    [
+        ("a.toml", "[[jobs]]\n", "has [[job]] only"),
+        ("a.jsonl", "[1]\n", "line 1 is no object"),
+        ("a.csv", None, "cannot be read"),
+        ("a.parquet", "no", ""),
+        ("a.toml", f"[[job]]\nsource = {NESTED}\n", "is nested too deeply"),
+        ("a.jsonl", f'{{"source": {NESTED}}}\n', "is nested too deeply"),
+        ("a.toml", f"[[job]]\n{'a.' * 100_000}b = 1\n", "has a key of more than"),
+    ],
+    ids=range(7),
 )
-def test_what_is_no_table(tmp_path: Path, name: str, text: str | None) -> None:
+def test_what_is_no_table(tmp_path: Path, name: str, text: str | None, words: str) -> None:
     if text is not None:
         (tmp_path / name).write_text(text)
-    with pytest.raises(SourceError, match=name):
+    with pytest.raises(MotesError) as caught:
         list(JobTable(str(tmp_path / name)).jobs())
+    assert name in str(caught.value)
+    assert words in str(caught.value)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import batch_jobs
+from in_process import work_here
 from motes_fleet.cluster import objects
 from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.store import open_store
@@ -63,6 +64,7 @@ def test_a_batch_from_s3_to_s3(
 
     files, _ = server
     monkeypatch.chdir(tmp_path)
+    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
     for film in batch_jobs.films(tmp_path, 2):
         files.put_file(str(film), f"films/{film.name}")
     rows = [{"source": f"s3://films/film-{n}.mp4"} for n in (0, 1)]

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from motes import FormatError
-from motes.cli import DONE, OUTPUT, PARTIAL, Overwrite, log, options, prepared_folder
+from motes.cli import DONE, PARTIAL, log, options, prepared_folder
 from motes.core import interrupts
 from motes_lab.datasets.sot import Problem
+from motes_lab.inputs import OUTPUT, Overwrite
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Table
 from motes_lab.scores import write_text

@@ -10,13 +10,21 @@ from typing import Annotated, TypeVar
 from cyclopts import Group, Parameter
 
 from motes import ConfigError, SourceError
-from motes.cli import HYPHEN, REPEATED, RUN
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
 
 S = TypeVar("S", Film, MotSequence)
 DATASET = Group("Dataset", sort_key=1)
+RUN = Group("Run", sort_key=2)
+OUTPUT = Group("Output", sort_key=3)
+FLAG = Parameter(negative=(), show_default=False)
+"""An option without a value, off by default."""
+REPEATED = Parameter(negative=())
+"""An option that may be given several times."""
+HYPHEN = Parameter(allow_leading_hyphen=True)
+"""An option whose value may begin with a hyphen, such as a negative number."""
+Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 FirstPixel = Annotated[
     list[str] | None,
     Parameter(

@@ -13,13 +13,14 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes import Box, Ellipse, Frame, Status, Tracker, open_source
-from motes.cli import RUN, check_counts
-from motes.core import Bytes, Flags, InputError, iou
+from motes import Box, Ellipse, Frame, SourceError, Status, Tracker, open_source
+from motes.cli import check_counts
+from motes.core import iou
 from motes.sot import Segmenter
+from motes_lab.arrays import Bytes, Flags
 from motes_lab.datasets.sot import Sequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import FirstPixel, Only, films_of
+from motes_lab.inputs import RUN, FirstPixel, Only, films_of
 from motes_lab.metrics.statistics import over
 from motes_lab.report.tables import Cell, Row, Table, number
 
@@ -110,7 +111,7 @@ def _truth_masks(sequence: Sequence) -> list[Path] | None:
     folder = Path(str(sequence.source)).parent / "masks"
     files = sorted(folder.glob("*.png")) if folder.is_dir() else []
     if files and len(files) != sequence.frames:
-        raise InputError(
+        raise SourceError(
             f"{folder} has {len(files)} masks for {sequence.frames} frames; give one for each."
         )
     return files or None
@@ -121,16 +122,16 @@ def _read(path: Path, frame: Frame) -> NDArray[np.bool_]:
 
     Raises
     ------
-    InputError
+    SourceError
         If it cannot be read, or has another size than the frame.
     """
     try:
         with Image.open(path) as image:
             values: NDArray[Any] = np.asarray(image)
     except (OSError, SyntaxError, ValueError) as error:
-        raise InputError(f"The mask {path} cannot be read ({error}); replace it.") from None
+        raise SourceError(f"The mask {path} cannot be read ({error}); replace it.") from None
     if values.shape[:2] != (frame.height, frame.width):
-        raise InputError(
+        raise SourceError(
             f"The mask {path} has {values.shape[1]}x{values.shape[0]} pixels, its frame "
             f"{frame.width}x{frame.height}; give the masks of this sequence."
         )

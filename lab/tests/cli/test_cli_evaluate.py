@@ -16,6 +16,7 @@ import pytest
 
 import arena
 from arena import Go, at_home, evaluating, table, tracks, wait_for
+from in_process import work_here
 from motes_lab.cli import main
 from motes_lab.scores import COLUMNS
 
@@ -35,7 +36,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "empty").mkdir()
     (folder / "mine.py").write_text(arena.TRACKERS)
     (folder / "my.toml").write_text("particles = 30\n")
-    with at_home(folder, "mine"):
+    with at_home(folder, "mine"), pytest.MonkeyPatch.context() as patch:
+        work_here(patch, "motes_fleet.cluster.open_pool")
         yield folder
 
 

@@ -11,6 +11,7 @@ import pytest
 import arena
 from arena import Go, at_home, evaluating, table
 from crowds import TRACKERS, write_crowd
+from in_process import work_here
 from motes_lab.cli import main
 from motes_lab.mot_scores import COLUMNS
 
@@ -27,7 +28,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "worse" / "b" / "gt" / "gt.txt").write_text("1,1,5,6,20,30,1\n1,1,5,6,20,30,1\n")
     arena.write_sequence(folder / "one" / "a", arena.still())
     (folder / "crowds_of.py").write_text(TRACKERS)
-    with at_home(folder, "crowds_of"):
+    with at_home(folder, "crowds_of"), pytest.MonkeyPatch.context() as patch:
+        work_here(patch, "motes_fleet.cluster.open_pool")
         yield folder
 
 

@@ -29,6 +29,12 @@ def main(tokens: Sequence[str] | None = None) -> int:
     return run("motes", _commands, tokens)
 
 
+def call(tokens: Sequence[str]) -> int:
+    """Do a command of motes within a program; return the exit code, and raise what it raises."""
+    code: int | None = _commands(tokens)(tokens)
+    return code or DONE
+
+
 def run(
     program: str, commands: Callable[[Sequence[str]], App], tokens: Sequence[str] | None
 ) -> int:

@@ -62,6 +62,15 @@ def check_several(name: str, form: str | None) -> None:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
+def labeled(row: FrameRow, label: str | None) -> FrameRow:
+    """Return a frame's rows in which objects without a class have this one, if it is given."""
+    if label is None:
+        return row
+    return replace(
+        row, objects=tuple(replace(each, label=each.label or label) for each in row.objects)
+    )
+
+
 class RowsOutput(Sink):
     """Rows of motes in a file or on standard output; objects without a class get `label`."""
 
@@ -71,11 +80,7 @@ class RowsOutput(Sink):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        row = moment.rows
-        if self._label is not None:
-            objects = [replace(each, label=each.label or self._label) for each in row.objects]
-            row = replace(row, objects=tuple(objects))
-        self._writer.add(row)
+        self._writer.add(labeled(moment.rows, self._label))
 
     @property
     def result(self) -> str | None:
@@ -177,7 +182,7 @@ class DocumentOutput(Sink):
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
                 f"document with {self._remedy}, then remove it; or choose another name."
             )
-        self._film, self._label = film, label or LABEL
+        self._film, self._label = film, label
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
         self._written = Written(0, 0)
@@ -189,11 +194,12 @@ class DocumentOutput(Sink):
     def add(self, row: FrameRow) -> None:
         """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, file = self._film, self._film.file_of(row.frame)
+        row = labeled(row, self._label)
         objects = tuple(each for each in row.objects if each.placed)
         searched = tuple(each.identity for each in row.objects if each.searched)
         try:
             if self._journal is None:
-                head = Header(text_name(film.name), film.width, film.height, self._label)
+                head = Header(text_name(film.name), film.width, film.height, self._label or LABEL)
                 self._journal = JournalWriter(self.rows, head)
             name = None if file is None else text_name(file)
             self._journal.add(replace(row, objects=objects, file=name, searched=searched))

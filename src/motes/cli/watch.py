@@ -106,7 +106,7 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    rows, events, sends = _checked_names(source, outputs)
+    rows, events, addresses = _checked_names(source, outputs)
 
     from msgspec.structs import replace
 
@@ -121,8 +121,10 @@ def watch(
     from motes.video.sources import is_recorded
 
     sending: list[Sink] = []
-    if sends:
-        sending.append(part("senders", "--events ADDRESS")(outputs, source, where))
+    if addresses:
+        sending.append(
+            part("senders", "--events ADDRESS")(addresses, outputs.queue_file, source, where)
+        )
     asked = Request(
         source=source, frames=frames, output=rows, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),
@@ -146,8 +148,8 @@ def watch(
         return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
 
-def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], bool]:
-    """Return where a run writes its rows and events, checked, and whether it sends events.
+def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
+    """Return where a run writes its rows and events, checked, and where it sends events.
 
     The rows have a name of their own if nothing else has.
     """
@@ -161,7 +163,7 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
     output = checked_output(source, outputs, [*written, *pictures, *queues])
     if output is not None:
         check_several(output, outputs.format)
-    return output, written, bool(sent)
+    return output, written, sent
 
 
 def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> Detector:

@@ -9,18 +9,13 @@ from .addresses import parts_of as parts_of
 from .addresses import without_password as without_password
 from .callables import explain as explain
 from .callables import import_callable as import_callable
-from .config import Count as Count
 from .config import NonNegative as NonNegative
-from .config import Positive as Positive
-from .config import Share as Share
 from .config import from_dict as from_dict
-from .config import from_json as from_json
 from .config import from_toml as from_toml
 from .config import merge as merge
 from .config import to_dict as to_dict
 from .config import to_toml as to_toml
 from .detection import PreparedDetector as PreparedDetector
-from .errors import InputError as InputError
 from .errors import clear as clear
 from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
@@ -33,12 +28,9 @@ from .frame import FRAME_INTERVAL as FRAME_INTERVAL
 from .geometry import as_ellipse as as_ellipse
 from .geometry import iou as iou
 from .geometry import region_within as region_within
-from .labels import check_label as check_label
 from .platforms import system as system
 from .spreadsheet import guarded as guarded
 from .type_words import words as words
-from .types import Bytes as Bytes
-from .types import Flags as Flags
 from .types import Floats as Floats
 from .types import Singles as Singles
 from .worker import Alive as Alive
@@ -51,4 +43,3 @@ from .worker import WorkerLine as WorkerLine
 from .worker import blocked_signals as blocked_signals
 from .worker import do_tasks as do_tasks
 from .worker import receive as receive
-from .worker import send as send

@@ -35,10 +35,10 @@ ENDING = ".run.json"
 Marks = Sequence[tuple[int, Sequence[float] | None]]
 
 
-class History(msgspec.Struct, frozen=True):
+class History(msgspec.Struct, frozen=True, kw_only=True):
     """How rows were made, and what has been corrected; every command that reads rows reads it."""
 
-    form: int
+    form: int = FORMAT
     """Version of the file."""
     film: str
     width: int
@@ -91,7 +91,6 @@ class History(msgspec.Struct, frozen=True):
     ) -> History:
         """Return the history of a run that begins, without keyframes."""
         return cls(
-            form=FORMAT,
             film=text_name(Path(film.name).name),
             width=film.width,
             height=film.height,
@@ -175,6 +174,13 @@ class History(msgspec.Struct, frozen=True):
         if self.start < 0 or (end is not None and not self.start < end <= (stop or 0)):
             last = "" if end is None else f" to {end - 1}"
             raise ConfigError(f"the frames {self.start}{last} are none")
+
+    @property
+    def used(self) -> range:
+        """The frames that are used, as far as they are known."""
+        return range(
+            self.start, (self.end if self.last is None else self.last + 1) or 0, self.stride
+        )
 
     @property
     def tracker(self) -> TrackerConfig:

@@ -65,7 +65,9 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 
 
 def regions(
-    recorded: Recording, keyframe_error: float, names: tuple[str, str] = (BOX, VIDEO)
+    recorded: Recording,
+    keyframe_error: float = KEYFRAME_ERROR,
+    names: tuple[str, str] = (BOX, VIDEO),
 ) -> list[dict[str, Any]]:
     """Return the regions of all objects; raise a FormatError if a box has no identity.
 

@@ -1,14 +1,10 @@
 """The public names of this package."""
 
-from .analytics.ground_plane import Homography as Homography
 from .assignment import assign as assign
-from .boxes import as_rows as as_rows
 from .boxes import foot_of as foot_of
 from .boxes import intersection_over_first as intersection_over_first
 from .boxes import is_cut as is_cut
 from .detection.global_motion import GlobalMotion as GlobalMotion
-from .detection.global_motion import Model as Model
-from .detection.moving_camera import Camera as Camera
 from .detection.moving_camera import PannedDetector as PannedDetector
 from .expected import CUE as CUE
 from .expected import Expected as Expected
@@ -18,5 +14,4 @@ from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
 from .pipeline_config import detector_values as detector_values
 from .pipeline_config import for_lookalikes as for_lookalikes
-from .pipeline_config import lookalike_detector as lookalike_detector
 from .pipeline_config import named_detector as named_detector

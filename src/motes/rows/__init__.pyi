@@ -4,5 +4,4 @@ from .journal import FrameRow as FrameRow
 from .journal import Header as Header
 from .journal import text_name as text_name
 from .reader import table_of as table_of
-from .schema import CAMERA as CAMERA
 from .schema import FORMS as FORMS

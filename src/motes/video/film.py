@@ -147,6 +147,8 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
+        if assumption := self.report.assumption:
+            LOG.warning("%s: %s", self.name, assumption)
         if problems := self.report.problems:
             LOG.warning("%s: %s.", self.name, problems)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from multiprocessing.connection import wait
 from typing import TypeVar
 
 from motes.core.interrupts import deferred
@@ -34,6 +33,8 @@ class Pipe(io.FileIO):
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Wait for bytes, and return those that are there; none at the end."""
+        from multiprocessing.connection import wait  # takes 1.5 MB, which films do without
+
         while not self._stopped:
             if wait([self.fileno()], GLANCE):
                 return super().read(size)

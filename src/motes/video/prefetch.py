@@ -13,7 +13,7 @@ from motes.core.errors import SourceError
 from motes.core.interrupts import deferred
 
 T = TypeVar("T")
-QUEUE_SIZE = 4
+QUEUE_SIZE = 2
 """Frames that are decoded in advance; more would only need more memory."""
 
 

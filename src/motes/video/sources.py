@@ -136,6 +136,8 @@ class Source:
             raise
         self.width, self.height = first.width, first.height
         self._frames: Iterator[Frame] = itertools.chain([first], frames)
+        if assumption := self.report.assumption:
+            LOG.warning("%s: %s", name, assumption)
 
     def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
         size = None

@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
+from cyclopts import App, Parameter
 
 from motes import ConfigError, MissingDependencyError, SourceError
-from motes.cli import DONE, FLAG, FileName, log
+from motes.cli import DONE, FileName, log
 
 app = App(name="studio", help_format="plaintext")
 
@@ -23,7 +23,7 @@ def studio(
     port: int = 8765,
     data: Path | None = None,
     network: FileName | None = None,
-    headless: Annotated[bool, FLAG] = False,
+    headless: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
 ) -> int:
     """Open a page in which tracks are made, seen and corrected, until Ctrl-C.
 

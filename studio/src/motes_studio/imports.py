@@ -17,8 +17,8 @@ from msgspec.structs import replace
 
 from motes import ConfigError, Ellipse, FormatError, MotesError, Status, Track
 from motes.correction import check_keyframes
-from motes.formats import COLUMNS, VISIBLE, FilmFacts, Recording, parquet, registry
-from motes.rows import text_name
+from motes.formats import VISIBLE, FilmFacts, Recording, parquet, registry
+from motes.rows import FORMS, text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
 from motes_studio.messages import OpenFilm
@@ -202,7 +202,7 @@ def taken(
     if sum(max(found[each]) - min(found[each]) + 1 for each in drawn) > ROWS:
         raise ConfigError(f"The file's objects have more than {ROWS:,} frames; send a part of it.")
     targets, tables = [], []
-    own = COLUMNS in registry.FORMATS.resolve(form).holds  # rows of motes, which have ellipses
+    own = form in (*FORMS.values(), "parquet")  # rows of motes, which have ellipses
     for number, (identity, frames) in enumerate(drawn.items(), start=1):
         rows = found[identity]
         some = not all(each.keyframe for each in rows.values())

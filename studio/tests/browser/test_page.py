@@ -77,12 +77,6 @@ def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:
     assert 0 < shown.state("s.rows.get(1).filter(Boolean).length") < FRAMES
 
 
-def test_a_session_that_is_gone_leads_home(shown: Shown) -> None:
-    shown.page.goto(f"{shown.address}#0123456789abcdef")
-    shown.page.get_by_role("alert").locator("span").first.wait_for()
-    shown.page.get_by_role("heading", name="See, correct and trust tracks").wait_for()
-
-
 def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     page = shown.page
     shown.open()
@@ -121,30 +115,6 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     assert download.value.suggested_filename.endswith(".csv.run.json")
     page.keyboard.press("Escape")
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
-
-
-def test_hostile_messages_are_refused_and_the_page_goes_on(shown: Shown) -> None:
-    session = shown.open()
-    answers = shown.page.evaluate(
-        """(session) => new Promise((resolve) => {
-        const socket = new WebSocket(`ws://${location.host}/api/sessions/${session}/ws`);
-        const answers = [];
-        const bad = ['', 'null', '{"type": "track"}',
-            '{"type": "add_object", "id": 1, "frame": -1}',
-            JSON.stringify({ type: 'track', id: 2, objects: Array(5000).fill(1) }),
-            JSON.stringify({ type: 'remove_object', id: 3, object: 99 })];
-        socket.onopen = () => bad.forEach((text) => socket.send(text));
-        socket.onmessage = ({ data }) => {
-            const message = JSON.parse(data);
-            if (message.type === 'reply') answers.push(message);
-            if (answers.length === bad.length) { socket.close(); resolve(answers); }
-        };
-    })""",
-        session,
-    )
-    assert all(answer["error"] for answer in answers)
-    assert "\n" not in "".join(answer["error"] for answer in answers)
-    shown.draw()
 
 
 def test_a_killed_server_loses_nothing(browser: Browser, films: Path, tmp_path: Path) -> None:

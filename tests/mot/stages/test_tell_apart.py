@@ -10,15 +10,15 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.mot.look import looks_at
+from motes.mot.look import Look, costs, looks_at
 from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.tracked_object import TrackedObject
-from scene_objects import BLUE, RED, Color, occluded, picture, visible
+from scene_objects import BLUE, RED, SIZE, Color, occluded, picture, visible
 
-GREEN = (60, 220, 60)
+GREEN, GRAY = (60, 220, 60), (100, 100, 100)
 PLACES = [Box(20, 30, 20, 40), Box(90, 30, 20, 40), Box(160, 30, 20, 40)]
 TOUCH = 0.1
 
@@ -97,6 +97,35 @@ def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_
     assert all(not each.met and each.seen is None for each in objects)
     gone = tell_apart(met((RED,), others=[1, 2]), (), picture(1, (PLACES[0], RED)), TOUCH)
     assert gone[0].met == frozenset()
+
+
+def test_a_group_stays_together_until_looks_agree() -> None:
+    """Two that come out of a door show little of themselves; they stayed exchanged."""
+    objects: list[TrackedObject] = met((RED, BLUE), others=[1, 2])
+    stripes = [
+        (place._replace(height=1, y=45), color)
+        for place, color in zip(PLACES, (BLUE, RED), strict=False)
+    ]
+    said = []
+    for index in range(1, 30):
+        one, other = (GREEN, GREEN) if index < 12 else (BLUE, RED)
+        now = picture(index, (PLACES[0], one), (PLACES[1], other), *stripes)
+        objects = tell_apart(objects, (), now, TOUCH)
+        said.append([each.identity for each in objects])
+    assert said[10] == [1, 2]
+    assert said[-1] == [2, 1]
+    assert all(not each.met for each in objects)
+
+
+def test_a_look_is_what_is_not_beside_the_object() -> None:
+    """A thin person is who they were before another ground, not who stands before the same one."""
+
+    def look(person: Color, ground: Color) -> Look:
+        seen = picture(0, (Box(0, 0, *SIZE), ground), (Box(103, 30, 4, 40), person))
+        return looks_at(seen, [Ellipse.from_box(Box(90, 30, 30, 40))])[0]
+
+    known = [look(RED, GREEN), look(BLUE, GRAY)]
+    assert costs([look(BLUE, GREEN)], known).argmin() == 1
 
 
 SIDE = 24

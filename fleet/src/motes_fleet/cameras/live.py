@@ -9,8 +9,10 @@ from collections.abc import Iterator
 from typing import Self
 
 from motes import Frame, MotesError, Source, SourceError, open_source
-from motes.video import FIRST_PAUSE, LONGEST_PAUSE, RETRY_NOTE, decoder, is_remote
+from motes.video import decoder, is_remote
 
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
+"""Seconds before a source that failed is opened again; each pause is twice the one before."""
 ANSWER_MARGIN = 0.5
 """Seconds for which FFmpeg may be late with its report that no packet arrives."""
 
@@ -149,7 +151,7 @@ class Live:
         """Add a message about a failure, unless there was one since the last frame."""
         if self._failed_at is None:
             self._failed_at = time.monotonic()
-            self._messages.append(f"{reason} {RETRY_NOTE}")
+            self._messages.append(f"{reason} It is tried again, with growing pauses.")
 
     def __enter__(self) -> Self:
         return self

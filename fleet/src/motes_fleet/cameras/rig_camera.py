@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import socket
 import time
@@ -13,8 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import KnownTarget
-from motes.core import Worker, receive, send
-from motes.video import LONGEST_PAUSE
+from motes.core import Worker, receive
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
@@ -27,6 +27,7 @@ from motes_fleet.cameras.camera_report import (
     NextFrame,
     ObjectReport,
 )
+from motes_fleet.cameras.live import LONGEST_PAUSE
 from motes_fleet.cameras.reidentification import CAMERA_TIMEOUT
 from motes_fleet.cameras.rig_config import Camera
 
@@ -130,7 +131,8 @@ class RigCamera:
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send a `Go`."""
         if isinstance(self.pipe, Connection):
-            send(self.pipe, msgspec.msgpack.encode(Go(arrivals)))
+            with contextlib.suppress(OSError):  # that it has ended is noticed in `listen`
+                self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
 
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.

@@ -7,12 +7,16 @@ alone.
 from __future__ import annotations
 
 from collections import defaultdict
+from typing import Annotated
+
+from msgspec import Meta
 
 from motes import Config, ConfigError, Ground, Place
-from motes.core import NonNegative, Positive, Share, from_dict, from_toml
-from motes.mot import Homography
+from motes.core import from_dict, from_toml
 
-DISTANCE = 0.85
+Triple = tuple[float, float, float]
+Positive = Annotated[float, Meta(gt=0, le=1e9)]
+DISTANCE = 0.9
 """Largest distance between the colors of the same object in two views."""
 SECONDS = 0.0, 60.0
 """Least and most time of a passage, where none is given."""
@@ -45,10 +49,10 @@ class CameraLink(Config, frozen=True):
 
     between: tuple[str, str]
     """The two places, each as "camera/place"."""
-    seconds: tuple[NonNegative, Positive] = SECONDS
+    seconds: tuple[Annotated[float, Meta(ge=0, le=1e9)], Positive] = SECONDS
     """Shortest and longest time from the last detection at one place to the first report at the
     other. Which times are usual is learned within it."""
-    distance: Share = DISTANCE
+    distance: Annotated[float, Meta(ge=0, le=1)] = DISTANCE
     """Largest distance between the color histograms of the same object."""
     scale: Positive | None = None
     """Height of an object in the second camera, divided by that in the first. By default, heights
@@ -74,7 +78,7 @@ class Overlap(Config, frozen=True):
 
     cameras: tuple[str, str]
     """Their names."""
-    homography: Homography | None = None
+    homography: tuple[Triple, Triple, Triple] | None = None
     """Maps points (x, y, 1) of the ground in the first camera's picture to those in the second
     camera's, up to scale. Without it, the map is learned from objects that both cameras see at the
     same time."""

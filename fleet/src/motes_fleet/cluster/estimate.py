@@ -11,13 +11,15 @@ import contextlib
 import glob
 import os
 
-from motes.video import HELD, IMAGE_ENDINGS
+from motes.video import IMAGE_ENDINGS
 from motes_fleet.cluster.jobs import Job
 
 PARTICLES, DEFAULT, WATCH, NETWORK = 80 << 20, 100 << 20, 160 << 20, 40 << 20
 """Bytes for a preset with particles, the default tracker, many objects, and a trained network."""
 TRACK_PIXEL, WATCH_PIXEL = 54, 215
 """Bytes for each pixel of a frame."""
+HELD = 1 << 29
+"""Bytes of the frames between keyframes that are held for several passes."""
 MARGIN = 1.25
 """Films differ in what their decoder keeps."""
 UNKNOWN = (1920, 1080)
@@ -32,7 +34,7 @@ def memory_of(job: Job) -> int:
         return int(MARGIN * (WATCH + WATCH_PIXEL * pixels))
     base = DEFAULT if job.preset in (None, "default") else PARTICLES
     base += NETWORK if job.network else 0
-    held = 0 if job.keyframes is None else HELD  # the frames of a stretch
+    held = 0 if job.keyframes is None else HELD
     return int(MARGIN * (base + TRACK_PIXEL * pixels + held))
 
 

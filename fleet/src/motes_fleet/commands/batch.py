@@ -2,35 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
 
 from motes import ConfigError
 from motes.cli import (
-    CONFIGURATION,
     DONE,
-    FLAG,
-    HYPHEN,
-    OUTPUT,
     PARTIAL,
-    RUN,
     Cluster,
     FileName,
     OwnCode,
-    PresetName,
+    call,
     check_counts,
     counted,
     log,
     options,
 )
 from motes.core import interrupts, optional
+from motes.sot import Network
 from motes_fleet.cluster import pool as pools
-from motes_fleet.commands.workers import Workers, worker_count
+from motes_fleet.commands.batch_job import make, tracker_options
+from motes_fleet.commands.workers import RUN, Workers, worker_count
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -38,6 +36,9 @@ if TYPE_CHECKING:
     from motes_fleet.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
+OUTPUT = Group("Output", sort_key=3)
+CONFIGURATION = Group("Configuration", sort_key=4)
+FLAG = Parameter(negative=(), show_default=False)
 
 
 @options(RUN)
@@ -66,7 +67,7 @@ class JobOptions:
 
     do: Literal["track", "watch", "refine"] | None = None
     """What to do with the films."""
-    init: Annotated[str | None, HYPHEN] = None
+    init: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     """The target in the first frame."""
     detect: Literal["face"] | None = None
     """Wait for a face and track it."""
@@ -76,7 +77,7 @@ class JobOptions:
     """Detector of motes watch."""
     places: FileName | None = None
     """TOML file of lines and zones."""
-    preset: PresetName | None = None
+    preset: str | None = None
     """Preset of the tracker."""
     config: FileName | None = None
     """TOML file whose values replace those of the preset."""
@@ -201,35 +202,21 @@ def _check_config(job: Job, *, own_code: bool) -> None:
     from motes.mot import check_code
 
     check_code(job.detector, own_code)
-    here = () if any("://" in path for path in job.network) else job.network
-    _config(job.do, job.preset, job.config, job.detector, here)
+    words = ["watch" if job.do == "watch" else "track", *tracker_options(job)]
+    _check(*words, *(("--detector", job.detector) if job.detector else ()))
+    if job.network and not any("://" in path for path in job.network):
+        _check_network(job.network)
 
 
 @functools.cache
-def _config(
-    do: str,
-    preset: str | None,
-    config: str | None,
-    detector: str | None,
-    network: tuple[str, ...],
-) -> None:
-    from motes.cli import (
-        ConfigOptions,
-        ObjectOptions,
-        open_network,
-        tracker_config,
-        watch,
-        watch_config,
-    )
+def _check(*words: str) -> None:
+    with contextlib.redirect_stdout(io.StringIO()):
+        call([*words, "--dump-config"])
 
-    file = None if config is None else Path(config)
-    if do == "watch":
-        watch_config(
-            preset or watch.PRESET, ObjectOptions(detector=detector), ConfigOptions(config=file)
-        )
-    else:
-        files = ",".join(network) or None
-        open_network(tracker_config(preset or "default", file, network=files))
+
+@functools.cache
+def _check_network(files: tuple[str, ...]) -> None:
+    Network(files=files).open()
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
@@ -240,7 +227,6 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes_fleet.cluster.open_pool import open_pool
     from motes_fleet.cluster.state import load_jobs, write_table
     from motes_fleet.cluster.work import Plan
-    from motes_fleet.commands.batch_job import make
     from motes_fleet.commands.batch_progress import BatchProgress
 
     plan = Plan(

@@ -1,45 +1,17 @@
-"""What a job of `motes batch` does: the command of its name, called in a worker."""
+"""What a job of `motes batch` does: the command line that a user would type, in a worker."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import dataclass, field
+import logging
+from collections.abc import Iterator
 from pathlib import Path
 
-from motes import Source
-from motes.cli import (
-    NOT_FOUND,
-    ConfigOptions,
-    CountingOptions,
-    FrameOptions,
-    KeyframeOptions,
-    ObjectOptions,
-    TargetOptions,
-    TrackerOptions,
-    TrackOutputs,
-    WatchOutputs,
-    convert,
-    refine,
-    track,
-    watch,
-)
-from motes.correction import ENDING
+from motes.cli import NOT_FOUND, call
+from motes.correction import ENDING, history_beside
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.work import Made
-
-
-@dataclass(frozen=True, kw_only=True)
-class CountedFrames(FrameOptions):
-    """The frames that are read, with the sources from which they came."""
-
-    opened: list[Source] = field(default_factory=list)
-
-    def open(self, source: str) -> Source:
-        """Return the frames of a source."""
-        film = super().open(source)
-        self.opened.append(film)
-        return film
 
 
 def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
@@ -52,7 +24,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     folder
         An empty folder.
     form
-        The ending of the rows.
+        The ending of the rows: Parquet is made of those that the command has written.
     overlay
         Whether there is an annotated video.
 
@@ -61,95 +33,64 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     MotesError
         As the command does.
     """
-    rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
-    frames = CountedFrames(start=job.start, end=job.end, stride=job.stride, fps=job.fps)
-    with contextlib.redirect_stderr(io.StringIO()):  # errors are raised, the rest is recorded
-        if job.do == "track":
-            code = _track(job, rows, video, frames)
-        elif job.do == "watch":
-            code = _watch(job, rows, video, frames)
-        else:
-            code = _refine(job, rows)
-    if form == "parquet":
-        for path in folder.glob(f"*{ENDING}"):  # no command that reads a history reads Parquet
-            path.unlink()
-    if not frames.opened:
-        return _rows(rows), None
-    notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
-    report = frames.opened[-1].report
-    if report.assumption is not None:
-        notes.append(report.assumption.capitalize())
-    if report.problems:
-        notes.append(f"The film has problems: {report.problems}.")
-    return len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None
+    rows = folder / ("rows.csv" if job.rows is None else f"rows{Path(job.rows).suffix}")
+    wanted = folder / f"rows.{form}"
+    with contextlib.redirect_stderr(io.StringIO()), warnings(job.source) as notes:
+        code = call(command_line(job, rows, overlay=overlay))
+        history = history_beside(rows)
+        assert history is not None  # every such command leaves one
+        if rows != wanted:
+            call(["convert", str(rows), str(wanted), *_option("label", job.label)])
+            rows.unlink()
+            Path(f"{rows}{ENDING}").unlink()
+    if code == NOT_FOUND:
+        notes.insert(0, f"Nothing was ever found by {job.do}.")
+    return len(history.used), " ".join(dict.fromkeys(notes)) or None
 
 
-def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
-    init = [",".join(map(repr, region)) for region in job.init]
-    return track.track(
-        job.source,
-        target=TargetOptions(init=init, detect=job.detect),
-        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
-        frames=frames,
-        outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
-        preset=job.preset or "default",
-        values=ConfigOptions(config=_path(job.config), seed=job.seed),
-        network_files=",".join(job.network) or None,
-    )
+def command_line(job: Job, rows: Path, *, overlay: bool) -> list[str]:
+    """Return the command that makes the rows of a job, as words."""
+    words = [job.do, job.source, *tracker_options(job), f"--output={rows}"]
+    if job.do == "refine":
+        words.insert(2, str(job.rows))
+    else:
+        words += [f"--start={job.start}", f"--stride={job.stride}", *_option("end", job.end)]
+        words += [f"--overlay={rows.with_name('overlay.mp4')}"] * overlay
+    if job.do == "watch":
+        words += [f"--events={rows.with_name('events.jsonl')}"]
+    words += ["--init=" + ",".join(map(repr, region)) for region in job.init]
+    for name in ("detect", "keyframes", "detector", "places", "fps"):
+        words += _option(name, getattr(job, name))
+    return words + _option("network", ",".join(job.network) or None)
 
 
-def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
-    events = str(rows.with_name("events.jsonl"))
-    return watch.watch(
-        job.source,
-        objects=ObjectOptions(detector=job.detector),
-        counting=CountingOptions(places=_path(job.places)),
-        frames=frames,
-        outputs=WatchOutputs(
-            output=str(rows), overlay=video, events=[events], label=_label(job, rows)
-        ),
-        preset=job.preset or watch.PRESET,
-        values=ConfigOptions(config=_path(job.config), seed=job.seed),
-    )
+def tracker_options(job: Job) -> list[str]:
+    """Return the options of the tracker of a job: its preset, its configuration, its seed."""
+    words = _option("preset", job.preset) + _option("config", job.config)
+    if job.do == "refine" and not words and not job.seed:
+        return []  # it is that of the rows
+    return [*words, f"--seed={job.seed}"]
 
 
-def _refine(job: Job, rows: Path) -> int:
-    """Correct rows; they keep their form, and become Parquet after that."""
-    assert job.rows is not None
-    own = job.preset is not None or job.config is not None or job.seed
-    goal = rows.with_suffix(Path(job.rows).suffix)
-    code = refine.refine(
-        job.source,
-        Path(job.rows),
-        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
-        output=goal,
-        tracker=TrackerOptions(
-            preset=job.preset,
-            config=_path(job.config),
-            seed=job.seed if own else None,
-            fps=job.fps,
-        ),
-    )
-    if goal != rows:
-        convert.convert(goal, rows)
-        goal.unlink()
-    return code
+def _option(name: str, value: object) -> list[str]:
+    """Return an option as one word: a value may begin with a minus sign."""
+    return [] if value is None else [f"--{name}={value}"]
 
 
-def _rows(path: Path) -> int:
-    """Return the number of rows in a file, one for each frame."""
-    if path.suffix == ".parquet":
-        import pyarrow.parquet
+@contextlib.contextmanager
+def warnings(source: str) -> Iterator[list[str]]:
+    """Collect what motes warns of in the block: what is wrong with a film, or assumed of it."""
+    found = list[str]()
 
-        count: int = pyarrow.parquet.read_metadata(path).num_rows
-        return count
-    with path.open("rb") as file:
-        return sum(1 for _ in file) - 1
+    def keep(record: logging.LogRecord) -> None:
+        text = record.getMessage().removeprefix(f"{source}: ")
+        found.append(text[:1].upper() + text[1:])
 
-
-def _path(name: str | None) -> Path | None:
-    return None if name is None else Path(name)
-
-
-def _label(job: Job, rows: Path) -> str | None:
-    return job.label if rows.suffix == ".parquet" else None
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = keep  # type: ignore[method-assign]
+    logger = logging.getLogger("motes")
+    logger.addHandler(handler)
+    try:
+        yield found
+    finally:
+        logger.removeHandler(handler)

@@ -7,7 +7,7 @@ from pathlib import Path
 from cyclopts import App
 
 from motes import ConfigError, SourceError
-from motes.cli import DONE, ObjectPreset, log
+from motes.cli import DONE, log
 from motes.core import address_of
 
 app = App(name="serve", help_format="plaintext", help="Track for annotation tools.")
@@ -20,7 +20,7 @@ def label_studio(
     *,
     host: str = "127.0.0.1",
     port: int = 9090,
-    preset: ObjectPreset = "default",
+    preset: str = "default",
 ) -> int:
     """Answer Label Studio as its ML backend, until Ctrl-C.
 
@@ -35,6 +35,8 @@ def label_studio(
         Address to listen at. Other computers cannot reach the default.
     port
         Port to listen at.
+    preset
+        Preset of the tracker; motes config lists all.
     """
     from motes import preset as preset_of
     from motes_fleet.services.label_studio import Backend

@@ -19,7 +19,7 @@ from motes.cli import (
 )
 from motes.core import interrupts, read_text
 from motes.mot import check_code
-from motes.rows import CAMERA, FORMS, FrameRow
+from motes.rows import FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig
@@ -33,7 +33,7 @@ def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
         Track(
             report.frame, report.time, Ellipse.from_box(each.box), confidence=each.confidence,
             status=each.status, identity=identities[each.identity], label=each.label,
-            occluded_by=identities.get(each.occluded_by or 0), further={CAMERA: report.camera},
+            occluded_by=identities.get(each.occluded_by or 0), further={"camera": report.camera},
             bounds=each.box,
         )
         for each in report.sightings
@@ -88,7 +88,7 @@ def watch_rig(
                 f"{output} ends neither in .csv nor in .jsonl, the forms for several cameras; "
                 f"rename it."
             )
-    rows = TrackWriter(output, overwrite=overwrite, further=[CAMERA])
+    rows = TrackWriter(output, overwrite=overwrite, further=["camera"])
     frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
     dropped, found, failures = 0, set[int](), list[str]()
     interrupted: KeyboardInterrupt | None = None

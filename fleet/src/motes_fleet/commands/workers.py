@@ -2,12 +2,12 @@
 
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from motes import ConfigError
-from motes.cli import RUN
 from motes_fleet.cluster.machine import cores
 
+RUN = Group("Run", sort_key=2)
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
 ]

@@ -11,14 +11,16 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler
 from typing import Any, Protocol
 
 import numpy as np
 
-from motes.output import Draw
 from motes_fleet.delivery.local_server import Server, reply
 
+Draw = Callable[[], np.ndarray]
+"""Draws a picture, RGB, when it is called."""
 TITLE = "motes"
 QUALITY = 80
 """Quality of the JPEGs, as in Pillow."""

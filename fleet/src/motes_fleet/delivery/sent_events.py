@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 import secrets
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Self
 
 import msgspec
 
 from motes import ConfigError, Event, Regions
-from motes.cli import Moment, Sink, WatchOutputs, counted, log
+from motes.cli import Moment, Sink, counted, log
 from motes.core import parts_of, without_password
 from motes_fleet.delivery.delivery import Delivery, Receiver
 from motes_fleet.delivery.event_queue import MessageQueue
@@ -25,8 +26,10 @@ class SentEvents(Sink):
 
     Parameters
     ----------
-    outputs
-        The options of outputs, with the receivers, and the file in which events wait for them.
+    addresses
+        The receivers.
+    queue
+        The file in which events wait for them.
     source
         The source, which is part of each message.
     regions
@@ -40,13 +43,14 @@ class SentEvents(Sink):
         If MQTT is asked for without paho-mqtt.
     """
 
-    def __init__(self, outputs: WatchOutputs, source: str, regions: Regions) -> None:
-        _, addresses = outputs.destinations()
+    def __init__(
+        self, addresses: Sequence[str], queue: Path, source: str, regions: Regions
+    ) -> None:
         self._receivers = [_receiver(each) for each in addresses]
         self._names = [receiver.name for receiver in self._receivers]
         if len(set(self._names)) < len(self._names):
             raise ConfigError("Two addresses of --events are the same; give each once.")
-        self._path, self._source = outputs.queue_file, without_password(source)
+        self._path, self._source = queue, without_password(source)
         self._regions, self._totals = regions, Counter[str]()
         self._queue: MessageQueue | None = None
         self._deliveries: list[Delivery] = []

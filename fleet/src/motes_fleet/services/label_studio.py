@@ -31,7 +31,7 @@ from motes import (
     open_source,
 )
 from motes.core import Alive, Answer, Done, Failed, Worker, WorkerLine, do_tasks, receive
-from motes.formats import KEYFRAME_ERROR, FilmFacts, guessed, label_studio, recording_of
+from motes.formats import FilmFacts, guessed, label_studio, recording_of
 from motes_fleet.delivery.local_server import Server, reply
 
 SAME_RATE = 1e-3
@@ -196,7 +196,7 @@ def _track(video: Path, drawn: list[DrawnRegion], preset: str) -> list[dict[str,
             f"A rectangle is in frame {index + 1}, and {video.name} has the frames 1 to "
             f"{len(times)}; check the frame rate of the labeling configuration's Video."
         )
-    found = label_studio.regions(recording_of(facts, objects, times), KEYFRAME_ERROR)
+    found = label_studio.regions(recording_of(facts, objects, times))
     names = {f"motes-{i}": region for i, region in enumerate(drawn, start=1)}
     for each in found:
         region = names[each["id"]]

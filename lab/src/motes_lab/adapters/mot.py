@@ -30,7 +30,7 @@ from motes import (
     open_source,
 )
 from motes.core import PreparedDetector, as_ellipse, import_callable
-from motes.mot import as_rows, named_detector
+from motes.mot import named_detector
 from motes_lab.adapters.sot import LARGEST
 from motes_lab.datasets.mot_rows import read_rows
 
@@ -108,7 +108,7 @@ class AssociationAdapter(MotTrackerAdapter):
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
         """Update the tracker with the detections."""
         detections = _require_detections(self._name, detections)
-        boxes = as_rows(found.box for found in detections)
+        boxes = np.reshape([found.box for found in detections], (-1, 4))
         given = self._supervision.Detections(
             xyxy=np.hstack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]]),
             confidence=np.array([found.score for found in detections], np.float64),

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli import RUN
 from motes_lab.experiment import ResultOptions
+from motes_lab.inputs import RUN
 from motes_lab.report.comparison import PEER, comparison, default_reference
 from motes_lab.saved_scores import SavedScores
 

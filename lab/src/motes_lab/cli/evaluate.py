@@ -8,7 +8,6 @@ from pathlib import Path
 from cyclopts import App
 
 from motes import ConfigError
-from motes.cli import EXIT_CODES
 from motes_lab import runner
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.cli.evaluate_options import DatasetOptions, ReportOptions, RunOptions, check_kind
@@ -39,7 +38,7 @@ Trackers of many objects:
 
 """
 
-app = App(name="evaluate", help_epilogue=TRACKERS + EXIT_CODES, help_format="plaintext")
+app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
 
 
 @app.default

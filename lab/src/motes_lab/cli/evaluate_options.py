@@ -6,19 +6,20 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from motes import ConfigError
-from motes.cli import (
+from motes.cli import Cluster, check_counts, options
+from motes_fleet.cluster import pool as pools
+from motes_fleet.commands.workers import Workers, worker_count
+from motes_lab.inputs import (
+    DATASET,
     FLAG,
     OUTPUT,
     REPEATED,
     RUN,
-    Cluster,
+    FirstPixel,
+    Only,
     Overwrite,
-    check_counts,
-    options,
+    Seeds,
 )
-from motes_fleet.cluster import pool as pools
-from motes_fleet.commands.workers import Workers, worker_count
-from motes_lab.inputs import DATASET, FirstPixel, Only, Seeds
 
 
 @options(RUN)

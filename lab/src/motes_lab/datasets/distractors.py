@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core import Floats, iou
-from motes.formats import UNKNOWN
-from motes_lab.datasets.mot_rows import MotRows
+from motes_lab.datasets.mot_rows import UNKNOWN, MotRows
 
 Integers = NDArray[np.int64]
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes import Box, FormatError
 from motes.core import Floats
-from motes.formats import CLASSES, UNKNOWN, Kind, class_names, number_of, read_lines
+from motes.formats import CLASSES, class_names, number_of, read_lines
 
 Integers = NDArray[np.int64]
+Kind = Literal["truth", "results", "detections"]
 
+UNKNOWN = -1
+"""Class of a box that has none."""
 CLASS = 7
 """The column of the class; the next one is the visibility."""
 
@@ -60,15 +64,16 @@ class MotRows:
 
 
 def rows_of(lines: Sequence[Sequence[float]]) -> MotRows:
-    """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order.
+    """Return rows from lists frame, id, x, y, width, height, score; frames in any order.
 
-    Each list may end with the visibility.
+    Each list may end with the class and the visibility.
     """
-    table = np.array(lines, np.float64).reshape(len(lines), -1 if lines else CLASS + 1)
+    table = np.array(lines, np.float64).reshape(len(lines), -1 if lines else CLASS)
     table = table[np.argsort(table[:, 0], kind="stable")]
+    usual = np.tile([UNKNOWN, 1.0], (len(table), 1))
+    table = np.hstack([table, usual[:, table.shape[1] - CLASS :]])
     frames, ids, classes = table[:, [0, 1, CLASS]].astype(np.int64).T
-    visible = table[:, CLASS + 1] if table.shape[1] > CLASS + 1 else np.ones(len(table))
-    return MotRows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
+    return MotRows(frames, ids, table[:, 2:6], table[:, 6], classes, table[:, CLASS + 1])
 
 
 def read_rows(path: Path, frames: int, kind: Kind) -> MotRows:

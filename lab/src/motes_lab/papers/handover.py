@@ -15,11 +15,10 @@ import numpy as np
 from cyclopts import Parameter
 
 from motes import ConfigError
-from motes.cli import FLAG
 from motes_fleet.cameras.rig_config import Camera, Overlap, Rig
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import crowds_of
+from motes_lab.inputs import FLAG, crowds_of
 from motes_lab.metrics.statistics import over, wilson_interval
 from motes_lab.papers.cut_films import (
     KNOWN,

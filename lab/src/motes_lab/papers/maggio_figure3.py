@@ -15,13 +15,14 @@ from cyclopts import Parameter
 from msgspec import Meta
 
 from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
-from motes.cli import RUN, check_counts, error_context
-from motes.core import Bytes, Floats, from_dict, from_toml, read_text
+from motes.cli import check_counts, error_context
+from motes.core import Floats, from_dict, from_toml, read_text
 from motes_lab.adapters.registry import motes_config
+from motes_lab.arrays import Bytes
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import Seeds, films_of
+from motes_lab.inputs import RUN, Seeds, films_of
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.report.tables import Cell, Row, Table, difference, number

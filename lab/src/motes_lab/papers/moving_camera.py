@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import cv2
 import numpy as np
@@ -29,8 +29,7 @@ from motes import (
     scene_config,
 )
 from motes.core import Floats, iou
-from motes.formats import UNKNOWN
-from motes.mot import Camera, GlobalMotion, Model, PannedDetector
+from motes.mot import GlobalMotion, PannedDetector
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, rows_of
@@ -40,6 +39,8 @@ from motes_lab.inputs import crowds_of, films_of
 from motes_lab.metrics.mot import Tally, tally
 from motes_lab.report.tables import Cell, Row, Table, number, percent
 
+Model = Literal["homography", "similarity"]
+"""How `GlobalMotion` moves a picture."""
 VIEW = 2 / 3
 """Width and height of the moving camera's picture, as shares of the film's."""
 PERIOD = 4.0
@@ -152,7 +153,7 @@ def followed(sequence: MotSequence, truth: MotRows, frames: Iterable[Frame], sce
     lines: list[list[float]] = []
     for frame in frames:
         lines += [
-            [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
+            [frame.index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1]
             for each, box in ((each, each.box) for each in scene.update(frame))
             if each.status is Status.TRACKING
         ]
@@ -165,7 +166,7 @@ class _Arm(NamedTuple):
     name: str
     moves: bool
     detector: Callable[[View], Detector]
-    camera: Camera = "auto"
+    camera: Literal["auto", "still", "moving"] = "auto"
 
     def scene(self, view: View) -> Scene:
         """Return the scene before a view."""

@@ -10,7 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from motes import Box, ConfigError
-from motes.cli import RUN, check_counts
+from motes.cli import check_counts
 from motes.core import Floats
 from motes_lab.adapters.registry import resolve
 from motes_lab.aggregate import Evaluation
@@ -18,7 +18,7 @@ from motes_lab.datasets.shortened import shortened
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.finished_jobs import finished_jobs
-from motes_lab.inputs import FirstPixel, Only, Seeds, films_of
+from motes_lab.inputs import RUN, FirstPixel, Only, Seeds, films_of
 from motes_lab.metrics.statistics import over, paired_difference
 from motes_lab.protocols.sot import Start
 from motes_lab.report import sections as report_sections

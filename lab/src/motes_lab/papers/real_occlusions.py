@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core import Count, Floats, iou
+from motes.cli import check_counts
+from motes.core import Floats, iou
 from motes.mot import assign
 from motes_lab.adapters.registry import mot_tracker_spec, resolve
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
@@ -18,7 +19,7 @@ from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.finished_jobs import finished_jobs
-from motes_lab.inputs import crowds_of
+from motes_lab.inputs import Seeds, crowds_of
 from motes_lab.metrics.statistics import over
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.report import sections as report_sections
@@ -44,7 +45,7 @@ NOTE = (
 
 
 def real_occlusions(
-    dataset: Path, /, *, seeds: Count = 5, results: ResultOptions = ResultOptions()
+    dataset: Path, /, *, seeds: Seeds = 5, results: ResultOptions = ResultOptions()
 ) -> int:
     """Zhao and Pei, section 3: occlusions on film.
 
@@ -52,9 +53,8 @@ def real_occlusions(
     ----------
     dataset
         A folder of sequences of many objects, as for motes-lab evaluate.
-    seeds
-        Number of runs of each tracker that draws random numbers.
     """
+    check_counts(seeds=seeds)
     trackers, unusable = resolve(TRACKERS, mot_tracker_spec)
     crowds, problems = crowds_of(dataset)
     jobs, unreadable = plan(trackers, crowds, ["mot"], seeds)

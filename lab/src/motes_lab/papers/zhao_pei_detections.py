@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from motes import BackgroundDetector, Frame, open_source
-from motes.formats import UNKNOWN
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence
@@ -59,7 +58,7 @@ def _counts(sequence: MotSequence) -> np.ndarray[tuple[int], np.dtype[np.int64]]
         for decoded in itertools.islice(source, sequence.frames):
             frame = Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
             found = [
-                [frame.index + 1, n, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
+                [frame.index + 1, n, box.x + 1, box.y + 1, *box[2:], 1]
                 for n, box in enumerate((each.box for each in detector(frame)), start=1)
             ]
             truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)

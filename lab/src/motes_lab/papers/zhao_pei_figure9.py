@@ -17,22 +17,22 @@ from motes import (
     Detector,
     Frame,
     LookalikeConfig,
+    LookalikeDetector,
     Scene,
     SourceError,
     open_source,
     scene_config,
 )
-from motes.cli import HYPHEN, RUN, numbers_of
+from motes.cli import numbers_of
 from motes.core import FRAME_INTERVAL, PreparedDetector, iou
-from motes.formats import UNKNOWN
-from motes.mot import assign, for_lookalikes, lookalike_detector, named_detector
+from motes.mot import assign, for_lookalikes, named_detector
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
 from motes_lab.datasets.mot_rows import MotRows, rows_of
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import crowds_of, films_of
+from motes_lab.inputs import HYPHEN, RUN, crowds_of, films_of
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes_lab.track_figures import charts
 
@@ -79,7 +79,7 @@ def zhao_figure9(
     if like is not None:
         box = tuple(numbers_of("--like", like, "x,y,width,height"))
         chosen = LookalikeConfig(box)  # type: ignore[arg-type]
-        config, finder = for_lookalikes(config), lookalike_detector(chosen, detector)
+        config, finder = for_lookalikes(config), LookalikeDetector(chosen, finder)
     if has_mot_sequences(sequence):
         crowds, problems = crowds_of(sequence)
     else:
@@ -101,7 +101,7 @@ def as_mot_sequence(film: Film) -> MotSequence:
     with open_source(film.source) as source:
         rate = source.fps or 1 / FRAME_INTERVAL
     lines = [
-        [index + 1, 1, x + 1, y + 1, width, height, 1, UNKNOWN]
+        [index + 1, 1, x + 1, y + 1, width, height, 1]
         for index, (x, y, width, height) in enumerate(film.boxes.tolist())
         if np.isfinite(x)
     ]
@@ -125,7 +125,7 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
             index = decoded.index
             tracks = scene.update(Frame(index, index / sequence.rate, decoded.pixels))
             lines = [
-                [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1, UNKNOWN]
+                [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1]
                 for each, box in ((each, each.box) for each in tracks)
                 if not each.gone
             ]

@@ -11,7 +11,7 @@ from msgspec import Meta
 from motes import Config, LookalikeConfig, Scene, Status, open_source, scene_config
 from motes.cli import error_context
 from motes.core import from_dict, from_toml, iou, read_text
-from motes.mot import as_rows, assign, for_lookalikes
+from motes.mot import assign, for_lookalikes
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
@@ -79,7 +79,8 @@ def team(truth: Team, pictures: Path) -> Experiment:
         for frame, tracks in scene.watch(film):
             if frame.index not in marked:
                 continue
-            seen = as_rows(each.box for each in tracks if each.status is Status.TRACKING)
+            boxes = [each.box for each in tracks if each.status is Status.TRACKING]
+            seen = np.reshape(boxes, (-1, 4))
             overlaps = iou(marked[frame.index][:, None], seen)
             right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
             counts = np.array([len(marked[frame.index]), len(seen), len(right)])

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from motes import Detection, FormatError, Frame
 from motes.core import write_whole, writing
-from motes.formats import UNKNOWN
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.mot_rows import MotRows, read_rows, rows_of
@@ -74,7 +73,7 @@ class MotPass:
             detections = [Detection(box, score) for _, box, score in known]
         answer = self._adapter.update(frame, detections)
         for identity, (x, y, width, height), score in answer.found:
-            line = [frame.index + 1, identity, x + 1, y + 1, width, height, score, UNKNOWN]
+            line = [frame.index + 1, identity, x + 1, y + 1, width, height, score]
             self._lines.append(line)
         self._seconds.append(answer.seconds)
 

@@ -29,9 +29,10 @@ def tell_apart(
     """Return the objects with the identities that they have from the next frame on.
 
     Objects that touch are a group, whether they are detected or not, until each has been seen clear
-    of the others for `FRAMES` frames. An identity keeps its last clear look from before. In each
-    frame, the objects of the group that are seen clear are assigned to all of its identities, also
-    to those that are hidden or still covered; these then are who is left.
+    of the others for `FRAMES` frames and looks alone say the same: who comes out of a door does not
+    look as before at once. An identity keeps its last clear look from before. In each frame, the
+    objects of the group that are seen clear are assigned to all of its identities, also to those
+    that are hidden or still covered; these then are who is left.
 
     Parameters
     ----------
@@ -109,9 +110,10 @@ def _assign(objects: list[TrackedObject], group: list[int]) -> None:
     before = [objects[n] for n in group]
     clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
     tracks = [*clear]
-    likely = costs([*clear.values()], [each.known for each in before])
-    likely[range(len(tracks)), tracks] -= STAY
-    models, certainty = who_is_who(likely)
+    looks = costs([*clear.values()], [each.known for each in before])
+    followed = np.zeros_like(looks)
+    followed[range(len(tracks)), tracks] = STAY
+    models, certainty = who_is_who(looks - followed)
     if certainty.min() > 0.5:
         became = dict(zip(models.tolist(), tracks, strict=True))
         now = dict(zip(tracks, models.tolist(), strict=True))
@@ -121,10 +123,11 @@ def _assign(objects: list[TrackedObject], group: list[int]) -> None:
                 who = became[who]
             if who != k:
                 objects[n] = before[k].with_identity_of(before[who])
+    by_looks, _ = who_is_who(looks)
     told = {
-        objects[n].identity
-        for n in group
-        if (seen := objects[n].seen) is not None and seen.frames >= FRAMES
+        before[who].identity
+        for look, who, agreed in zip(clear.values(), models, models == by_looks, strict=True)
+        if look.frames >= FRAMES and agreed
     }
     for n in group:
         if objects[n].identity in told:

@@ -20,6 +20,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.median import median
 from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
@@ -153,7 +154,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         best = int(beside.argmax())
         x, y = WINDOW.points(place, PLACES[best]).tolist()
         inside = 0 <= x < frame.width and 0 <= y < frame.height
-        if not inside or beside[best] <= ALONE * np.median(changed):
+        if not inside or beside[best] <= ALONE * median(changed):
             return None
         return target._replace(x=x, y=y)
 
