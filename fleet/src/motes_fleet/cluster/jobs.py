@@ -56,7 +56,8 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     fps: float | None = None
     """Frames per second of images."""
     label: str | None = None
-    """Any text; it is copied to the table of results."""
+    """Any text of one line; it is copied to the table of results, and in Parquet it is the class of
+    objects without one."""
 
     @property
     def files(self) -> list[tuple[str, str]]:
