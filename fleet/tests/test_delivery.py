@@ -146,8 +146,9 @@ HEAD = b"HTTP/1.1 200 OK\r\n"
         (HEAD + b"\r\n", b"x" * 9999, 0, "answers with more than 64 kB"),
         (HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"1\r\nx\r\n" * 999, 0, "more than 64 kB"),
         (HEAD, b"a: " + b"b" * 9999 + b"\r\n", 0, "more than 64 kB"),
+        (b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 99, 0, "more than 64 kB"),
     ],
-    ids=["silent", "dripping", "endless", "chunks", "heads"],
+    ids=["silent", "dripping", "endless", "chunks", "heads", "continue"],
 )
 def test_an_answer_without_end_is_a_failure_that_waits(
     tmp_path: Path,

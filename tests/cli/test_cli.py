@@ -126,6 +126,17 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 # What users get
 
 
+def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
+    line = "track FILM --init BOX --end 5 --preset nummiaro -o "
+    error = go(f"{line}s.csv --set budget.min=31")[2]
+    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
+    assert found
+    least, most, mean = map(int, found.groups())
+    assert 31 <= least < mean < most <= 500
+    same = "--set budget.min=40 --set budget.max=40 --set particles=40"
+    assert "ms a frame, 40 particles; wrote t.csv" in go(f"{line}t.csv {same}")[2]
+
+
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX -o r.csv")
     assert (code, out) == (0, "")

@@ -42,6 +42,7 @@ def test_damage_is_refused(name: str) -> None:
         *((data, "is not a saved tracker") for data in (b"", b"no tracker", b"\x80", b"\x91" * 9)),
         (msgspec.msgpack.encode({"motes": FORMAT - 1}), "or of another version of motes"),
         (sealed(FORMAT - 1, {}), "another version of motes"),
+        (sealed(13, {}), "another version of motes"),  # whose belief was no running mean
         (sealed(FORMAT, {"config": {}}), "has no state of its configuration"),
         (example("nummiaro", "started")[:-1], "is damaged"),
         (example("nummiaro", "started").replace(b"\n", b"\r\n"), "is damaged"),

@@ -536,6 +536,16 @@ def test_a_known_target_is_found_when_it_comes(
     assert covers(track, region(center))
 
 
+@pytest.mark.parametrize("name", SEARCHERS)
+def test_a_known_target_that_is_there_already(name: str) -> None:
+    tracker = Tracker(CONFIGS[name], 1)
+    tracker.search(FRAMES[0], known(name), background=scene(99, None))
+    for picture in FRAMES[1:]:
+        track = tracker.update(picture)
+    assert track.status is Status.TRACKING
+    assert iou(track.box, region(path(15)).box) > 0.45
+
+
 def test_a_resemblance_of_a_few_frames_is_no_known_target() -> None:
     """It is there for three frames at a time: found at once it would flicker on and off."""
     statuses: dict[int, list[Status]] = {}
@@ -599,6 +609,17 @@ def test_searches_that_are_refused() -> None:
     large = KnownTarget.learn(Color(), scene(0, None), Ellipse(40, 30, 30, 30))
     with pytest.raises(ConfigError, match="larger than the frame"):
         Tracker("nummiaro").search(np.zeros((20, 20, 3), np.uint8), large)
+
+
+def test_a_search_starts_afresh() -> None:
+    tracker = Tracker("nummiaro", 3)
+    target = known("nummiaro")
+    runs = []
+    for _ in range(2):
+        tracks = [tracker.search(scene(0, None), target)]
+        tracks += [tracker.update(scene(index, (50, 40))) for index in range(1, 12)]
+        runs.append(tracks)
+    assert all(same(one, other) for one, other in zip(*runs, strict=True))
 
 
 # In OpenCV's manner

@@ -344,6 +344,7 @@ def test_problems_come_before_anything_starts(
             {"source": "film-0.mp4", "config": "bad.toml"},
             {"source": "none.mp4"},
             {"source": "film-1.mp4", "preset": "numiaro"},
+            {"source": "film-2.mp4", "do": "watch", "init": "", "preset": "", "detector": "-x"},
         ],
     )
     Path("bad.toml").write_text("particle = 3\n")
@@ -352,7 +353,8 @@ def test_problems_come_before_anything_starts(
     assert re.search(r"bad\.csv, row 2: \S*bad\.toml: Config has no key 'particle'", error)
     assert "row 3: the source" in error
     assert "row 4: No preset 'numiaro'" in error
-    assert "3 rows of bad.csv cannot be used; nothing was started" in error
+    assert "row 5: A detector is" in error
+    assert "4 rows of bad.csv cannot be used; nothing was started" in error
     assert not Path("out").exists()
 
 

@@ -25,6 +25,7 @@ ROW = {"source": "film.mp4", "init": "1,2,3,4"}
         ({"seed": "x"}, "^column seed: got 'x'; it takes integer.$"),
         ({"do": "trck", "end": "2.5"}, 'refine", "track" or "watch"; column end: got \'2.5\'; it'),
         ({"init": "1,2,0,4"}, "no area"),
+        ({"label": "a\u2028b"}, "U.2028"),
         ({"init": ""}, "one of init, keyframes and detect"),
         ({"do": "watch"}, "watch takes no init"),
         ({"do": "refine", "init": ""}, "rows and keyframes"),

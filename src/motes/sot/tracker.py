@@ -361,7 +361,7 @@ class Tracker:
         return self.info.track
 
 
-FORMAT = 13
+FORMAT = 14
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

@@ -117,6 +117,16 @@ def test_a_group_stays_together_until_looks_agree() -> None:
     assert all(not each.met for each in objects)
 
 
+def test_a_group_that_cannot_be_told_stays_together() -> None:
+    """The first looks like the second or like the third, who is hidden and then gone."""
+    objects: list[TrackedObject] = met((RED, GREEN, GREEN), hidden=[3])
+    now = picture(1, (PLACES[0], GREEN), (PLACES[1], RED))
+    for _ in range(8):
+        objects = tell_apart(objects, (), now, TOUCH)
+    assert [each.identity for each in objects] == [1, 2, 3]
+    assert after(objects[:2], GREEN, RED) == [2, 1]
+
+
 def test_a_look_is_what_is_not_beside_the_object() -> None:
     """A thin person is who they were before another ground, not who stands before the same one."""
 

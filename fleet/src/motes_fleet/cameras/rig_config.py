@@ -16,7 +16,7 @@ from motes.core import from_dict, from_toml
 
 Triple = tuple[float, float, float]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
-DISTANCE = 0.85
+DISTANCE = 0.9
 """Largest distance between the colors of the same object in two views."""
 SECONDS = 0.0, 60.0
 """Least and most time of a passage, where none is given."""

@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import astuple, replace
 
 from motes import ConfigError, MotesError, preset
-from motes.core import as_ellipse, words
+from motes.core import as_ellipse, check_label, words
 from motes.sot import paths_of
 from motes.video import check_rate, is_recorded
 
@@ -56,7 +56,8 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     fps: float | None = None
     """Frames per second of images."""
     label: str | None = None
-    """Any text; it is copied to the table of results."""
+    """Any text of one line; it is copied to the table of results, and in Parquet it is the class of
+    objects without one."""
 
     @property
     def files(self) -> list[tuple[str, str]]:
@@ -172,6 +173,8 @@ def _mistakes(job: Job) -> list[str]:
             as_ellipse(region)
     with noted(wrong):
         check_rate(job.fps)
+    with noted(wrong):
+        check_label(job.label or "-")
     if job.seed < 0 or job.start < 0 or job.stride < 1:
         wrong.append("seed and start are 0 or more, and stride is 1 or more.")
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):

@@ -203,7 +203,7 @@ def _check_config(job: Job, *, own_code: bool) -> None:
 
     check_code(job.detector, own_code)
     words = ["watch" if job.do == "watch" else "track", *tracker_options(job)]
-    _check(*words, *(("--detector", job.detector) if job.detector else ()))
+    _check(*words, *([f"--detector={job.detector}"] if job.detector else ()))
     if job.network and not any("://" in path for path in job.network):
         _check_network(job.network)
 

@@ -114,15 +114,16 @@ def _assign(objects: list[TrackedObject], group: list[int]) -> None:
     followed = np.zeros_like(looks)
     followed[range(len(tracks)), tracks] = STAY
     models, certainty = who_is_who(looks - followed)
-    if certainty.min() > 0.5:
-        became = dict(zip(models.tolist(), tracks, strict=True))
-        now = dict(zip(tracks, models.tolist(), strict=True))
-        for k, n in enumerate(group):
-            who = now.get(k, k)
-            while k not in now and who in became:  # whoever took it leaves an identity
-                who = became[who]
-            if who != k:
-                objects[n] = before[k].with_identity_of(before[who])
+    if certainty.min() <= 0.5:
+        models = np.array(tracks)  # all stay
+    became = dict(zip(models.tolist(), tracks, strict=True))
+    now = dict(zip(tracks, models.tolist(), strict=True))
+    for k, n in enumerate(group):
+        who = now.get(k, k)
+        while k not in now and who in became:  # whoever took it leaves an identity
+            who = became[who]
+        if who != k:
+            objects[n] = before[k].with_identity_of(before[who])
     by_looks, _ = who_is_who(looks)
     told = {
         before[who].identity
