@@ -110,12 +110,16 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
     monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
     assert go(f"{TRACK} -o metres.csv --scale 10")[0] == 0
     assert go(f"{TRACK} -o plain.csv")[0] == 0
-    for line in ("metres.csv", "plain.csv --scale 10"):
+    for line, true in (
+        ("metres.csv", 5),
+        ("plain.csv --scale 10", 5),
+        ("plain.csv --scale 1e6", 5e-5),  # a microscope's
+    ):
         said.clear()
         assert go(f"draw film.mkv {line} -o drawn.mkv --overwrite")[0] == 0
         speeds = [float(text.split()[-2]) for text in said if text.endswith("m/s")]
         assert len(speeds) > 20
-        assert np.median(speeds) == pytest.approx(5, rel=0.1)
+        assert np.median(speeds) == pytest.approx(true, rel=0.1)
     said.clear()
     assert go("draw film.mkv plain.csv -o drawn.mkv --overwrite")[0] == 0
     assert not any(text.endswith("m/s") for text in said)

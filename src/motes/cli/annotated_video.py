@@ -54,7 +54,8 @@ def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
         trail.append(target.ellipse[:2] if seen else NOWHERE)
         label, speed = None, target.number("speed")
         if unit is not None and isfinite(speed):
-            label = f"{describe(target)}  {speed:.2f} {unit}/s"
+            digits = ".2f" if speed >= 0.1 else ".2g"
+            label = f"{describe(target)}  {speed:{digits}} {unit}/s"
         return partial(
             draw, moment.frame.pixels, target, particles=info.ellipses, weights=info.weights,
             trail=list(trail), label=label,
