@@ -99,34 +99,6 @@ def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_
     assert gone[0].met == frozenset()
 
 
-def test_a_group_stays_together_until_looks_agree() -> None:
-    """Two that come out of a door show little of themselves; they stayed exchanged."""
-    objects: list[TrackedObject] = met((RED, BLUE), others=[1, 2])
-    stripes = [
-        (place._replace(height=1, y=45), color)
-        for place, color in zip(PLACES, (BLUE, RED), strict=False)
-    ]
-    said = []
-    for index in range(1, 30):
-        one, other = (GREEN, GREEN) if index < 12 else (BLUE, RED)
-        now = picture(index, (PLACES[0], one), (PLACES[1], other), *stripes)
-        objects = tell_apart(objects, (), now, TOUCH)
-        said.append([each.identity for each in objects])
-    assert said[10] == [1, 2]
-    assert said[-1] == [2, 1]
-    assert all(not each.met for each in objects)
-
-
-def test_a_group_that_cannot_be_told_stays_together() -> None:
-    """The first looks like the second or like the third, who is hidden and then gone."""
-    objects: list[TrackedObject] = met((RED, GREEN, GREEN), hidden=[3])
-    now = picture(1, (PLACES[0], GREEN), (PLACES[1], RED))
-    for _ in range(8):
-        objects = tell_apart(objects, (), now, TOUCH)
-    assert [each.identity for each in objects] == [1, 2, 3]
-    assert after(objects[:2], GREEN, RED) == [2, 1]
-
-
 def test_a_look_is_what_is_not_beside_the_object() -> None:
     """A thin person is who they were before another ground, not who stands before the same one."""
 

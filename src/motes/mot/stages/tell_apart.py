@@ -29,10 +29,9 @@ def tell_apart(
     """Return the objects with the identities that they have from the next frame on.
 
     Objects that touch are a group, whether they are detected or not, until each has been seen clear
-    of the others for `FRAMES` frames and looks alone say the same: who comes out of a door does not
-    look as before at once. An identity keeps its last clear look from before. In each frame, the
-    objects of the group that are seen clear are assigned to all of its identities, also to those
-    that are hidden or still covered; these then are who is left.
+    of the others for `FRAMES` frames. An identity keeps its last clear look from before. In each
+    frame, the objects of the group that are seen clear are assigned to all of its identities, also
+    to those that are hidden or still covered; these then are who is left.
 
     Parameters
     ----------
@@ -110,25 +109,22 @@ def _assign(objects: list[TrackedObject], group: list[int]) -> None:
     before = [objects[n] for n in group]
     clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
     tracks = [*clear]
-    looks = costs([*clear.values()], [each.known for each in before])
-    followed = np.zeros_like(looks)
-    followed[range(len(tracks)), tracks] = STAY
-    models, certainty = who_is_who(looks - followed)
-    if certainty.min() <= 0.5:
-        models = np.array(tracks)  # all stay
-    became = dict(zip(models.tolist(), tracks, strict=True))
-    now = dict(zip(tracks, models.tolist(), strict=True))
-    for k, n in enumerate(group):
-        who = now.get(k, k)
-        while k not in now and who in became:  # whoever took it leaves an identity
-            who = became[who]
-        if who != k:
-            objects[n] = before[k].with_identity_of(before[who])
-    by_looks, _ = who_is_who(looks)
+    likely = costs([*clear.values()], [each.known for each in before])
+    likely[range(len(tracks)), tracks] -= STAY
+    models, certainty = who_is_who(likely)
+    if certainty.min() > 0.5:
+        became = dict(zip(models.tolist(), tracks, strict=True))
+        now = dict(zip(tracks, models.tolist(), strict=True))
+        for k, n in enumerate(group):
+            who = now.get(k, k)
+            while k not in now and who in became:  # whoever took it leaves an identity
+                who = became[who]
+            if who != k:
+                objects[n] = before[k].with_identity_of(before[who])
     told = {
-        before[who].identity
-        for look, who, agreed in zip(clear.values(), models, models == by_looks, strict=True)
-        if look.frames >= FRAMES and agreed
+        objects[n].identity
+        for n in group
+        if (seen := objects[n].seen) is not None and seen.frames >= FRAMES
     }
     for n in group:
         if objects[n].identity in told:
