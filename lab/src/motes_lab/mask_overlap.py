@@ -15,9 +15,8 @@ from PIL import Image
 
 from motes import Box, Ellipse, Frame, SourceError, Status, Tracker, open_source
 from motes.cli import check_counts
-from motes.core import iou
+from motes.core import Bytes, Flags, iou
 from motes.sot import Segmenter
-from motes_lab.arrays import Bytes, Flags
 from motes_lab.datasets.sot import Sequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import RUN, FirstPixel, Only, films_of

@@ -15,8 +15,7 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 import numpy as np
 
 from motes import FormatError
-from motes.core import Floats, guarded, iou, write_whole, writing
-from motes_lab.arrays import Flags
+from motes.core import Flags, Floats, guarded, iou, write_whole, writing
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
 from motes_lab.protocols.trace import TrackerOutput, load_trace

@@ -33,6 +33,8 @@ from .labels import check_label as check_label
 from .platforms import system as system
 from .spreadsheet import guarded as guarded
 from .type_words import words as words
+from .types import Bytes as Bytes
+from .types import Flags as Flags
 from .types import Floats as Floats
 from .types import Singles as Singles
 from .worker import Alive as Alive

@@ -7,10 +7,12 @@ from .mot import CLASSES as CLASSES
 from .mot import class_names as class_names
 from .mot import number_of as number_of
 from .mot import read_lines as read_lines
+from .recording import LABEL as LABEL
 from .recording import FilmFacts as FilmFacts
 from .recording import Recording as Recording
 from .recording import recording_of as recording_of
 from .regions import ABSENT as ABSENT
+from .regions import MAX_FRAME as MAX_FRAME
 from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
 from .regions import region_of_pixels as region_of_pixels

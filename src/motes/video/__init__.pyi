@@ -3,11 +3,14 @@
 from . import decoder as decoder
 from .film import DamagedError as DamagedError
 from .film import Film as Film
+from .frame_sharing import HELD as HELD
 from .frame_sharing import FrameReader as FrameReader
 from .frame_sharing import fits as fits
 from .frame_sharing import shared as shared
 from .image_files import IMAGE_ENDINGS as IMAGE_ENDINGS
 from .playlists import is_playlist as is_playlist
+from .reconnect import FIRST_PAUSE as FIRST_PAUSE
+from .reconnect import LONGEST_PAUSE as LONGEST_PAUSE
 from .seeker import Seeker as Seeker
 from .sources import check_rate as check_rate
 from .sources import is_recorded as is_recorded

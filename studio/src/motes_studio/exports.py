@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from motes import ConfigError, FormatError, Status, Track
 from motes.core import to_dict, to_toml
 from motes.correction import History
-from motes.formats import Recording, registry
+from motes.formats import LABEL, Recording, registry
 from motes.rows import FORMS, FrameRow, Header, text_name
 from motes_studio.commands import Places, Watch
 from motes_studio.document import DrawnTarget, places_toml
@@ -28,8 +28,6 @@ from motes_studio.workplace import Workplace
 
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
-LABEL = "object"
-"""Class of objects without one, as of motes convert."""
 SPLIT = re.compile(r"( \(2\))+$")
 """What it adds to the name of an object that is split."""
 

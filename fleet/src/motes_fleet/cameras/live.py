@@ -9,10 +9,8 @@ from collections.abc import Iterator
 from typing import Self
 
 from motes import Frame, MotesError, Source, SourceError, open_source
-from motes.video import decoder, is_remote
+from motes.video import FIRST_PAUSE, LONGEST_PAUSE, decoder, is_remote
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
-"""Seconds before a source that failed is opened again; each pause is twice the one before."""
 ANSWER_MARGIN = 0.5
 """Seconds for which FFmpeg may be late with its report that no packet arrives."""
 

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from motes import KnownTarget
 from motes.core import Worker, receive
+from motes.video import LONGEST_PAUSE
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
@@ -27,7 +28,6 @@ from motes_fleet.cameras.camera_report import (
     NextFrame,
     ObjectReport,
 )
-from motes_fleet.cameras.live import LONGEST_PAUSE
 from motes_fleet.cameras.reidentification import CAMERA_TIMEOUT
 from motes_fleet.cameras.rig_config import Camera
 

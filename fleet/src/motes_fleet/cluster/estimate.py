@@ -11,15 +11,13 @@ import contextlib
 import glob
 import os
 
-from motes.video import IMAGE_ENDINGS
+from motes.video import HELD, IMAGE_ENDINGS
 from motes_fleet.cluster.jobs import Job
 
 PARTICLES, DEFAULT, WATCH, NETWORK = 80 << 20, 100 << 20, 160 << 20, 40 << 20
 """Bytes for a preset with particles, the default tracker, many objects, and a trained network."""
 TRACK_PIXEL, WATCH_PIXEL = 54, 215
 """Bytes for each pixel of a frame."""
-HELD = 1 << 29
-"""Bytes of the frames between keyframes that are held for several passes."""
 MARGIN = 1.25
 """Films differ in what their decoder keeps."""
 UNKNOWN = (1920, 1080)

@@ -9,11 +9,9 @@ import numpy as np
 from PIL import Image
 
 from motes import Ellipse, FormatError, Status
-from motes.formats import ABSENT, TruthRegion, read_regions, read_text, region_of_pixels
+from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, read_text, region_of_pixels
 from motes.rows import table_of
 
-MAX_FRAME = 10_000_000
-"""Largest number of frames of a film; about four days."""
 PLACED = (Status.TRACKING, Status.INTERPOLATED)
 """The statuses of rows in frames that have a target."""
 

@@ -8,11 +8,9 @@ import numpy as np
 
 from motes import Ellipse
 from motes.core import Floats, iou
-from motes.correction import join, ranked
+from motes.correction import RIGHT, join, ranked
 from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
 
-RIGHT = 0.7
-"""Overlap (IoU) from which an annotator leaves a box as it is, as `motes.doubts` expects."""
 ENOUGH = 0.95
 """Share of the frames that must be right."""
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.core import Floats
+from motes.core import Flags, Floats
 from motes.cues import sunflower
-from motes_lab.arrays import Flags
 
 THRESHOLDS = np.linspace(0, 1, 21)
 """Overlaps at which the success curve is computed."""

@@ -16,9 +16,8 @@ from msgspec import Meta
 
 from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
 from motes.cli import check_counts, error_context
-from motes.core import Floats, from_dict, from_toml, read_text
+from motes.core import Bytes, Floats, from_dict, from_toml, read_text
 from motes_lab.adapters.registry import motes_config
-from motes_lab.arrays import Bytes
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions

@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from motes import Box, Frame, Track
-from motes.core import Floats, as_ellipse
+from motes.core import Bytes, Floats, as_ellipse
 from motes.sot import presets
-from motes_lab.arrays import Bytes
 
 ACCELERATION = 0.5
 """Standard deviation of the velocity's change from frame to frame, in mean half-axes of the first

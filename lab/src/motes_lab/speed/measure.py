@@ -27,10 +27,9 @@ from motes import (
     open_source,
     preset,
 )
-from motes.core import explain
+from motes.core import Bytes, explain
 from motes.synthetic import Clip
 from motes_lab.adapters.opencv import PEERS, is_peer, peer
-from motes_lab.arrays import Bytes
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as TrueSequence
 
