@@ -275,6 +275,12 @@ def test_what_was_strange_is_in_the_record(tmp_path: Path, monkeypatch: pytest.M
     assert record.frames == 3
 
 
+def test_a_box_may_begin_beside_the_picture(home: Path) -> None:
+    batch_jobs.table(Path("beside.csv"), [{"source": "film-0.mp4", "init": "-4.0,2,16,12"}])
+    assert main(["batch", "beside.csv", "--workers", "1", "-o", "out"]) == 0
+    assert float(rows(home / "out", "film-0").splitlines()[1].split(",")[4]) == -4
+
+
 def test_films_of_a_pattern_share_a_file_of_keyframes(home: Path) -> None:
     Path("all.csv").write_text("film-0,0,2,2,16,12\nfilm-0,7,absent\nfilm-1.mp4,2,2,2,16,12\n")
     line = ["--keyframes", "all.csv", "--preset", "nummiaro", "-o"]
