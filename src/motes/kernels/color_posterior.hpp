@@ -10,24 +10,27 @@ namespace motes::color_posterior {
 // A box in samples.
 struct Box {
     double left, top, right, bottom;
-
-    bool has(Index i, Index j) const {
-        return top <= double(i) && double(i) < bottom && left <= double(j) && double(j) < right;
-    }
 };
 
-// Returns how many samples of a window lie in a box.
-inline Index inside_of(Box box, Index height, Index width) {
-    Index across = 0, down = 0;
-    for (Index j = 0; j < width; ++j) across += box.left <= double(j) && double(j) < box.right;
-    for (Index i = 0; i < height; ++i) down += box.top <= double(i) && double(i) < box.bottom;
-    return across * down;
-}
+// The whole numbers from `first` to before `last`.
+struct Span {
+    // Those from 0 to before `size` that lie within `low` and `high`.
+    Span(double low, double high, Index size)
+        : first(Index(limited(std::ceil(low), double(size)))),
+          last(std::max(first, Index(limited(std::ceil(high), double(size))))) {}
 
-// Returns the number of the color of a sample.
-inline Index color32(Samples samples, Index i, Index j) {
-    const auto level = [&](Index c) { return Index(limited(samples[c][i][j], 255.0f)) >> 3; };
-    return (level(0) << 10) + (level(1) << 5) + level(2);
+    bool has(Index i) const { return first <= i && i < last; }
+    Index size() const { return last - first; }
+
+    Index first, last;
+};
+
+// Writes the numbers of the colors of a row of samples.
+inline void write_colors(Samples samples, Index i, std::int32_t* __restrict colors) {
+    const float *red = samples[0][i], *green = samples[1][i], *blue = samples[2][i];
+    const auto level = [](float value) { return std::int32_t(limited(value, 255.0f)) >> 3; };
+    for (Index j = 0; j < samples.columns; ++j)
+        colors[j] = (level(red[j]) << 10) + (level(green[j]) << 5) + level(blue[j]);
 }
 
 inline void fit_colors(Samples samples, Index inside, Index outside) {
@@ -36,22 +39,28 @@ inline void fit_colors(Samples samples, Index inside, Index outside) {
         "samples (3, H, W), and two rows of 32768 colors");
 }
 
-// Adds `share` of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`.
+// Adds `share` of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`, in
+// which it lies.
 inline void add_colors(Samples samples, Box inner, Box outer, double share, Row<float> inside,
                        Row<float> outside) {
     const Index height = samples.rows, width = samples.columns;
     fit_colors(samples, inside.size, outside.size);
-    const Index here = inside_of(inner, height, width);
-    const Index there = height * width - inside_of(outer, height, width);
+    const Span across(inner.left, inner.right, width), down(inner.top, inner.bottom, height);
+    const Span wide(outer.left, outer.right, width), high(outer.top, outer.bottom, height);
+    const Index here = across.size() * down.size();
+    const Index there = height * width - wide.size() * high.size();
     const float one = float(share / double(std::max(here, Index(1))));
     const float other = float(share / double(std::max(there, Index(1))));
-    for (Index i = 0; i < height; ++i)
-        for (Index j = 0; j < width; ++j) {
-            if (inner.has(i, j))
-                inside[color32(samples, i, j)] += one;
-            else if (!outer.has(i, j))
-                outside[color32(samples, i, j)] += other;
-        }
+    Scratch<std::int32_t> colors(width);
+    for (Index i = 0; i < height; ++i) {
+        write_colors(samples, i, colors);
+        if (down.has(i))
+            for (Index j = across.first; j < across.last; ++j) inside[colors[j]] += one;
+        const Index left = high.has(i) ? wide.first : width,
+                    right = high.has(i) ? wide.last : width;
+        for (Index j = 0; j < left; ++j) outside[colors[j]] += other;
+        for (Index j = right; j < width; ++j) outside[colors[j]] += other;
+    }
 }
 
 // Writes the sums (H + 1, W + 1), above and left of each corner, of inside / (inside + outside).
@@ -59,16 +68,26 @@ inline void add_colors(Samples samples, Box inner, Box outer, double share, Row<
 // A color that was never seen counts 1/2.
 inline void color_integral(Samples samples, Row<const float> inside, Row<const float> outside,
                            Plane<double> out) {
+    const Index width = samples.columns;
     fit_colors(samples, inside.size, outside.size);
-    fit(out.rows == samples.rows + 1 && out.columns == samples.columns + 1, "sums (H + 1, W + 1)");
+    fit(out.rows == samples.rows + 1 && out.columns == width + 1, "sums (H + 1, W + 1)");
+    // Loops over arrays, so that all but the reading of colors and the sum becomes vector code.
+    Scratch<std::int32_t> colors(width);
+    ScratchPlane<float> shares(2, width);
+    Scratch<double> scratch(width);
+    float* __restrict target = shares[0], * __restrict around = shares[1];
+    double* __restrict posterior = scratch;
     std::fill_n(out[0], out.columns, 0.0);
     for (Index i = 0; i < samples.rows; ++i) {
+        write_colors(samples, i, colors);
+        for (Index j = 0; j < width; ++j)
+            target[j] = inside[colors[j]], around[j] = outside[colors[j]];
+        for (Index j = 0; j < width; ++j)
+            posterior[j] = (double(target[j]) + 1e-6) / (double(target[j] + around[j]) + 2e-6);
         double total = 0.0;
         out[i + 1][0] = 0.0;
-        for (Index j = 0; j < samples.columns; ++j) {
-            const Index color = color32(samples, i, j);
-            total +=
-                (double(inside[color]) + 1e-6) / (double(inside[color] + outside[color]) + 2e-6);
+        for (Index j = 0; j < width; ++j) {
+            total += posterior[j];
             out[i + 1][j + 1] = out[i][j + 1] + total;
         }
     }

@@ -245,39 +245,49 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
                  Plane<float> votes) {
     const Index height = samples.rows, width = samples.columns;
     const auto cells = std::int32_t(votes.columns / 18);
-    ScratchPlane<float> bright(height + 2, width + 2), shares(3, width);
-    Scratch<float> line(votes.columns);
-    ScratchPlane<std::int32_t> places(3, width);
-    float* __restrict across = shares[0], * __restrict near = shares[1], * __restrict far = shares[2];
-    std::int32_t* __restrict left = places[0], * __restrict row = places[1];
-    std::int32_t* __restrict column = places[2];
+    ScratchPlane<float> bright(height + 2, width + 2), near(cell, width), far(cell, width);
+    ScratchPlane<float> lines(cell, votes.columns);
+    ScratchPlane<std::int32_t> gradients(cell, width);
+    Scratch<std::int32_t> left(width);
+    Scratch<float> across(width);
     for (Index j = 0; j < width; ++j) {
         const double x = (double(j) + 0.5) / double(cell) + 0.5;
         left[j] = std::int32_t(x), across[j] = float(x - double(Index(x)));
     }
     std::fill_n(votes.data, votes.rows * votes.columns, 0.0f);
     brightness(samples, bright);
-    for (Index i = 0; i < height; ++i) {
-        const float *before = bright[i], *here = bright[i + 1], *after = bright[i + 2];
-        for (Index j = 0; j < width; ++j) {
-            const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
-            const float magnitude = std::sqrt(dx * dx + dy * dy);
-            far[j] = magnitude * across[j], near[j] = magnitude - far[j];
-            row[j] = std::int32_t(limited(dy * float(1.0 / 3) + 256.5f, 511.0f));
-            column[j] = std::int32_t(limited(dx * float(1.0 / 3) + 256.5f, 511.0f));
+    for (Index top = 0; top < height; top += cell) {
+        for (Index u = 0; u < cell; ++u) {
+            const float *before = bright[top + u], *here = bright[top + u + 1];
+            const float *after = bright[top + u + 2], *share = across;
+            float* __restrict one = near[u], * __restrict other = far[u];
+            std::int32_t* __restrict gradient = gradients[u];
+            for (Index j = 0; j < width; ++j) {
+                const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
+                const float magnitude = std::sqrt(dx * dx + dy * dy);
+                other[j] = magnitude * share[j], one[j] = magnitude - other[j];
+                const auto row = std::int32_t(limited(dy * float(1.0 / 3) + 256.5f, 511.0f));
+                const auto column = std::int32_t(limited(dx * float(1.0 / 3) + 256.5f, 511.0f));
+                gradient[j] = 512 * row + column;
+            }
         }
-        std::fill_n(line.begin(), votes.columns, 0.0f);
-        for (Index j = 0; j < width; ++j) {
-            float* to = line.begin() + cells * sectors[row[j]][column[j]] + left[j];
-            to[0] += near[j], to[1] += far[j];
-        }
-        const double y = (double(i) + 0.5) / double(cell) + 0.5;
-        const auto low = double(float(y - double(Index(y))));
-        float* __restrict upper = votes[Index(y)];
-        float* __restrict lower = votes[Index(y) + 1];
-        for (Index k = 0; k < votes.columns; ++k) {
-            upper[k] = float(double(upper[k]) + (1 - low) * double(line[k]));
-            lower[k] += float(low) * line[k];
+        // Rows side by side, as a vote must wait for the one before it for the same cell.
+        std::fill_n(lines.begin(), cell * votes.columns, 0.0f);
+        for (Index j = 0; j < width; ++j)
+            for (Index u = 0; u < cell; ++u) {
+                float* to = lines[u] + cells * sectors.data[gradients[u][j]] + left[j];
+                to[0] += near[u][j], to[1] += far[u][j];
+            }
+        for (Index u = 0; u < cell; ++u) {
+            const double y = (double(top + u) + 0.5) / double(cell) + 0.5;
+            const auto low = double(float(y - double(Index(y))));
+            const float* line = lines[u];
+            float* __restrict upper = votes[Index(y)];
+            float* __restrict lower = votes[Index(y) + 1];
+            for (Index k = 0; k < votes.columns; ++k) {
+                upper[k] = float(double(upper[k]) + (1 - low) * double(line[k]));
+                lower[k] += float(low) * line[k];
+            }
         }
     }
 }
