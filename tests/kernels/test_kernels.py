@@ -22,6 +22,7 @@ from motes.kernels.structures import (
     LightLimits,
     MixtureLearning,
     PixelGrid,
+    PointCues,
     Reading,
 )
 from oracles import mosaic
@@ -78,6 +79,14 @@ def calls(compiled: Any) -> dict[str, Any]:
     compiled.search_window.cut(PIXELS, (3.0, 4.0), (1.7, 0.0), (0.0, 0.6), samples)
     cells = found["cells"] = np.empty((30, 6, 8), np.float32)
     compiled.search_window.gradient_cells(samples, 4, sectors(), cells)
+    posterior = found["posterior"] = np.empty((25, 33))
+    inside, outside = samples.ravel()[:2048].repeat(16), np.ones(32768, np.float32)
+    compiled.color_posterior.color_integral(samples, inside, outside, posterior)
+    cues = PointCues(samples[0], 1.0, posterior, (3.0, 2.0), 0.4, 5.0, (9.0, 9.0))
+    normal, few = np.linspace(-2, 2, 300).reshape(3, 50, 2), np.full(51, 40)
+    found["drawn"] = compiled.localization.draw(
+        cues, normal, np.full(4, 0.3), (4.0, 6.0), 2.0, 1.0, few
+    )
     spectra = (samples[:2] + 1j * samples[1:]).reshape(2, -1).astype(np.complex64)
     learned, power = np.zeros_like(spectra), np.ones(spectra.shape[1], np.float32)
     compiled.fourier_ridge.teach(spectra, spectra[0], 0.3, learned, power)
@@ -152,8 +161,8 @@ def test_what_a_kernel_cannot_read_is_refused(place: int, value: Any, needed: st
 
 
 def test_a_number_must_be_one() -> None:
-    with pytest.raises(TypeError, match=r"^argument 3 of pool must be a number$"):
-        kernels.bilinear.pool(np.ones((3, 3)), (1, 1), "1", np.ones((1, 2)), OUT)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"^argument 3 of look_up must be a number$"):
+        kernels.bilinear.look_up(np.ones((3, 3), np.float32), np.ones((1, 2)), "1", OUT)  # type: ignore[arg-type]
 
 
 def test_first_columns_of_a_table_are_read_in_place() -> None:

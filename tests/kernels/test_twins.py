@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.cues.search_window import CELL_SIZE, features, sectors
-from motes.kernels.structures import NoiseScales
+from motes.kernels.structures import NoiseScales, PointCues
 from oracles import mosaic
 
 Floats = NDArray[np.float64]
@@ -167,7 +167,7 @@ def test_means_over_boxes() -> None:
     integral = np.zeros((16, 21))
     integral[1:, 1:] = RNG.random((15, 20)).cumsum(axis=0).cumsum(axis=1)
     boxes = np.column_stack([RNG.uniform(-12, 12, (60, 2)), RNG.uniform(0.2, 7, (60, 2))])
-    means, pooled = np.empty(60), RNG.random(60)
+    means = np.empty(60)
     kernels.bilinear.box_means(integral, boxes, means)
     middle = np.array([10, 7.5, 0, 0])
     for mean, (x, y, across, down) in zip(means, boxes + middle, strict=True):
@@ -176,8 +176,57 @@ def test_means_over_boxes() -> None:
         total = bilinear(integral, right, bottom) - bilinear(integral, left, bottom)
         total += bilinear(integral, left, top) - bilinear(integral, right, top)
         assert_close(mean, total / ((right - left) * (bottom - top)), 1e-9)
-    boxes[:, 2:] = 3, 4
-    kernels.bilinear.box_means(integral, boxes, means)
-    expected = 0.7 * pooled + 0.3 * means
-    kernels.bilinear.pool(integral, (3.0, 4.0), 0.3, boxes[:, :2], pooled)
-    assert_close(pooled, expected)
+
+
+def point_cues() -> PointCues:
+    """Return what is known of the points of a window in which one is alike."""
+    response, integral = RNG.random((18, 24)).astype(np.float32), np.zeros((33, 41))
+    integral[1:, 1:] = RNG.random((32, 40)).cumsum(axis=0).cumsum(axis=1)
+    return PointCues(response, 2.0, integral, (3.0, 4.0), 0.3, 0.1, (9.0, 5.0))
+
+
+def test_points_are_weighed_by_responses_and_colors() -> None:
+    cues, points = point_cues(), RNG.normal(0, 9, (60, 2))
+    values, means, logs = np.empty((3, 60))
+    kernels.localization.weigh(cues, points, logs)
+    kernels.bilinear.look_up(cues.response, points, cues.step, values)
+    boxes = np.hstack([points, np.tile(cues.core, (60, 1))])
+    kernels.bilinear.box_means(cues.integral, boxes, means)
+    expected = (0.7 * values + 0.3 * means) / 0.1
+    assert_close(logs, expected - ((points / cues.deviation) ** 2).sum(axis=1) / 2)
+    kernels.localization.weigh(cues._replace(deviation=(math.inf, math.inf)), points, logs)
+    assert_close(logs, expected)
+
+
+def test_particles_are_drawn_in_three_layers() -> None:
+    cues, normal, offsets = point_cues(), RNG.normal(size=(3, 50, 2)), RNG.random(4)
+    counts = np.arange(51) // 2 + 5
+    found = kernels.localization.draw(cues, normal, offsets, (8.0, 6.0), 1.5, 2.0, counts)
+    row, column = np.unravel_index(cues.response.argmax(), cues.response.shape)
+    points = normal[0] * (8.0, 6.0)
+    points[1::2] = normal[0, 1::2] * 1.5 + np.array([column - 12, row - 9]) * 2.0
+    for layer in (1, 2):
+        logs = np.empty(len(points))
+        kernels.localization.weigh(cues, points, logs)
+        sums = np.exp(logs - logs.max()).cumsum()
+
+        def selected(offset: float, n: int, points: Floats = points, sums: Floats = sums) -> Floats:
+            positions = (np.arange(n) + offset) / n * sums[-1]
+            out: Floats = points[np.searchsorted(sums, positions, side="right")]
+            return out
+
+        squares = np.floor(selected(offsets[2 * layer - 2], len(points)) / 2.0)
+        left = int(counts[len(np.unique(squares, axis=0))])
+        points = selected(offsets[2 * layer - 1], left) + normal[layer, :left] * 1.5 / (2 * layer)
+    assert_close(found, points)
+    assert 5 < len(found) < 50
+
+
+@pytest.mark.parametrize("least", [0.0, 3.0, 20.0])
+def test_the_median_ratio_of_pictures(least: float) -> None:
+    one, other = RNG.uniform(0, 10, (2, 12, 15)).astype(np.float32)[:, :, 2:]
+    known = (one > least) & (one < 9) & (other > least) & (other < 9)
+    expected = np.median(one[known] / other[known]) if known.any() else 0.0
+    count, ratio = kernels.planes.median_ratio(one, other, least, 9.0)
+    assert count == np.count_nonzero(known)
+    assert_close(ratio, expected)

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         histograms,
         hog,
         illumination,
+        localization,
         mixture,
         network_input,
         outlines,
@@ -70,6 +71,7 @@ else:
     histograms = _compiled.histograms
     hog = _compiled.hog
     illumination = _compiled.illumination
+    localization = _compiled.localization
     mixture = _compiled.mixture
     network_input = _compiled.network_input
     outlines = _compiled.outlines
@@ -96,6 +98,7 @@ __all__ = [
     "histograms",
     "hog",
     "illumination",
+    "localization",
     "mixture",
     "network_input",
     "outlines",

@@ -18,20 +18,22 @@ double between(Plane<const T> plane, double y, double x) {
     return (1 - down) * high + down * low;
 }
 
-// Writes a plane's bilinear value at points (N, 2) off its middle; 0 outside of it.
-//
-// `step` is from one value to the next.
+// Returns a plane's bilinear value off its middle; 0 outside of it. `step` is from one value to the
+// next.
+inline double value_at(Plane<const float> plane, double step, double x, double y) {
+    x = double(plane.columns / 2) + x / step, y = double(plane.rows / 2) + y / step;
+    const bool inside =
+        0.0 <= x && x <= double(plane.columns - 1) && 0.0 <= y && y <= double(plane.rows - 1);
+    return inside ? between(plane, y, x) : 0.0;
+}
+
+// Writes a plane's values at points (N, 2); see `value_at`.
 inline void look_up(Plane<const float> plane, Table<const double> points, double step,
                     Row<double> out) {
     fit(plane.rows > 1 && plane.columns > 1 && points.columns >= 2 && out.size == points.rows,
         "a plane (2 or more, 2 or more), and points (N, 2)");
-    for (Index n = 0; n < points.rows; ++n) {
-        const double x = double(plane.columns / 2) + points[n][0] / step;
-        const double y = double(plane.rows / 2) + points[n][1] / step;
-        const bool inside =
-            0.0 <= x && x <= double(plane.columns - 1) && 0.0 <= y && y <= double(plane.rows - 1);
-        out[n] = inside ? between(plane, y, x) : 0.0;
-    }
+    for (Index n = 0; n < points.rows; ++n)
+        out[n] = value_at(plane, step, points[n][0], points[n][1]);
 }
 
 // Returns the mean over a box, its center off the middle and its half sides, from sums.
@@ -56,17 +58,6 @@ inline void box_means(Plane<const double> integral, Table<const double> boxes, R
     for (Index n = 0; n < boxes.rows; ++n) {
         const double* box = boxes[n];
         out[n] = box_mean(integral, box[0], box[1], {box[2], box[3]});
-    }
-}
-
-// Mixes into values `out` a share of the mean over boxes around points (N, 2) off the middle.
-inline void pool(Plane<const double> integral, Pair half, double share, Table<const double> points,
-                 Row<double> out) {
-    fit(integral.rows > 1 && integral.columns > 1 && points.columns >= 2 && out.size == points.rows,
-        "sums (2 or more, 2 or more), and points (N, 2)");
-    for (Index n = 0; n < points.rows; ++n) {
-        const double mean = box_mean(integral, points[n][0], points[n][1], half);
-        out[n] = (1 - share) * out[n] + share * mean;
     }
 }
 

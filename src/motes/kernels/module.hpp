@@ -15,6 +15,7 @@
 #include "histograms.hpp"
 #include "hog.hpp"
 #include "illumination.hpp"
+#include "localization.hpp"
 #include "mixture.hpp"
 #include "network_input.hpp"
 #include "outlines.hpp"
@@ -48,6 +49,9 @@ template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
 template <> struct Reader<illumination::Limits>
     : TupleReader<illumination::Limits, double, double, double, double> {};
+template <> struct Reader<localization::PointCues>
+    : TupleReader<localization::PointCues, Plane<const float>, double, Plane<const double>, Pair,
+                  double, double, Pair> {};
 template <> struct Reader<mixture::Learning>
     : TupleReader<mixture::Learning, double, double, double, double, double, double> {};
 template <> struct Reader<selective_update::Limits>
@@ -73,8 +77,8 @@ inline void fill(Keys keys, Floats weights, Keys slots, Plane<double> lanes) {
 
 inline bool add_kernels(PyObject* extension) {
     return add(extension, "bilinear",
-               {unlocked<bilinear::look_up>("look_up"), unlocked<bilinear::box_means>("box_means"),
-                unlocked<bilinear::pool>("pool")}) &&
+               {unlocked<bilinear::look_up>("look_up"),
+                unlocked<bilinear::box_means>("box_means")}) &&
            add(extension, "color",
                {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
                 unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
@@ -111,6 +115,8 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "illumination",
                {unlocked<illumination::without_light>("without_light"),
                 unlocked<illumination::without_tremble>("without_tremble")}) &&
+           add(extension, "localization",
+               {unlocked<localization::weigh>("weigh"), unlocked<localization::draw>("draw")}) &&
            add(extension, "mixture",
                {unlocked<mixture::foreground>("foreground"),
                 unlocked<mixture::learn_picture>("learn"), unlocked<mixture::means>("means")},
@@ -127,6 +133,7 @@ inline bool add_kernels(PyObject* extension) {
                 brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
            add(extension, "planes",
                {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
+                brief<planes::median_ratio>("median_ratio"),
                 unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <tuple>
 
 #include "arrays.hpp"
 
@@ -39,6 +40,28 @@ inline void relight(Picture picture, double factor, Volume<std::uint8_t> out) {
         for (Index i = 0; i < width; ++i)
             lit[i] = std::uint8_t(std::min((from[i] * scale + 32768) >> 16, 255u));
     }
+}
+
+// Returns how many points lie between two levels in both of two pictures (h, w), and the median of
+// the ratios of the first to the second there; 0 if there are none.
+inline std::tuple<Index, double> median_ratio(Table<const float> one, Table<const float> other,
+                                              double least, double most) {
+    fit(one.rows == other.rows && one.columns == other.columns && least >= 0.0,
+        "two pictures of one size, and positive levels");
+    const auto low = float(least), high = float(most);
+    Scratch<float> ratios(one.rows * one.columns + 1);
+    Index count = 0;
+    for (Index i = 0; i < one.rows; ++i)
+        for (Index j = 0; j < one.columns; ++j) {
+            const float a = one[i][j], b = other[i][j];
+            ratios[count] = a / b;  // the next one takes its place if it does not count
+            count += low < a && a < high && low < b && b < high;
+        }
+    if (count == 0) return {0, 0.0};
+    float *begin = ratios.begin(), *end = begin + count, *middle = begin + count / 2;
+    std::nth_element(begin, middle, end);
+    const float below = count % 2 ? *middle : *std::max_element(begin, middle);
+    return {count, double(below + *middle) / 2};
 }
 
 // Returns a place beyond the border, mirrored at the pixel on the border.

@@ -81,6 +81,26 @@ class ColorTarget(NamedTuple):
     """The bins."""
 
 
+class PointCues(NamedTuple):
+    """What is known of the points of a window, as offsets from its middle."""
+
+    response: Singles
+    """(h, w), responses of a filter."""
+    step: float
+    """From one response to the next."""
+    integral: Floats
+    """(H + 1, W + 1), sums of the color posterior, see `bilinear.box_means`."""
+    core: Pair
+    """Half sides of the box around a point whose colors count."""
+    share: float
+    """Weight of the colors; that of the response is the rest."""
+    sigma: float
+    """The log-weight of a point is what both say together, divided by it."""
+    deviation: Pair
+    """Standard deviations, across and down, with which the target is expected in the middle;
+    infinite where it may be anywhere."""
+
+
 class LightLimits(NamedTuple):
     """What another light may change; see `BackgroundConfig`."""
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
@@ -67,6 +70,7 @@ class DiscriminativeConfig(Config, frozen=True, dict=True):
         return Experts(own | self.extra_experts)
 
     @cached_property
-    def budget(self) -> KldSampling:
-        """The number of particles after the first of three rounds in a window."""
-        return KldSampling(min=max(self.particles // 4, 1), max=self.particles, bin=BIN)
+    def counts(self) -> NDArray[np.intp]:
+        """The number of particles after a round in a window, by how many bins they lie in."""
+        budget = KldSampling(min=max(self.particles // 4, 1), max=self.particles)
+        return np.array([budget.needed(bins) for bins in range(self.particles + 1)], np.intp)

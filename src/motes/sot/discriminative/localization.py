@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,12 +19,10 @@ from motes.cues.correlation_filter import (
     UPSAMPLING,
     CorrelationModel,
     peak_near,
-    sample_response,
 )
 from motes.cues.search_window import CELL_SIZE, SampleGrid
-from motes.sot.discriminative.config import DiscriminativeConfig
-from motes.sot.discriminative.prediction import Transition
-from motes.sot.discriminative.redetection import SYSTEMATIC
+from motes.kernels.structures import PointCues
+from motes.sot.discriminative.config import BIN, DiscriminativeConfig
 from motes.sot.filtering.resampling import Weights
 
 
@@ -76,35 +74,30 @@ def localize(
     frame: Frame,
     place: Ellipse,
     sights: Mapping[str, Any],
-    transition: Transition | None = None,
+    sigma: float = math.inf,
 ) -> WindowEstimate:
     """Return the weighted mean of particles in the window around `place`.
 
     Where experts see the target near by, it is at the mean of their places and this one.
-    `sights` are what they see in this frame. Without a `transition`, the target may be anywhere
-    in the window.
+    `sights` are what they see in this frame. The target is expected at `place` with a standard
+    deviation of `sigma` pixels; by default it may be anywhere in the window.
     """
     sights = config.experts.look_again(known.experts, frame, place, sights)
     samples = known.correlation.grid
-    half = np.array(samples.half)
     window = samples.sample_window(frame, place)
     spectra = config.correlation.spectra(samples, window)
     plane, first = config.correlation.responses(known.correlation, spectra)
     integral = config.posterior.integral(known.posterior, window)
-    share = color_weight(known.contrast)
-    core = CORE_FRACTION * samples.half[0], CORE_FRACTION * samples.half[1]
-
-    def weights(points: Floats) -> Weights:
-        pool = sample_response(plane, points)
-        kernels.bilinear.pool(integral, core, share, points, pool)
-        log_weights = pool / config.sigma
-        if transition is not None:
-            log_weights += transition.log_density(samples.points(place, points))
-        return Weights.from_log(log_weights)
-
-    centers = samples.points(place, _drawn(config, rng, samples, plane, weights))
+    half, step = samples.half, samples.step(place)
+    cues = PointCues(
+        plane, CELL_SIZE / UPSAMPLING, integral, (CORE_FRACTION * half[0], CORE_FRACTION * half[1]),
+        color_weight(known.contrast), config.sigma, (sigma / step[0], sigma / step[1]),
+    )  # fmt: skip
+    centers = samples.points(place, _drawn(config, rng, samples, cues))
     centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
-    weighed = weights(samples.offsets(place, centers))
+    log_weights = np.empty(len(centers))
+    kernels.localization.weigh(cues, samples.offsets(place, centers), log_weights)
+    weighed = Weights.from_log(log_weights)
     x, y = (weighed.values @ centers).tolist()
     found = place._replace(x=x, y=y)
     found = config.experts.refined(sights, found)
@@ -120,32 +113,19 @@ def localize(
 
 
 def _drawn(
-    config: DiscriminativeConfig,
-    rng: np.random.Generator,
-    samples: SampleGrid,
-    plane: Singles,
-    weights: Callable[[Floats], Weights],
+    config: DiscriminativeConfig, rng: np.random.Generator, samples: SampleGrid, cues: PointCues
 ) -> Floats:
     """Return particles (n, 2), in samples off the window's center.
 
-    Half of them are spread over the window, the others around the maximum of the response
-    `plane`. Then they are weighted, resampled and moved by less and less noise.
+    Half of them are spread over the window, the others around the maximum of the response. Then
+    they are weighted, resampled and moved by less and less noise.
     """
-    row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-    peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
-    half, side = np.array(samples.half), math.sqrt(samples.width * samples.height)
-    narrow = config.correlation.sharpness * side
-    noise = rng.standard_normal((3, config.particles, 2))
-    points: Floats = noise[0]
-    points[::2] *= half
-    points[1::2] = points[1::2] * narrow + peak * CELL_SIZE / UPSAMPLING
-    for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-        weighed = weights(points)
-        chosen = points[SYSTEMATIC.ancestors(rng, weighed, len(points))]
-        count = config.budget.number(chosen / math.sqrt(half.prod()))
-        chosen = points[SYSTEMATIC.ancestors(rng, weighed, count)]
-        points = chosen + noise[layer, :count] * spread
-    return points
+    side = math.sqrt(samples.width * samples.height)
+    narrow, bin_side = config.correlation.sharpness * side, BIN * side / 2
+    normal, offsets = rng.standard_normal((3, config.particles, 2)), rng.random(4)
+    return kernels.localization.draw(
+        cues, normal, offsets, samples.half, narrow, bin_side, config.counts
+    )
 
 
 def color_weight(contrast: float) -> float:

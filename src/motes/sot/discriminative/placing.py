@@ -55,7 +55,8 @@ def find(
     transition = None if state.standing.missed else sight.transition(state.motion, predicted)
     experts = config.experts
     sights = experts.look(state.experts, frame, predicted)
-    look = localize(config, rng, state, frame, predicted, sights, transition)
+    sigma = math.inf if transition is None else transition.sigma
+    look = localize(config, rng, state, frame, predicted, sights, sigma)
     if math.hypot(*shift.tolist()) > APART * last.side and look.evidence < DECIDED:
         there = localize(config, rng, state, frame, last, sights)
         look = max(look, there, key=lambda look: look.evidence)

@@ -18,7 +18,6 @@ import numpy as np
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.median import median
 from motes.core.types import Floats, Singles
 from motes.cues.fourier import fast_length
 from motes.cues.search_window import cut
@@ -106,11 +105,10 @@ class Light(msgspec.Struct, frozen=True):
             (`small_picture.overlap`).
         """
         least, most = 3 * DARK, 3 * BRIGHT  # pictures are sums of three colors
-        known = (least < now) & (now < most) & (least < before) & (before < most)
-        if np.count_nonzero(known) < LEAST_POINTS:
+        known, ratio = kernels.planes.median_ratio(now, before, least, most)
+        if known < LEAST_POINTS:
             return self
-        change = math.log(median(now[known] / before[known]))
-        change = min(max(change, -LARGEST_CHANGE), LARGEST_CHANGE)
+        change = min(max(math.log(ratio), -LARGEST_CHANGE), LARGEST_CHANGE)
         return Light(self.level + change)
 
     def taken_off(self, frame: Frame) -> Frame:

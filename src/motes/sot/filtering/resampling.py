@@ -166,13 +166,17 @@ class KldSampling(Config, frozen=True):
         """Return the number of particles for the spread of places (N, d), in units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
         k = len(set((bins @ [1 << 20 * axis for axis in range(bins.shape[1])]).tolist()))
-        return self.allowed(self._needed(k))
+        return self.needed(k)
+
+    def needed(self, bins: int) -> int:
+        """Return the number of particles that estimate a distribution over bins."""
+        return self.allowed(self._enough(bins))
 
     def allowed(self, number: int) -> int:
         """Return the number of particles between `min` and `max` that is nearest to a number."""
         return min(max(number, self.min), self.max)
 
-    def _needed(self, bins: int) -> int:
+    def _enough(self, bins: int) -> int:
         """Return n for k bins; one bin needs one particle."""
         if bins < 2:
             return 1
