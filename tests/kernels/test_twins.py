@@ -223,10 +223,11 @@ def test_particles_are_drawn_in_three_layers() -> None:
 
 
 @pytest.mark.parametrize("least", [0.0, 3.0, 20.0])
-def test_the_median_ratio_of_pictures(least: float) -> None:
+def test_two_pictures_differ_by_a_mean_and_a_median_ratio(least: float) -> None:
     one, other = RNG.uniform(0, 10, (2, 12, 15)).astype(np.float32)[:, :, 2:]
     known = (one > least) & (one < 9) & (other > least) & (other < 9)
     expected = np.median(one[known] / other[known]) if known.any() else 0.0
+    assert_close(kernels.planes.mean_difference(one, other), np.abs(one - other).mean(), 1e-5)
     count, ratio = kernels.planes.median_ratio(one, other, least, 9.0)
     assert count == np.count_nonzero(known)
     assert_close(ratio, expected)

@@ -133,6 +133,7 @@ inline bool add_kernels(PyObject* extension) {
                 brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
            add(extension, "planes",
                {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
+                brief<planes::mean_difference>("mean_difference"),
                 brief<planes::median_ratio>("median_ratio"),
                 unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "sampling",

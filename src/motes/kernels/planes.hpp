@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "arrays.hpp"
@@ -40,6 +42,18 @@ inline void relight(Picture picture, double factor, Volume<std::uint8_t> out) {
         for (Index i = 0; i < width; ++i)
             lit[i] = std::uint8_t(std::min((from[i] * scale + 32768) >> 16, 255u));
     }
+}
+
+// Returns the mean difference of two pictures (h, w).
+inline double mean_difference(Table<const float> one, Table<const float> other) {
+    fit(one.rows == other.rows && one.columns == other.columns, "two pictures of one size");
+    double total = 0.0;
+    for (Index i = 0; i < one.rows; ++i) {
+        float sums[8] = {};  // side by side
+        for (Index j = 0; j < one.columns; ++j) sums[j % 8] += std::abs(one[i][j] - other[i][j]);
+        total += std::accumulate(sums, sums + 8, 0.0);
+    }
+    return total / double(one.rows * one.columns);
 }
 
 // Returns how many points lie between two levels in both of two pictures (h, w), and the median of

@@ -15,8 +15,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from motes.core.config import Config, NonNegative
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -153,8 +151,8 @@ class Experts:
     def refined(self, sights: Mapping[str, Any], place: Ellipse) -> Ellipse:
         """Return the mean of a place and of where the experts see the target near it."""
         near = [expert.refined(sights[name], place) for name, expert in self.named.items()]
-        centers = [seen[:2] for seen in (place, *near) if seen is not None]
-        x, y = np.mean(centers, axis=0).tolist()
+        seen = [place, *(each for each in near if each is not None)]
+        x, y = (sum(each[axis] for each in seen) / len(seen) for axis in (0, 1))
         return place._replace(x=x, y=y)
 
     def log_odds(self, sights: Mapping[str, Any], place: Ellipse) -> float:

@@ -72,7 +72,7 @@ def overlap(before: Singles, now: Singles, shift: Floats, frame: Frame) -> tuple
 def difference(pictures: tuple[Singles, Singles]) -> float:
     """Return the mean difference of two pictures; it is infinite if they show nothing."""
     before, now = pictures
-    return float(np.abs(now - before).mean()) if now.size else math.inf
+    return kernels.planes.mean_difference(now, before) if now.size else math.inf
 
 
 DARK, BRIGHT = 15, 245
