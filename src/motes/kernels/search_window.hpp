@@ -316,13 +316,19 @@ inline void energies(Plane<const float> votes, Plane<float> energy) {
 // Writes gray and two differences of color, the planes 27 to 29 of `gradient_cells`.
 inline void colors(Samples samples, Index cell, Volume<float> out) {
     const auto scale = float(1.0 / (double(cell * cell) * 255.0));
+    ScratchPlane<float> sums(3, out.columns);  // of the cells in a row
     for (Index i = 0; i < out.rows; ++i) {
-        for (Index j = 0; j < out.columns; ++j) {
-            float sums[3] = {};
+        std::fill_n(sums.begin(), 3 * out.columns, 0.0f);
+        for (Index c = 0; c < 3; ++c) {
+            float* __restrict sum = sums[c];
             for (Index row = i * cell; row < (i + 1) * cell; ++row)
-                for (Index column = j * cell; column < (j + 1) * cell; ++column)
-                    for (Index c = 0; c < 3; ++c) sums[c] += samples[c][row][column];
-            const auto [red, green, blue] = sums;
+                for (Index u = 0; u < cell; ++u) {
+                    const float* sample = samples[c][row] + u;
+                    for (Index j = 0; j < out.columns; ++j) sum[j] += sample[j * cell];
+                }
+        }
+        for (Index j = 0; j < out.columns; ++j) {
+            const float red = sums[0][j], green = sums[1][j], blue = sums[2][j];
             out[27][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
             out[28][i][j] = (red - green) * scale;
             out[29][i][j] = (0.5f * (red + green) - blue) * scale;
