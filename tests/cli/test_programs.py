@@ -57,9 +57,9 @@ def test_what_is_missing_is_said(
 def test_a_command_of_another_package(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    install(monkeypatch, wave="motes_fleet.commands.serve:app")
+    install(monkeypatch, wave="motes_fleet.commands.batch:app")
     assert main(["wave", "--help"]) == 0
-    assert "label-studio" in capsys.readouterr().out
+    assert "retry" in capsys.readouterr().out
     assert main(["--help"]) == 0
     assert "wave" in capsys.readouterr().out
 

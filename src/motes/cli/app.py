@@ -54,7 +54,6 @@ for command, what in COMMANDS.items():
     app.command(PLACES[command], name=command, help=what)
 PROGRAMS = {
     "batch": ("fleet", "Track in many films, on many machines."),
-    "serve": ("fleet", "Track for annotation tools."),
     "studio": ("studio", "Track, check and correct in a browser."),
 }
 """Commands of motes' other programs: the extras that install these, and their lines of help."""

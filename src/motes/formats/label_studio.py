@@ -58,21 +58,14 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     task = {
         "data": {VIDEO: recorded.head.source},
         "predictions": [
-            {"model_version": f"motes {__version__}", "result": regions(recorded, keyframe_error)}
+            {"model_version": f"motes {__version__}", "result": _regions(recorded, keyframe_error)}
         ],
     }
     yield msgspec.json.encode([task]) + b"\n"
 
 
-def regions(
-    recorded: Recording,
-    keyframe_error: float = KEYFRAME_ERROR,
-    names: tuple[str, str] = (BOX, VIDEO),
-) -> list[dict[str, Any]]:
-    """Return the regions of all objects; raise a FormatError if a box has no identity.
-
-    `names` are those of the tags of the box and the video.
-    """
+def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]:
+    """Return the regions of all objects; raise a FormatError if a box has no identity."""
     head, classes = recorded.head, classes_of(recorded)
     places: dict[int, list[tuple[int, float, Corners, float]]] = {}
     count, seconds = 0, FRAME_INTERVAL
@@ -91,8 +84,8 @@ def regions(
         {
             "id": f"motes-{identity}",
             "type": REGION,
-            "from_name": names[0],
-            "to_name": names[1],
+            "from_name": BOX,
+            "to_name": VIDEO,
             "origin": "prediction",
             "score": round(float(np.mean([place[3] for place in here])), 5),
             "value": {
@@ -201,7 +194,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out += [f"further classes of {counted(further, 'region')}"] * (further > 0)
     keys = [key for region in drawn for key in region.value.sequence]
     own = (result.model_version or "").startswith("motes ")
-    rate = None if own else rate_of(keys)
+    rate = None if own else _rate_of(keys)
     counts = [region.value.frames for region in drawn if region.value.frames]
     count = max(counts, default=0)
     end = min((each for each in (count, facts.frames) if each), default=0)
@@ -251,7 +244,7 @@ def _result(task: _VideoTask) -> tuple[_Result, int]:
     return kept[0], len(task.annotations) - 1 if task.annotations else 0
 
 
-def rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
+def _rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
     """Return the rate at which Label Studio showed the film: it writes frame / rate as time.
 
     None where other times are written, as those of the film.
@@ -339,11 +332,6 @@ def _frames(value: Value, facts: FilmFacts, clock: _Clock) -> dict[int, tuple[El
             place = start + min(max(frame - begin, 0.0), end - begin) * step
             found[frame] = _ellipse(place, facts), False
     return found
-
-
-def place_of(key: VideoKeyframe, facts: FilmFacts) -> Ellipse:
-    """Return the ellipse in a rectangle; raise a ValueError if it has no area."""
-    return _ellipse(_numbers(key), facts)
 
 
 def _numbers(key: VideoKeyframe) -> Floats:

@@ -1,1 +1,1 @@
-"""Annotation tools call these as trackers: CVAT and Label Studio."""
+"""Annotation tools call these as trackers."""
