@@ -1,23 +1,16 @@
-"""How old the results of a live camera are: a film with a clock in it, from end to end.
+"""How old the results of a live camera are: from the painting of a picture to its row.
 
     python benchmarks/latency.py 25 50 100 --seconds 20
 
-A camera on this machine sends JPEGs over HTTP, each with the moment of its painting as black and
-white blocks, and two squares that walk. `motes watch` reads it. Ages are measured
-
-- of rows: from the painting of a picture until its row can be read from standard output;
-- of pictures: until a browser has them from the page of `--show`, by the clock in them.
-
-With --rows-only there is no page. The camera's own encoding and the decoding of the page's JPEGs
-count too.
+A camera on this machine sends JPEGs of two squares that walk over HTTP, and `motes watch` reads it.
+Ages are those of rows: from the painting of a picture until its row can be read from standard
+output. The camera's own encoding counts too.
 """
 
 from __future__ import annotations
 
 import argparse
-import http.client
 import io
-import re
 import signal
 import subprocess
 import sys
@@ -25,7 +18,6 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,31 +27,17 @@ from motes_lab.report import markdown
 from motes_lab.report.tables import NO_VALUE, Cell, Row, Table, number
 
 WIDTH, HEIGHT = 640, 480
-BLOCK, BITS = 16, 32
-"""Size of a bit of the clock in pixels, and the number of bits: milliseconds."""
 WARM_UP = 3.0
 """Seconds at the start that do not count: the detector learns the background."""
 
 
 def painted(index: int, rate: float, background: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a picture with two walkers, and the clock in its last rows."""
+    """Return a picture with two walkers."""
     pixels = background.copy()
     for y, speed in ((200, 90), (330, -140)):
         x = int(index / rate * speed) % (WIDTH + 80) - 60
         pixels[y : y + 90, max(x, 0) : max(x + 40, 0)] = (220, 60, 40)
-    now = round(time.monotonic() * 1000) % (1 << BITS)
-    for bit in range(BITS):
-        level = 255 * (now >> bit & 1)
-        pixels[-BLOCK:, bit * BLOCK : (bit + 1) * BLOCK] = level
     return pixels
-
-
-def age(pixels: NDArray[np.uint8]) -> float:
-    """Return the time since the painting of a picture, in seconds."""
-    now = round(time.monotonic() * 1000) % (1 << BITS)
-    middle = pixels[-BLOCK // 2, BLOCK // 2 : BITS * BLOCK : BLOCK].mean(axis=1)
-    then = sum(int(level > 128) << bit for bit, level in enumerate(middle))
-    return ((now - then) % (1 << BITS)) / 1000
 
 
 class Camera:
@@ -99,34 +77,11 @@ class Camera:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
 
-def look(address: str, since: float, ages: list[float]) -> None:
-    """Read the pictures of a page until it ends, and note their ages from a moment on."""
-    parts = urlsplit(address)
-    connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=10)
-    connection.request("GET", "/stream")
-    answer = connection.getresponse()
-    while answer.readline():
-        answer.readline()
-        size = int(answer.readline().split()[1])
-        answer.readline()
-        data = answer.read(size)
-        answer.readline()
-        with Image.open(io.BytesIO(data)) as image:
-            old = age(np.array(image))
-        if time.monotonic() > since:
-            ages.append(old)
-
-
-def measured(
-    rate: float, seconds: float, rows_only: bool, more: list[str]
-) -> tuple[list[float], list[float], str]:
-    """Run `motes watch`; return the ages of rows and of pictures, and its summary."""
+def measured(rate: float, seconds: float, more: list[str]) -> tuple[list[float], str]:
+    """Run `motes watch`; return the ages of rows, and its summary."""
     camera = Camera(rate)
     rows: list[float] = []
-    pictures: list[float] = []
     command = [sys.executable, "-m", "motes", "watch", camera.url, "-o", "-", *more]
-    if not rows_only:
-        command.append("--show")
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1
     ) as process:
@@ -135,10 +90,6 @@ def measured(
         process.stdout.readline()
         since, last = time.monotonic() + WARM_UP, -1
         end = since + seconds
-        if not rows_only:
-            found = re.search(r"http://127\S+", process.stderr.readline())
-            assert found is not None
-            threading.Thread(target=look, args=(found[0], since, pictures), daemon=True).start()
         for row in process.stdout:
             now, name = time.monotonic(), row.partition(",")[0]
             if int(name) != last and now > since:
@@ -149,7 +100,7 @@ def measured(
         process.send_signal(signal.SIGINT)
         process.stdout.close()
         summary = process.stderr.read().strip().splitlines()[0]
-    return rows, pictures, summary
+    return rows, summary
 
 
 def quantiles(ages: list[float]) -> list[Cell]:
@@ -163,18 +114,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("rates", nargs="+", type=float, help="pictures a second")
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--rows-only", action="store_true")
     options, more = parser.parse_known_args()
     lines: list[Row] = []
     for rate in options.rates:
-        rows, pictures, summary = measured(rate, options.seconds, options.rows_only, more)
+        rows, summary = measured(rate, options.seconds, more)
         print(summary, file=sys.stderr)
-        ages = *quantiles(rows), *quantiles(pictures)
-        lines.append((Cell(f"{rate:g}"), Cell(f"{len(rows)}"), *ages))
-    head = (
-        *("pictures a second", "rows timed", "rows, median ms", "95 % below"),
-        *("page, median ms", "95 % below"),
-    )
+        lines.append((Cell(f"{rate:g}"), Cell(f"{len(rows)}"), *quantiles(rows)))
+    head = ("pictures a second", "rows timed", "rows, median ms", "95 % below")
     print(markdown.table(Table("How old results are", head, lines)))
 
 

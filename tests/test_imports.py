@@ -175,7 +175,7 @@ def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
         "scipy", "cv2", "matplotlib", "dlib", "pandas", "PIL", "rich", "importlib.metadata",
         "http.client", "http.server", "ssl", "email",
         "numpy.ma", "numpy.testing", "multiprocessing", "onnxruntime", "motes.mot.scene",
-        "motes.output.live_picture", "motes.synthetic",
+        "motes.synthetic",
     }  # fmt: skip
     assert loaded & needless == set()
     assert {"numpy.linalg", "motes.sot.discriminative.tracker"} <= loaded

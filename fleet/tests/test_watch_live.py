@@ -1,4 +1,4 @@
-"""motes watch and motes track as they run for long: shown, sent, killed."""
+"""motes watch and motes track as they run for long: sent, killed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from motes.cli import main
 from motes_fleet.delivery import delivery
 from motes_fleet.delivery.delivery import Delivery
 from motes_fleet.delivery.event_queue import MessageQueue
-from motes_fleet.delivery.live_picture import Page
 from motes_fleet.delivery.mqtt import Mqtt
 from red_box import walk
 
@@ -102,22 +101,6 @@ def test_what_waits_is_reported(
     assert main(watch(film, "--events", other, "--queue", str(queue), "--end", "10")) == 4
     error = capsys.readouterr().err
     assert f"3 events of earlier runs for {hook} in {queue}; this run does not send them" in error
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "track --preset mean_shift --init 40,40,16,30",
-        "track --preset mean_shift --init 40,40,16,30 --init 40,40,16,30",
-        "watch",
-    ],
-)
-def test_a_run_is_shown(command: str, film: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    drawn: list[tuple[int, ...]] = []
-    monkeypatch.setattr(Page, "offer", lambda page, draw: drawn.append(draw().shape))
-    assert main([*command.split(), film, "--start", "30", "--end", "35", "--show"]) in (0, 4)
-    assert drawn == 5 * [(96, 160, 3)]
 
 
 @pytest.mark.parametrize(

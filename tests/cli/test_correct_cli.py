@@ -457,9 +457,9 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
         (
-            "track FILM --at 3=BOX --stride 2 --show --resume --figures f",
+            "track FILM --at 3=BOX --stride 2 --resume --figures f",
             2,
-            "--stride, --show, --resume and --figures are not for keyframes;",
+            "--stride, --resume and --figures are not for keyframes;",
         ),
         (
             "refine FILM rows.csv --at 3=BOX --seed 1",

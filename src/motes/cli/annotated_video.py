@@ -1,4 +1,4 @@
-"""What is drawn into the frames of a run: a video of it, and a live picture."""
+"""What is drawn into the frames of a run: a video of it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Callable
 from functools import partial
 from math import isfinite, nan
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.messages import log
-from motes.cli.parts import part
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
@@ -118,32 +116,3 @@ class AnnotatedVideo(Sink):
     def __exit__(self, *exception: object) -> None:
         """Close the video; one that Ctrl-C ended is complete up to its last frame."""
         self._writer.__exit__(*exception)  # type: ignore[arg-type]
-
-
-class Show(Sink):
-    """Shows the newest picture of a run.
-
-    Parameters
-    ----------
-    painted
-        Returns a function that draws a result; called with each of them.
-    """
-
-    def __init__(self, painted: Callable[[Moment], Draw]) -> None:
-        self._painted = painted
-        self._view: Any = None
-
-    def write(self, moment: Moment) -> None:
-        """Show a frame."""
-        assert self._view is not None
-        self._view.offer(self._painted(moment))
-
-    def __enter__(self) -> Self:
-        self._view = part("view", "--show")()
-        if self._view.address is not None:
-            log(f"The live picture is at {self._view.address}")
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._view is not None:
-            self._view.close()

@@ -117,7 +117,7 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     from motes.rows.journal import journal_of
 
     output = outputs.output
-    if output is None and not (outputs.overlay or outputs.show or others):
+    if output is None and not (outputs.overlay or others):
         output = default_output(source)
     check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error, output, outputs.format)

@@ -192,9 +192,6 @@ class OutputOptions:
     documents]"""
     overlay: Path | None = None
     """Video with the tracks drawn: .mp4, .mkv, .mov or .m4v."""
-    show: Annotated[bool, FLAG] = False
-    """Show the tracks while they are made: in a window if OpenCV has one, else on a page for a
-    browser on this computer, whose address is printed."""
     overwrite: Overwrite = False
 
 

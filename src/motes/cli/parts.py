@@ -1,6 +1,6 @@
 """What commands of motes leave to other programs, which join by entry points.
 
-A rig of cameras, events over networks and live pages are in motes-fleet, the figures of the papers
+A rig of cameras and events over networks are in motes-fleet, the figures of the papers
 in motes-lab; a run that asks for one of these without its program says what to install.
 """
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from motes.cli.annotated_video import AnnotatedVideo, Show
+from motes.cli.annotated_video import AnnotatedVideo
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.outputs import (
@@ -69,14 +69,11 @@ class Request(Generic[Configuration]):
     def pictures(
         self, film: Source | Film, painter: Callable[[], Callable[[Moment], Draw]]
     ) -> list[Sink]:
-        """Return the outputs --overlay and --show, each with a painter of its own."""
-        opened: list[Sink] = []
-        if (path := self.outputs.overlay) is not None:
-            stride, anew = self.frames.stride, self.overwrite
-            opened.append(AnnotatedVideo(path, film, stride, painter(), overwrite=anew))
-        if self.outputs.show:
-            opened.append(Show(painter()))
-        return opened
+        """Return the output --overlay."""
+        if (path := self.outputs.overlay) is None:
+            return []
+        stride, anew = self.frames.stride, self.overwrite
+        return [AnnotatedVideo(path, film, stride, painter(), overwrite=anew)]
 
     def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, with further columns; none if they are not asked for.

@@ -133,9 +133,10 @@ def _check_fitting(
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
         unfit: dict[str, object] = {
-            "--stride": frames.stride != 1, "--show": outputs.show,
-            "--resume": outputs.resume, "--figures": outputs.figures,
-        }  # fmt: skip
+            "--stride": frames.stride != 1,
+            "--resume": outputs.resume,
+            "--figures": outputs.figures,
+        }
         refuse(unfit, "not for keyframes")
         return
     if len(target.regions()) > 1:

@@ -15,7 +15,6 @@ from urllib.parse import unquote, urlsplit
 
 from motes.core import without_password
 from motes_fleet.delivery.delivery import DeliveryError
-from motes_fleet.delivery.timed_reader import TimedReader, TooLargeError
 
 ANSWER = 5.0
 """Seconds of a whole exchange: a server must have answered within."""
@@ -23,14 +22,51 @@ LARGEST_ANSWER = 64 << 10
 """Bytes of an answer, with its head; only its status counts."""
 
 
+class _TooLargeError(OSError):
+    """A server sends more than it may."""
+
+
+class _TimedReader(io.RawIOBase):
+    """Reads from a socket, and raises a TimeoutError or a _TooLargeError beyond its limits.
+
+    A timeout of a socket limits each read alone: a peer that sends a byte now and then is never
+    late.
+    """
+
+    def __init__(self, connected: socket.socket, seconds: float, most: int) -> None:
+        self._socket, self._until, self._left = connected, time.monotonic() + seconds, most
+        self._file = connected.makefile("rb", buffering=0)
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readinto(self, buffer: Any, /) -> int | None:
+        """Read what is there, or wait for it."""
+        seconds = self._until - time.monotonic()
+        if seconds <= 0:
+            raise TimeoutError
+        self._socket.settimeout(seconds)
+        count = self._file.readinto(buffer)
+        self._left -= count or 0
+        if self._left < 0:
+            raise _TooLargeError
+        return count
+
+    def close(self) -> None:
+        """Let go of the socket."""
+        self._file.close()
+        super().close()
+
+
 class _TimedAnswer(http.client.HTTPResponse):
-    """An answer that ends in time: the library's own limit is for each read alone."""
+    """An answer that ends in time."""
 
     def __init__(self, sock: socket.socket, *options: Any, **more: Any) -> None:
         super().__init__(sock, *options, **more)
         self.fp.close()
         seconds = sock.gettimeout() or 0.0
-        self.fp = io.BufferedReader(TimedReader(sock, seconds, LARGEST_ANSWER))
+        self.fp = io.BufferedReader(_TimedReader(sock, seconds, LARGEST_ANSWER))
 
 
 class _Http(http.client.HTTPConnection):
@@ -127,7 +163,7 @@ def _what_failed(error: Exception) -> str:
     reason = getattr(error, "reason", None) or error
     if isinstance(reason, TimeoutError) and reason.errno is None:
         return f"has not finished its answer in {ANSWER:g} s"
-    if isinstance(reason, TooLargeError):
+    if isinstance(reason, _TooLargeError):
         return f"answers with more than {LARGEST_ANSWER >> 10} kB"
     text = getattr(reason, "strerror", None) or str(reason) or type(reason).__name__
     return f"cannot be reached: {text}"
