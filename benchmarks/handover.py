@@ -1,13 +1,11 @@
 """How many reports a second cameras may send, and how long one takes, as cameras become more.
 
-    python benchmarks/handover.py          the association itself, in this process
-    python benchmarks/handover.py --lines --cameras 40 100 316
+    python benchmarks/handover.py
 
 Cameras are simulated: rooms in a grid, each the neighbor of the rooms beside it, and people who
 walk through. Rates are those of one core: seconds of the processor that updates and arrivals take.
 Latency is measured by feeding the reports at half of the highest rate, at random moments (a Poisson
 process), to a queue that one core serves: a report waits for those before it, then takes its time.
-With --lines, a program gets the reports by connections, as on a cluster, and writes their rows.
 """
 
 from __future__ import annotations
@@ -63,19 +61,8 @@ def main() -> None:
     parser.add_argument("--people", type=float, default=1.0)
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--lines", action="store_true")
     parser.add_argument("--plot")
     options = parser.parse_args()
-    if options.lines:
-        from handover_lines import measure
-
-        lines = [
-            measure(building_of(cameras), options.people, options.seconds)
-            for cameras in options.cameras
-        ]
-        head = "cameras", "reports for a second of the program's core", "ms, median", "ms, 99 %"
-        print(markdown.table(Table("Reports by connections", head, lines)))
-        return
     times(building_of(9), options.seconds, 3.0)  # imports what it needs
     rows, lines, rng = [], list[Row](), np.random.default_rng(0)
     for cameras in options.cameras:

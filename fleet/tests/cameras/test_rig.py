@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,6 +33,7 @@ from motes.cli import main
 from motes.cues import Color
 from motes.video import decoder
 from motes_fleet.cameras import live, rig_camera
+from motes_fleet.cameras import rig as rig_runner
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -149,6 +151,11 @@ def test_a_histogram_is_for_several_cameras(go: Go, capfd: pytest.CaptureFixture
     assert "red.json" in error
 
 
+def no_process(*_: object) -> SimpleNamespace:
+    """Stand for the worker of a camera."""
+    return SimpleNamespace(pipe=None)
+
+
 @pytest.mark.parametrize("slow", ["one", "two"])
 def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a camera may expect depends on the times of frames alone, not on who is faster.
@@ -160,13 +167,12 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
     class Recording(RigCamera):
         """A recording that works when the test has it work."""
 
-        def _start(self) -> None:
-            pass
-
         def _send(self, arrivals: object) -> None:
             log.append(f"{self.name} {arrivals}")
 
-    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))), start=Recording)
+    monkeypatch.setattr(rig_camera, "Worker", no_process)
+    monkeypatch.setattr(rig_runner, "RigCamera", Recording)
+    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))))
     monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(times)}")
     times: list[float] = []
     starts = {"one": 0.0, "two": 0.02}
@@ -456,9 +462,10 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
 
 
 class SilentCamera(RigCamera):
-    """A live camera without a process; it keeps what it is sent."""
+    """A live camera that keeps what it is sent."""
 
-    def _start(self) -> None:
+    def __init__(self, camera: Camera) -> None:
+        super().__init__(camera, 0, 0.0)
         self.sent: list[object] = []
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
@@ -478,8 +485,9 @@ class OnceAnnounced:
         return tuple(sorted(new))
 
 
-def test_arrivals_wait_for_a_camera_that_works_still() -> None:
-    hall, association = SilentCamera(Camera("hall", ""), 0, 0.0), OnceAnnounced()
+def test_arrivals_wait_for_a_camera_that_works_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig_camera, "Worker", no_process)
+    hall, association = SilentCamera(Camera("hall", "")), OnceAnnounced()
     (*_,) = hall.receive(CameraReady("hall", live=True))
     for second in range(3):
         report = CameraReport("office", second, float(second), ())

@@ -10,8 +10,6 @@ from typing import Any
 
 import pytest
 
-NODE = {"num_cpus": 1, "resources": {"reaches-hall": 1}}
-"""A node on which anything may run."""
 QUICK = {
     "health_check_initial_delay_ms": 1000,
     "health_check_period_ms": 1000,
@@ -24,7 +22,7 @@ for other processes of this machine, and do not end for their memory."""
 
 @pytest.fixture(scope="package")
 def any_cluster() -> Iterator[Any]:
-    """Give a cluster whose head works as well, and reaches no hall."""
+    """Give a cluster whose head works as well."""
     pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes-fleet[ray]'")
     from ray.cluster_utils import Cluster
 
@@ -47,5 +45,5 @@ def cluster(any_cluster: Any) -> Any:
         if not node.remaining_processes_alive():
             any_cluster.remove_node(node, allow_graceful=False)
     while len(any_cluster.worker_nodes) < 2:
-        any_cluster.add_node(**NODE)
+        any_cluster.add_node(num_cpus=1)
     return any_cluster

@@ -17,7 +17,6 @@ from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
 from .messages import counted as counted
 from .messages import log as log
-from .option_groups import Cluster as Cluster
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode
 from .option_groups import options as options

@@ -75,14 +75,6 @@ ObjectPreset = Annotated[
         help="Preset of the particle filter that tracks each object; motes config lists all.",
     ),
 ]
-Cluster = Annotated[
-    str | None,
-    Parameter(
-        group=RUN,
-        help="Run on a cluster of Ray instead of the processes of this machine: auto for the one "
-        "that this machine belongs to, or HOST:PORT of its head.",
-    ),
-]
 Fps = Annotated[
     float | None,
     Parameter(

@@ -13,7 +13,6 @@ from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import watch_config
 from motes.cli.option_groups import (
-    Cluster,
     ConfigOptions,
     FileName,
     FrameOptions,
@@ -59,7 +58,6 @@ def watch(
     outputs: WatchOutputs = WatchOutputs(),
     preset: ObjectPreset = PRESET,
     values: ConfigOptions = ConfigOptions(),
-    cluster: Cluster = None,
     own_code: OwnCode = False,
     help_all: HelpAll = False,
 ) -> int:
@@ -74,8 +72,7 @@ def watch(
     source
         A video, a folder or pattern of images, the number of a camera, or an address. Or a .toml
         file of several cameras with [[camera]], [[passage]] and [[overlap]] (docs/cameras.md); then
-        only -o (.csv or .jsonl), --overwrite, --seed, --histogram, --cluster and --own-code may be
-        given.
+        only -o (.csv or .jsonl), --overwrite, --seed, --histogram and --own-code may be given.
     """
     if help_all:
         from motes.cli.app import show_all
@@ -87,12 +84,10 @@ def watch(
 
         watch_rig = part("rig", "A file of several cameras")
         code: int = watch_rig(
-            source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster,
+            source, outputs.output, outputs.overwrite, values.seed, objects.histogram,
             own_code=own_code,
         )  # fmt: skip
         return code
-    if cluster is not None:
-        raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
         raise ConfigError(
             "--histogram is for a file of several cameras; for one, see Tracker.search of Python."

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from multiprocessing.connection import wait
 from typing import Self
 
@@ -39,23 +39,13 @@ class RigRunner:
         The seed of the random numbers.
     target
         A known target for which all cameras wait, in place of all objects. Its identity is 1.
-
-    start
-        Starts a camera: in a process of this machine, by default. It gets the camera, the seed, the
-        reading of `time.monotonic` at time 0 of live frames, and the target.
     """
 
-    def __init__(
-        self,
-        rig: Rig,
-        seed: int = 0,
-        target: KnownTarget | None = None,
-        start: Callable[..., RigCamera] = RigCamera,
-    ) -> None:
+    def __init__(self, rig: Rig, seed: int = 0, target: KnownTarget | None = None) -> None:
         self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()
         with blocked_signals():
-            self._cameras = [start(camera, seed, origin, target) for camera in rig.camera]
+            self._cameras = [RigCamera(camera, seed, origin, target) for camera in rig.camera]
         cameras = {camera.name: camera for camera in self._cameras}
         self._near = {
             name: [cameras[each] for each in (name, *near)]
@@ -67,7 +57,7 @@ class RigRunner:
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         while any(not camera.over or camera.reports for camera in self._cameras):
             for camera in self._cameras:
-                yield from camera.look()
+                camera.look()
             pipes = {
                 camera.pipe: camera
                 for camera in self._cameras

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import socket
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -70,7 +69,7 @@ class RigCamera:
         self, camera: Camera, seed: int, origin: float, target: KnownTarget | None = None
     ) -> None:
         self.name, self._args = camera.name, (camera, seed, origin, target)
-        self.pipe: Connection | socket.socket | None = None
+        self.pipe: Connection | None = None
         self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
         self.next: float | None = None
@@ -92,45 +91,37 @@ class RigCamera:
 
     def start(self) -> None:
         """Start the process."""
-        self._start()
+        self.worker = Worker(watch_camera, *self._args)
+        self.pipe = self.worker.pipe
         self.due = self.next = None
         self._asked, self._told = 0, False
         self._known = 0 if self.live else self._reported
         self._offsets = (self._frames, self._identities) if self.live else (0, 0)
 
-    def _start(self) -> None:
-        self.worker = Worker(watch_camera, *self._args)
-        self.pipe = self.worker.pipe
-
-    def _lost(self) -> Iterator[CameraMessage | CameraEnded]:
-        """Find that nobody is at the other end of the pipe; yield what there is to say."""
-        cause = self.worker.cause()
-        self.worker.end()
-        yield from self.fail(f"its process ended with {cause}")
-
     def close(self) -> None:
         """End the process."""
         self.worker.end()
 
-    def look(self) -> Iterator[CameraMessage | CameraEnded]:
-        """Start it again if that is due; yield what there is to say."""
+    def look(self) -> None:
+        """Start it again if that is due."""
         if self.due is not None and time.monotonic() >= self.due:
             self.start()
-        yield from ()
 
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Receive its next message; yield it unless it is a report, which waits for its time."""
-        assert isinstance(self.pipe, Connection)
+        assert self.pipe is not None
         message: Message | None = receive(self.pipe, Message)
-        if message is None:
-            self.pipe = None
-            yield from self._lost()
-        else:
+        if message is not None:
             yield from self.receive(message)
+            return
+        self.pipe = None
+        cause = self.worker.cause()
+        self.worker.end()
+        yield from self.fail(f"its process ended with {cause}")
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send a `Go`."""
-        if isinstance(self.pipe, Connection):
+        if self.pipe is not None:
             with contextlib.suppress(OSError):  # that it has ended is noticed in `listen`
                 self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
 

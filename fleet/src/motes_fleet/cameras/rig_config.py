@@ -38,8 +38,6 @@ class Camera(Config, frozen=True):
     """Seconds from the start of the rig to the start of a recording."""
     fps: Positive | None = None
     """Frames per second of images, as for `motes.open_source`."""
-    node: str | None = None
-    """On a cluster, the resource of the nodes that reach it; by default, all nodes do."""
     place: tuple[Place, ...] = ()
     """Doors and borders through which objects come and go."""
 

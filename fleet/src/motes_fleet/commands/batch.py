@@ -15,7 +15,6 @@ from motes import ConfigError
 from motes.cli import (
     DONE,
     PARTIAL,
-    Cluster,
     FileName,
     OwnCode,
     call,
@@ -28,7 +27,7 @@ from motes.core import interrupts, optional
 from motes.sot import Network
 from motes_fleet.cluster import pool as pools
 from motes_fleet.commands.batch_job import make, tracker_options
-from motes_fleet.commands.workers import RUN, Workers, worker_count
+from motes_fleet.commands.workers import RUN, Cluster, Workers, worker_count
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job

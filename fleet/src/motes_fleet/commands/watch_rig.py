@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
@@ -23,8 +23,6 @@ from motes.rows import FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig
-from motes_fleet.cluster.ray_connection import connected
-from motes_fleet.cluster.rig_on_ray import cluster_rig
 
 
 def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
@@ -42,19 +40,6 @@ def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
     return FrameRow(report.frame, report.time, tuple(rows))
 
 
-@contextlib.contextmanager
-def watcher(
-    rig: Rig, seed: int, target: KnownTarget | None, cluster: str | None
-) -> Iterator[RigRunner]:
-    """Give what watches the cameras: processes of this machine, or actors on a cluster."""
-    if cluster is None:
-        with RigRunner(rig, seed, target) as local:
-            yield local
-        return
-    with connected(cluster) as ray, cluster_rig(ray, rig, seed, target) as remote:
-        yield remote
-
-
 def _target(path: Path) -> KnownTarget:
     try:
         return KnownTarget.load(path)
@@ -68,7 +53,6 @@ def watch_rig(
     overwrite: bool,
     seed: int,
     histogram: Path | None,
-    cluster: str | None,
     *,
     own_code: bool = False,
 ) -> int:
@@ -96,7 +80,7 @@ def watch_rig(
         opened.enter_context(rows)
         try:
             with interrupts.deferred():
-                watching = opened.enter_context(watcher(rig, seed, target, cluster))
+                watching = opened.enter_context(RigRunner(rig, seed, target))
             for news in watching:
                 interrupts.check()
                 with interrupts.deferred():

@@ -1,4 +1,4 @@
-"""The option for the number of processes."""
+"""The options for where jobs run: processes of this machine, or a cluster."""
 
 from typing import Annotated
 
@@ -10,6 +10,14 @@ from motes_fleet.cluster.machine import cores
 RUN = Group("Run", sort_key=2)
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
+]
+Cluster = Annotated[
+    str | None,
+    Parameter(
+        group=RUN,
+        help="Run on a cluster of Ray instead of the processes of this machine: auto for the one "
+        "that this machine belongs to, or HOST:PORT of its head.",
+    ),
 ]
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from motes import ConfigError
-from motes.cli import Cluster, check_counts, options
+from motes.cli import check_counts, options
 from motes_fleet.cluster import pool as pools
-from motes_fleet.commands.workers import Workers, worker_count
+from motes_fleet.commands.workers import Cluster, Workers, worker_count
 from motes_lab.inputs import (
     DATASET,
     FLAG,
