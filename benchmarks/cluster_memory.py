@@ -1,4 +1,4 @@
-"""The largest memory of a job against the size of its frames: `motes_fleet.cluster.estimate`.
+"""The largest memory of a job against the size of its frames.
 
 python benchmarks/cluster_memory.py
 """
@@ -15,10 +15,8 @@ import numpy as np
 
 from motes.core.resources import thread_limits
 from motes.video.writer import VideoWriter
-from motes_fleet.cluster.estimate import memory_of
-from motes_fleet.cluster.jobs import Job
 from motes_lab.report import markdown
-from motes_lab.report.tables import Cell, Row, Table
+from motes_lab.report.tables import Cell, Row, Table, number
 
 SIZES = ((320, 240), (1280, 720), (1920, 1080), (3840, 2160))
 PRESETS = ("default", "nummiaro", "maggio", "ng_delp", "zhao_pei", "mean_shift")
@@ -58,38 +56,19 @@ def measured(*arguments: str) -> int:
 def main() -> int:
     """Print a table with a row for each kind of job."""
     cells: dict[str, list[Cell]] = {}
-    worst = 0.0
     with tempfile.TemporaryDirectory() as folder:
         for width, height in SIZES:
             path, rows = Path(folder) / f"{width}.mp4", str(Path(folder) / "rows.csv")
             box = film(path, width, height)
-            region = tuple(map(float, box.split(",")))
-            kinds: list[tuple[str, Job, tuple[str, ...]]] = [
-                (
-                    preset,
-                    Job(source=str(path), init=(region,), preset=preset),
-                    ("track", str(path), "--init", box, "--preset", preset),
-                )
-                for preset in PRESETS
-            ]
-            kinds += [
-                (
-                    "keyframes",
-                    Job(source=str(path), keyframes="k"),
-                    ("track", str(path), "--at", f"0={box}"),
-                ),
-                ("watch", Job(source=str(path), do="watch"), ("watch", str(path))),
-            ]
-            for name, job, arguments in kinds:
-                found = measured(*arguments, "-o", rows, "--overwrite")
-                expected = memory_of(job)
-                worst = max(worst, found / expected)
-                text = f"{found / 1e6:.0f} of {expected / 1e6:.0f}"
-                cells.setdefault(name, []).append(Cell(text, found))
+            kinds: dict[str, tuple[str, ...]]
+            kinds = {name: ("track", "--init", box, "--preset", name) for name in PRESETS}
+            kinds |= {"keyframes": ("track", "--at", f"0={box}"), "watch": ("watch",)}
+            for name, (command, *options) in kinds.items():
+                found = measured(command, str(path), *options, "-o", rows, "--overwrite") / 1e6
+                cells.setdefault(name, []).append(number(found, 0))
     lines: list[Row] = [(Cell(name), *each) for name, each in cells.items()]
     head = "job", *(f"{width}x{height}" for width, height in SIZES)
-    note = f"The largest share of an estimate is {worst:.2f}."
-    print(markdown.table(Table("Largest memory in MB, of the estimate", head, lines, note=note)))
+    print(markdown.table(Table("Largest memory in MB", head, lines)))
     return 0
 
 

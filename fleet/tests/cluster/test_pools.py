@@ -106,17 +106,6 @@ def test_workers_die_hang_and_go_on(tmp_path: Path) -> None:
     assert len(set(pids)) < len(pids)  # a worker does one task after another
 
 
-def test_memory_limits_what_runs_together() -> None:
-    with LocalPool(3, memory=100) as pool:
-        large = pools.Task("large", batch_jobs.hang, None, memory=80)
-        assert pool.has_room(
-            pools.Task("too large", batch_jobs.hang, None, memory=200)
-        )  # but alone
-        pool.give(large)
-        assert not pool.has_room(large)
-        assert pool.has_room(pools.Task("small", batch_jobs.hang, None, memory=20))
-
-
 @pytest.mark.parametrize(
     ("files", "cores"),
     [
@@ -136,12 +125,3 @@ def test_cores_of_a_container(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
     assert machine.cores(tmp_path) == cores
-
-
-def test_memory_of_a_container(tmp_path: Path) -> None:
-    meminfo = tmp_path / "meminfo"
-    meminfo.write_text("MemTotal: 2000 kB\nMemAvailable: 1000 kB\n")
-    assert machine.memory(tmp_path, meminfo) == 1000 << 10
-    (tmp_path / "memory.max").write_text("4096\n")
-    assert machine.memory(tmp_path, meminfo) == 4096
-    assert machine.memory(tmp_path / "none", tmp_path / "none") is None

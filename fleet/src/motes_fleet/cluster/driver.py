@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from motes import FormatError, MotesError
 from motes_fleet.cluster import pool as pools
-from motes_fleet.cluster.estimate import memory_of
 from motes_fleet.cluster.inputs import InputFile, changed, missing, paths_of, stamp
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import (
@@ -73,7 +72,7 @@ def _tasks(
             # The record goes first: without it, what is left of the results does not count.
             for name in (record_name(job.name), *result_names(job.name)):
                 store.remove(name)
-        yield pools.Task(job.name, work, (job, plan), memory_of(job), plan.time_limit)
+        yield pools.Task(job.name, work, (job, plan), plan.time_limit)
 
 
 def _outdated(record: Record, job: Job, plan: Plan) -> bool:

@@ -42,25 +42,19 @@ class LocalPool:
     ----------
     workers
         Number of tasks that run at the same time.
-    memory
-        Bytes that these tasks may need in all, as far as they are known; None for no limit. A task
-        that needs more than that runs alone.
     threads
         Threads that libraries may start in a worker; None leaves that to them.
     """
 
-    def __init__(self, workers: int, memory: int | None = None, threads: int | None = None) -> None:
-        self._workers, self._memory = workers, memory
+    def __init__(self, workers: int, threads: int | None = None) -> None:
+        self._workers = workers
         self._variables = {} if threads is None else resources.thread_limits(threads)
         self._idle: list[TaskWorker] = []
         self._busy: dict[Connection, TaskWorker] = {}
 
     def has_room(self, task: Task) -> bool:
-        """Return whether a worker is free, and the memory that the task needs."""
-        if not self._busy or self._memory is None:
-            return len(self._busy) < self._workers
-        needed = sum(worker.task.memory for worker in self._busy.values()) + task.memory
-        return len(self._busy) < self._workers and needed <= self._memory
+        """Return whether a worker is free."""
+        return len(self._busy) < self._workers
 
     def give(self, task: Task) -> None:
         """Give a task to a worker."""

@@ -1,4 +1,4 @@
-"""What this machine has for workers: cores and memory, as far as a container may use them."""
+"""The cores that this machine has for workers, as far as a container may use them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 
 CGROUP = Path("/sys/fs/cgroup")
-MEMINFO = Path("/proc/meminfo")
 
 
 def cores(cgroup: Path = CGROUP) -> int:
@@ -26,22 +25,6 @@ def _cpu_quota(cgroup: Path) -> float | None:
     if all(old) and int(old[0][0]) > 0:  # version 1; -1 is no quota
         return int(old[0][0]) / int(old[1][0])
     return None
-
-
-def memory(cgroup: Path = CGROUP, meminfo: Path = MEMINFO) -> int | None:
-    """Return the bytes of memory that workers may use in all; None if unknown.
-
-    That is what is available now, or the limit of the container if it is lower.
-    """
-    known = []
-    for line in meminfo.read_text().splitlines() if meminfo.exists() else ():
-        if line.startswith("MemAvailable:"):
-            known.append(int(line.split()[1]) << 10)
-    for limit in (cgroup / "memory.max", cgroup / "memory" / "memory.limit_in_bytes"):
-        words = _words(limit)
-        if words and words[0] != "max":
-            known.append(int(words[0]))
-    return min(known, default=None)
 
 
 def _words(path: Path) -> list[str]:

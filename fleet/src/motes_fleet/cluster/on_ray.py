@@ -1,6 +1,6 @@
 """A pool of Ray's workers, on the nodes of a cluster.
 
-A task of the pool is a task of Ray with its name, its memory and one core. It first reports where
+A task of the pool is a task of Ray with its name and one core. It first reports where
 it runs, which starts its time limit, then its result. Ray itself does not try again: attempts are
 counted in one place, `pool.run`.
 """
@@ -40,15 +40,13 @@ class RayPool:
         self._gauge: Any = None
         self._running: dict[Any, pools.Task] = {}
         self._deadlines: dict[Any, float] = {}
-        self._size, self._largest, self._asked = 0, 0, -PAUSE
+        self._size, self._asked = 0, -PAUSE
 
     def has_room(self, task: pools.Task) -> bool:
         """Return whether the cluster has few enough tasks."""
         if time.monotonic() - self._asked > PAUSE:
             nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
             self._size = int(sum(node.get("CPU", 0) for node in nodes) / self._cores)
-            working = [node for node in nodes if node.get("CPU", 0) >= self._cores]
-            self._largest = int(max((node.get("memory", 0) for node in working), default=0))
             self._asked = time.monotonic()
         return len(self._running) < max(AHEAD * self._size, 1)
 
@@ -57,7 +55,6 @@ class RayPool:
         options = self._remote.options(
             name=task.name,
             num_cpus=self._cores,
-            memory=min(task.memory, self._largest) or None,  # more would wait without end
             max_retries=0,
             num_returns="streaming",
         )

@@ -13,7 +13,7 @@ from motes_fleet.cluster.ray_connection import connected
 
 @contextlib.contextmanager
 def open_pool(
-    cluster: str | None, workers: int, memory: int | None = None, threads: int | None = None
+    cluster: str | None, workers: int, threads: int | None = None
 ) -> Iterator[pools.Pool]:
     """Give a pool, and close it at the end.
 
@@ -21,8 +21,8 @@ def open_pool(
     ----------
     cluster
         The address of a cluster of Ray, or `auto`; None for processes of this machine.
-    workers, memory, threads
-        Those of a `LocalPool`. On a cluster, its nodes know their cores and memory.
+    workers, threads
+        Those of a `LocalPool`. On a cluster, its nodes know their cores.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def open_pool(
         If Ray is not installed.
     """
     if cluster is None:
-        with LocalPool(workers, memory, threads) as local:
+        with LocalPool(workers, threads) as local:
             yield local
         return
     with connected(cluster, threads=threads or 1) as ray:

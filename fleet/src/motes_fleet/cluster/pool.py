@@ -34,8 +34,6 @@ class Task:
     """A function at the top level of a module."""
     argument: Any
     """Its argument; it is sent to the worker, and the result back."""
-    memory: int = 0
-    """Bytes that it is expected to need."""
     seconds: float = TIME_LIMIT
     """Its time limit."""
     attempt: int = 1

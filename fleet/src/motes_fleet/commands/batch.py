@@ -244,7 +244,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     interrupted: KeyboardInterrupt | None = None
     with BatchProgress(options.total) as progress:
         try:
-            with open_pool(work.cluster, workers, machine.memory(), threads) as pool:
+            with open_pool(work.cluster, workers, threads) as pool:
                 for event in batch(pool, store, load_jobs(store), plan, progress.keep):
                     interrupts.check()
                     progress.note(event)
