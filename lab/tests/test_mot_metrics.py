@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.mot_rows import MotRows, read_rows
-from motes_lab.metrics.mot import Tally, tally
-from motes_lab.metrics.mot_errors import errors
+from motes_lab.metrics.mot import Tally, errors, tally
 from motes_lab.protocols.mot import write_rows
 
 SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")

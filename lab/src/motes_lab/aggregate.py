@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motes.core import Floats
 from motes_lab.metrics import sot as metrics
-from motes_lab.metrics.mot_errors import Errors
+from motes_lab.metrics.mot import Errors
 from motes_lab.metrics.statistics import Mean, over
 from motes_lab.scores import COLUMNS, COUNTS, PROTOCOL_NAMES, E, Outcome, in_order
 

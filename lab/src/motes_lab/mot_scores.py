@@ -13,8 +13,7 @@ from motes.core import Floats
 from motes_lab.aggregate import Passes
 from motes_lab.datasets.distractors import evaluated_rows
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.metrics.mot import Tally, tally
-from motes_lab.metrics.mot_errors import Errors
+from motes_lab.metrics.mot import Errors, Tally, tally
 from motes_lab.protocols.mot import Tracks, load_tracks
 from motes_lab.scores import (
     PassResult,
