@@ -6,6 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -14,7 +15,6 @@ from gallery_commands import COMMANDS, printed, side_by_side, terminal
 from gallery_experts import picture
 from gallery_films import KINDS, Kind
 from motes import Frame, Scene, Status, Track, Tracker, synthetic
-from motes.cli.demo import Score, score
 from motes.core.geometry import iou
 from motes.core.types import Bytes
 from motes.mot.analytics.events import EventCounter
@@ -38,6 +38,17 @@ HIGH = 200
 """Height of the README's animation."""
 
 
+class Score(NamedTuple):
+    """The quality of a run."""
+
+    half: float
+    """Share of the frames with an IoU above 0.5, of those in which half of the target is
+    visible."""
+    missed: int
+    admitted: int
+    """Number of frames with an IoU below 0.1, and of those in which the tracker was not sure."""
+
+
 def followed(kind: Kind) -> tuple[Score, list[Bytes]]:
     """Follow the target of a film; return the score, and its surroundings at three moments."""
     tracker, shown = Tracker(seed=0), []
@@ -49,7 +60,14 @@ def followed(kind: Kind) -> tuple[Score, list[Bytes]]:
         sure.append(track.status is Status.TRACKING)
         if frame.index in kind.moments:
             shown.append(surroundings(frame, truth, track, tracker.info))
-    return score(overlaps, visible, sure), shown
+    overlap, seen = np.array(overlaps), np.array(visible) >= 0.5
+    missed = overlap < 0.1
+    score = Score(
+        half=float((overlap[seen] > 0.5).mean()),
+        missed=int(missed.sum()),
+        admitted=int((missed & ~np.array(sure)).sum()),
+    )
+    return score, shown
 
 
 def surroundings(frame: Frame, truth: Truth, track: Track, info: StepInfo) -> Bytes:

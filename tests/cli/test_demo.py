@@ -7,24 +7,17 @@ import html
 import json
 import math
 import re
-import sys
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from itertools import islice
 from pathlib import Path
-from types import ModuleType
 
-import numpy as np
 import pytest
 
-from motes.cli import demo as module
-from motes.cli.demo import FILES, PAGE, STORIES, Score, TrackerRun, demo, score
+from motes.cli.demo import FILES, PAGE, STORIES, demo
 from motes.core.errors import ConfigError, FormatError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
 from motes.core.track import COLUMNS
 from motes.rows.schema import NUMBERS
-from motes.synthetic.clips import Truth
 from motes.video.writer import VideoWriter
 
 FRAMES = 6
@@ -69,15 +62,16 @@ def test_the_films_do_not_depend_on_the_number_of_cores(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> None:
-    found, truths = rows(folder / f"{name}.csv"), rows(folder / f"{name}-truth.csv")
+    found = rows(folder / f"{name}.csv")
+    (film,) = (story.film for story in STORIES if story.name == name)
+    truths = [objects[0].ellipse for _, objects in islice(film(0), FRAMES)]
     assert tuple(found[0]) == COLUMNS
     assert [int(row["frame"]) for row in found] == list(range(FRAMES))
     assert {row["status"] for row in found} == {"tracking"}
     for row, truth in zip(found, truths, strict=True):
         numbers = [float(row[column]) for column in NUMBERS if column in COLUMNS[:-1]]
         assert all(math.isfinite(number) for number in numbers)
-        places = [(float(each["x"]), float(each["y"])) for each in (row, truth)]
-        assert math.dist(*places) < 6
+        assert math.dist((float(row["x"]), float(row["y"])), truth[:2]) < 6
 
 
 @pytest.mark.slow
@@ -125,31 +119,3 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(FormatError, match="cannot be made: File exists"):
         demo(out=tmp_path / "file", frames=1)
-
-
-def test_mean_shift_stands_in_for_an_opencv_without_csrt(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", ModuleType("cv2"))
-    assert [run.name for run in module._rivals(("CSRT", "KCF"))] == ["mean shift"]
-
-
-@pytest.mark.parametrize(("patience", "stops"), [(3, True), (math.inf, False)])
-def test_a_tracker_that_stays_off_the_target_is_stopped(patience: float, stops: bool) -> None:
-    target, away = Box(0, 0, 10, 10), Box(50, 50, 10, 10)
-    boxes = iter([away, away, target, away, away, away, target])
-    run = TrackerRun("", lambda *_: None, lambda _: (True, next(boxes)), patience)
-    frame = Frame(0, 0.0, np.zeros((8, 8, 3), np.uint8))
-    for _ in range(8):
-        run.step(frame, Truth(Ellipse.from_box(target), 1.0))
-    assert run.overlaps == pytest.approx([1, 0, 0, 1, 0, 0, 0, 0 if stops else 1])
-    assert len(run.tracking) == 8
-    assert len(run.box) == (0 if stops else 4)
-
-
-def test_the_score_of_a_run_worked_by_hand() -> None:
-    #            hit  hit  miss hidden miss hit  miss
-    overlaps = [1.0, 0.6, 0.05, 0.0, 0.0, 0.1, 0.02]
-    visible = [1.0, 1.0, 0.5, 0.0, 0.1, 1.0, 1.0]
-    tracking = [True, True, True, False, False, True, False]
-    assert score(overlaps, visible, tracking) == pytest.approx(
-        Score(half=2 / 5, missed=4, admitted=3)
-    )
