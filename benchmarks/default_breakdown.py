@@ -17,12 +17,12 @@ from typing import Any
 from unittest.mock import patch
 
 from motes import Tracker
-from motes.cues.color_posterior import Posterior
+from motes.cues.color import Posterior
 from motes.cues.confined_filter import ConfinedFilter
 from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.search_window import SampleGrid
 from motes.sot.discriminative import placing, prediction, tracker
-from motes.sot.discriminative.small_picture import Light
+from motes.sot.discriminative.prediction import Light
 from motes.sot.discriminative.tracker import Discriminative
 from motes.synthetic.clips import still
 from motes_lab.report import markdown

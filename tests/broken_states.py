@@ -12,8 +12,7 @@ from msgspec.structs import replace
 
 from motes.core.errors import FormatError
 from motes.core.frame import Frame
-from motes.cues.color import Color
-from motes.cues.color_posterior import Posterior
+from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation

@@ -34,7 +34,7 @@ from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, Status, Track
-from motes.rows.journal import FrameRow
+from motes.rows.schema import FrameRow
 from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source

@@ -12,7 +12,7 @@ from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Spectra
-from motes.cues.color_posterior import CORE_FRACTION, Posterior, borders, contrast, means
+from motes.cues.color import CORE_FRACTION, Posterior, borders, contrast, means
 from motes.cues.correlation_filter import (
     UPSAMPLING,
     Correlation,

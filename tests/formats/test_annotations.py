@@ -20,7 +20,7 @@ from motes.formats.cvat import write as cvat
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.registry import read, write
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from sightings import seen
 

@@ -18,7 +18,7 @@ from motes.core.track import Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, placed
 from motes.formats.registry import FORMATS
-from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 
 

@@ -24,7 +24,7 @@ from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 from motes.formats.thinning import keyframes
-from motes.rows.journal import FrameRow
+from motes.rows.schema import FrameRow
 from recordings import FACTS, crowd, turning
 
 NAMES = {

@@ -9,7 +9,7 @@ from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 from motes.mot.analytics.lens import Lens
-from motes.rows.journal import ENDING
+from motes.rows.schema import ENDING
 from motes.rows.writer import JournalWriter
 from motes_fleet.cluster.table import JobTable
 

@@ -22,7 +22,7 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
-from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from scene_objects import RED, config, picture
 from sightings import seen

@@ -23,7 +23,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.coco import write as coco
 from motes.formats.rows import recording_of_journal
-from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 

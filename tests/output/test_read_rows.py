@@ -19,9 +19,8 @@ from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, Status, Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
-from motes.rows.journal import FrameRow
 from motes.rows.reader import read_track
-from motes.rows.schema import HINDSIGHT
+from motes.rows.schema import HINDSIGHT, FrameRow
 from motes.rows.writer import TrackWriter
 from motes.sot.presets import preset
 from motes.video.sources import Source

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
-from motes.rows.journal import Header
-from motes.rows.schema import Form
+from motes.rows.schema import Form, Header
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 
 DIGITS = {"time": 6, "effective_sample_size": 2} | dict.fromkeys((*BOX, *ELLIPSE[:-1]), 3)

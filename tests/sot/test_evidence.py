@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from motes.sot.discriminative.expert import Evidence, probability
+from motes.sot.discriminative.expert import Evidence
+from motes.sot.discriminative.identity import probability
 
 
 @pytest.mark.parametrize("voice", ["gradients", "contrast"])

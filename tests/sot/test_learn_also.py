@@ -14,8 +14,7 @@ from motes.correction import correct
 from motes.correction.join import Stretch
 from motes.correction.passes import run_pass
 from motes.cues.base import Cue
-from motes.cues.color import Color
-from motes.cues.color_posterior import Posterior
+from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import iou
-from motes.sot.discriminative import small_picture as light_module
-from motes.sot.discriminative.small_picture import UNNOTICED, Light, overlap, small_picture
+from motes.sot.discriminative import prediction as light_module
+from motes.sot.discriminative.prediction import UNNOTICED, Light, overlap, small_picture
 from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 

@@ -13,8 +13,7 @@ from motes import synthetic
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.prediction import Prediction, camera_shift, spectrum_of
-from motes.sot.discriminative.small_picture import small_picture
+from motes.sot.discriminative.prediction import Prediction, camera_shift, small_picture, spectrum_of
 from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 

@@ -9,6 +9,7 @@ from .exit_codes import NOT_FOUND as NOT_FOUND
 from .exit_codes import PARTIAL as PARTIAL
 from .frame_loop import Moment as Moment
 from .frame_loop import Sink as Sink
+from .frame_loop import TerminalBar as TerminalBar
 from .input_checks import check_counts as check_counts
 from .input_checks import check_not_source as check_not_source
 from .input_checks import default_output as default_output
@@ -20,4 +21,3 @@ from .messages import log as log
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode
 from .option_groups import options as options
-from .progress import TerminalBar as TerminalBar

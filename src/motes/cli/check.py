@@ -11,11 +11,11 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.frame_loop import FrameProgress
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
 from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite
-from motes.cli.progress import FrameProgress
 from motes.cli.settings import TRACKER_HELP
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing

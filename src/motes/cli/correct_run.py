@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from motes.cli.progress import FrameProgress
+from motes.cli.frame_loop import FrameProgress
 from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track

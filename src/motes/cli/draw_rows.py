@@ -27,7 +27,7 @@ from motes.mot.analytics.real_units import (
     motion_in_hindsight,
 )
 from motes.mot.analytics.regions import Regions
-from motes.rows.journal import FrameRow
+from motes.rows.schema import FrameRow
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 from motes.video.sources import Source

@@ -114,7 +114,7 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
         If an output is the source or another output, or options contradict each other.
     """
     from motes.cli.outputs import is_document
-    from motes.rows.journal import journal_of
+    from motes.rows.schema import journal_of
 
     output = outputs.output
     if output is None and not (outputs.overlay or others):

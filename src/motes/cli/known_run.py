@@ -25,7 +25,7 @@ from motes.core.errors import ConfigError
 from motes.correction.history import History, history_beside, history_path
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import RealUnits
-from motes.rows.journal import text_name
+from motes.rows.schema import text_name
 from motes.video.film import Film
 
 

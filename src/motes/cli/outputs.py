@@ -23,7 +23,7 @@ from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.mot.analytics.event import Event
-from motes.rows.journal import FrameRow, Header, journal_of, text_name
+from motes.rows.schema import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 from motes.video.film import Film
 from motes.video.sources import Source

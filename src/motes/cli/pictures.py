@@ -26,7 +26,7 @@ from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
-from motes.rows.journal import FrameRow
+from motes.rows.schema import FrameRow
 from motes.rows.writer import check_writable
 from motes.sot.segmentation import Segmenter
 from motes.video.sources import Source

@@ -16,11 +16,10 @@ from msgspec import structs
 from motes.cli.annotated_video import painted_target
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import Moment, Sink, Tally, summarize
+from motes.cli.frame_loop import FrameProgress, Moment, Sink, Tally, summarize
 from motes.cli.input_checks import point_out_corners
 from motes.cli.messages import counted
 from motes.cli.option_groups import say_rate
-from motes.cli.progress import FrameProgress
 from motes.cli.request import Request
 from motes.cli.track_units import check_size
 from motes.core import interrupts

@@ -20,7 +20,7 @@ from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
-from motes.rows.journal import text_name
+from motes.rows.schema import text_name
 from motes.rows.writer import check_writable
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig

@@ -14,9 +14,8 @@ from motes.core.files import lines_of, read_text, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
-from motes.rows.journal import FrameRow
 from motes.rows.reader import table_of
-from motes.rows.schema import HINDSIGHT, NUMBERS, form_of, head, line
+from motes.rows.schema import HINDSIGHT, NUMBERS, FrameRow, form_of, head, line
 from motes.video.film import Film
 
 NEEDED = ("frame", "time", "id", "label", *ELLIPSE, "confidence", "status")

@@ -8,12 +8,10 @@
 
 from __future__ import annotations
 
-from motes.cues.base import AdaptableCue, Cue, visible
-from motes.cues.color import Color, ColorModel
-from motes.cues.color_posterior import Posterior
+from motes.cues.base import AdaptableCue, Cue, HistogramCue, bhattacharyya, visible
+from motes.cues.color import Color, ColorModel, Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.gradients import Edges, Hog
-from motes.cues.histogram_cue import HistogramCue, bhattacharyya
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
 from motes.cues.structure_tensor import Orientation
 

@@ -1,6 +1,8 @@
-"""Color histograms under a weighting kernel, compared by the Bhattacharyya distance.
+"""Color: the histogram of a target, and the posterior of its colors against its surroundings.
 
-Nummiaro et al., section III.
+Histograms are under a weighting kernel, and compared by the Bhattacharyya distance (Nummiaro et
+al., section III). The posterior is the probability that a pixel belongs to the target, by Bayes'
+rule with equal priors, from both histograms (Bertinetto et al., Staple, CVPR 2016, section 3.4).
 """
 
 from __future__ import annotations
@@ -11,15 +13,17 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
-from motes.core.types import Floats
-from motes.cues.base import check_bins
-from motes.cues.histogram_cue import HistogramModel, PixelHistogramCue
+from motes.core.types import Floats, Singles
+from motes.cues.base import Cue, HistogramModel, PixelHistogramCue, check_bins
 from motes.cues.sampling import Profile
+from motes.cues.search_window import WindowModel
 from motes.kernels.structures import ColorBins, ColorTarget
 
 Bins = Annotated[int, Meta(ge=1, le=64)]
@@ -124,3 +128,120 @@ class Color(PixelHistogramCue, frozen=True):
     @cached_property
     def _bins(self) -> ColorBins:
         return ColorBins(SPACES[self.space], *self.bins)
+
+
+COLORS = 32**3
+CORE_FRACTION = 0.8
+"""Share of the box's sides: every pixel within counts as the target's."""
+BORDER = 0.3
+"""Width of the strips inside and outside of the border, as a share of the half sides."""
+SURROUNDINGS = 1.4
+"""Size of the outer box of the contrast, relative to the target's box."""
+
+
+class PosteriorModel(WindowModel, frozen=True, eq=False, tag="posterior"):
+    """The learned colors of a target and of its surroundings."""
+
+    inside: Singles
+    outside: Singles
+    """(32768,), shares of the colors in the target and around it; each sums to 1."""
+
+
+class Posterior(Cue, Config, frozen=True):
+    """Posterior of the target's colors against its surroundings, updated while it is present.
+
+    The distance is 1 - mean of p(target | color) over an ellipse's box.
+    """
+
+    learning_rate: Share = 0.04
+    """Share of the current frame in the updated color histograms. With a larger value they follow
+    changes faster; 0 keeps them fixed. The default is higher than that of other cues, since colors
+    change with the light."""
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the colors of the region in `ellipse` and of its surroundings."""
+        ellipse = as_ellipse(ellipse)
+        inside, outside = np.zeros((2, COLORS), np.float32)
+        model = PosteriorModel(ellipse.a, ellipse.b, ellipse, inside, outside)
+        return self.updated(model, model.grid.sample_window(frame, ellipse), 1.0)
+
+    def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
+        samples, ellipses = model.grid, as_ellipses(ellipses)
+        out = np.zeros(len(ellipses))
+        for place, mine in samples.tile_windows(frame, model.place, ellipses):
+            offsets = samples.offsets(place, ellipses[mine, :2])
+            halves = CORE_FRACTION * ellipses[mine, 2:4] / samples.step(place)
+            integral = self.integral(model, samples.sample_window(frame, place))
+            out[mine] = means(integral, np.hstack([offsets, halves]))
+        return 1 - out
+
+    def update_reading(
+        self, model: PosteriorModel, frame: Frame, ellipse: Ellipse
+    ) -> PosteriorModel:
+        """Return the model updated with the colors of a target in `ellipse`."""
+        window = model.grid.sample_window(frame, ellipse)
+        return replace(self.updated(model, window, self.learning_rate), place=ellipse)
+
+    def learn_also(self, model: PosteriorModel, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the mean of the model's colors and those of the region in `ellipse`."""
+        return self.updated(model, model.grid.sample_window(frame, ellipse), 0.5)
+
+    def updated(
+        self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
+    ) -> PosteriorModel:
+        """Return the model moved by a share `rate` towards the colors of a window (3, H, W).
+
+        The target is x, y samples off the window's center.
+        """
+        samples = model.grid
+        middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
+        inner, outer = (
+            (*(middle - share * half).tolist(), *(middle + share * half).tolist())
+            for share in (CORE_FRACTION, 1.0)
+        )
+        inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
+        kernels.color_posterior.add_colors(window, inner, outer, rate, inside, outside)
+        return replace(model, inside=inside, outside=outside)
+
+    def integral(self, model: PosteriorModel, window: Singles) -> Floats:
+        """Return the integral image of a window's posterior, (H + 1, W + 1); window: (3, H, W)."""
+        out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
+        kernels.color_posterior.color_integral(window, model.inside, model.outside, out)
+        return out
+
+
+def means(integral: Floats, boxes: Floats) -> Floats:
+    """Return the mean posterior over boxes, (N,).
+
+    Parameters
+    ----------
+    integral
+        (H + 1, W + 1), the result of `Posterior.integral`.
+    boxes
+        (N, 4): x and y off the window's center, half width and half height, in samples.
+    """
+    out = np.empty(len(boxes))
+    kernels.bilinear.box_means(integral, boxes, out)
+    return out
+
+
+def scaled(boxes: Floats, scale: float) -> Floats:
+    """Return boxes (N, 4) with their sides multiplied by `scale`."""
+    return boxes * (1.0, 1.0, scale, scale)
+
+
+def borders(integral: Floats, boxes: Floats) -> Floats:
+    """Return the mean posterior just inside and just outside of boxes (see `means`), (N, 2)."""
+    sizes = [scaled(boxes, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)]
+    low, one, high = means(integral, np.concatenate(sizes)).reshape(3, -1)
+    less, more = (1 - BORDER) ** 2, (1 + BORDER) ** 2
+    return np.stack([(one - less * low) / (1 - less), (more * high - one) / (more - 1)], axis=1)
+
+
+def contrast(integral: Floats, box: Floats) -> float:
+    """Return the mean posterior in a target's box (4,) minus that around it, -1 to 1."""
+    sizes = [scaled(box, scale) for scale in (CORE_FRACTION, 1.0, SURROUNDINGS)]
+    core, one, wide = means(integral, np.array(sizes)).tolist()
+    area = SURROUNDINGS**2
+    return float(core - (area * wide - one) / (area - 1))

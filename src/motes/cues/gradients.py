@@ -18,7 +18,7 @@ from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import as_ellipses
 from motes.core.types import Bytes, Floats, Singles
-from motes.cues.histogram_cue import PixelHistogramCue
+from motes.cues.base import PixelHistogramCue
 from motes.cues.sampling import Profile
 
 

@@ -20,9 +20,8 @@ from motes.core.config import Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse, as_ellipses
 from motes.core.types import Floats, Singles
-from motes.cues.base import AdaptableCue, check_bins
+from motes.cues.base import AdaptableCue, HistogramModel, bhattacharyya, check_bins
 from motes.cues.gradients import Plane, blocks, plane_over
-from motes.cues.histogram_cue import HistogramModel, bhattacharyya
 from motes.cues.sampling import PROFILES, EllipsePixels
 
 FINEST = 0.7

@@ -33,7 +33,7 @@ from motes.formats.recording import (
 )
 from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, counted, read_json
-from motes.rows.journal import FrameRow, Header, text_name
+from motes.rows.schema import FrameRow, Header, text_name
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""

@@ -35,7 +35,7 @@ from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, 
 from motes.formats.text import angle, at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
-from motes.rows.journal import text_name
+from motes.rows.schema import text_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from motes.core.errors import FormatError
 from motes.formats.recording import FilmFacts
-from motes.rows.journal import text_name
+from motes.rows.schema import text_name
 
 OF_VIDEO = re.compile(r"frame_\d+")
 """The name that CVAT, and motes, give to a frame of a video: it counts from 0."""

@@ -15,7 +15,7 @@ from motes.core.geometry import FARTHEST, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track
 from motes.formats.regions import MAX_FRAME
-from motes.rows.journal import FrameRow, Header, text_name
+from motes.rows.schema import FrameRow, Header, text_name
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""

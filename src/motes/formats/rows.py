@@ -18,9 +18,8 @@ from motes.core.track import BOX, COLUMNS, ELLIPSE, GROUND, Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import ENDING, FrameRow, Header
 from motes.rows.reader import read_track
-from motes.rows.schema import CAMERA, HINDSIGHT, Form, further, head, line
+from motes.rows.schema import CAMERA, ENDING, HINDSIGHT, Form, FrameRow, Header, further, head, line
 
 KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
 """The columns that are read; others are left out."""

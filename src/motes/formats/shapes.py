@@ -16,7 +16,7 @@ from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Track
 from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
-from motes.rows.journal import FrameRow, Header
+from motes.rows.schema import FrameRow, Header
 
 MIN_AREA = 0.01
 """Smallest area inside the frame of an object that is annotated, in square pixels."""

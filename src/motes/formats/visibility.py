@@ -11,7 +11,7 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, Recording
-from motes.rows.journal import FrameRow
+from motes.rows.schema import FrameRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
 """The states of an object that is in the picture."""

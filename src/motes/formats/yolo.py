@@ -27,7 +27,7 @@ from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, rec
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
-from motes.rows.journal import text_name
+from motes.rows.schema import text_name
 
 NAMES = "data.yaml"
 CLASSES, DARKNET = "classes.txt", "obj.names"

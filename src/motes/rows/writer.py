@@ -19,8 +19,7 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.track import COLUMNS, Track
-from motes.rows.journal import FrameRow, Header
-from motes.rows.schema import HINDSIGHT, Form, form_of, head, line
+from motes.rows.schema import HINDSIGHT, Form, FrameRow, Header, form_of, head, line
 
 
 def check_writable(path: str | Path, overwrite: bool = False) -> None:

@@ -19,8 +19,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
-from motes.cues.color import Color, ColorModel
-from motes.cues.color_posterior import Posterior
+from motes.cues.color import Color, ColorModel, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes, Flags, Floats
-from motes.cues.color_posterior import SURROUNDINGS
+from motes.cues.color import SURROUNDINGS
 
 LEVELS = 16
 """Levels of each color: each bin of a target of a thousand pixels has some."""
 LEARNING_RATE = 0.04
-"""Share of a frame in the histograms, as in `cues.color_posterior`."""
+"""Share of a frame in the histograms, as in `cues.color`."""
 REACH = float(np.sqrt(2))
 """A mask ends at this multiple of the half-axes: the ellipse around the ellipse's own rectangle."""
 SOFTNESS = 0.15
