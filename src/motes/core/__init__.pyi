@@ -2,9 +2,6 @@
 
 from . import interrupts as interrupts
 from . import resources as resources
-from .addresses import LOCAL as LOCAL
-from .addresses import address_of as address_of
-from .addresses import foreign as foreign
 from .addresses import parts_of as parts_of
 from .addresses import without_password as without_password
 from .callables import explain as explain

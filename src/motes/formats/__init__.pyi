@@ -1,6 +1,5 @@
 """The public names of this package."""
 
-from . import label_studio as label_studio
 from . import parquet as parquet
 from . import registry as registry
 from .mot import CLASSES as CLASSES

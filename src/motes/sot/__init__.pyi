@@ -6,4 +6,3 @@ from .network.family import NetworkFamily as NetworkFamily
 from .network.network import Network as Network
 from .network.network import files_of as files_of
 from .network.published import paths_of as paths_of
-from .segmentation import Segmenter as Segmenter

@@ -3,7 +3,6 @@
 from . import decoder as decoder
 from .film import DamagedError as DamagedError
 from .film import Film as Film
-from .frame_sharing import HELD as HELD
 from .frame_sharing import FrameReader as FrameReader
 from .frame_sharing import fits as fits
 from .frame_sharing import shared as shared

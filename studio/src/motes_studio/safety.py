@@ -5,12 +5,13 @@ from __future__ import annotations
 import hmac
 import os
 import secrets
+import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from motes import ConfigError, SourceError
-from motes.core import foreign
 from motes.video import IMAGE_ENDINGS, is_playlist
 
 VIDEO_ENDINGS = frozenset({
@@ -37,6 +38,11 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 """Headers of all answers."""
+
+LOCAL = ("localhost", "127.0.0.1", "::1")
+"""Names of this computer that no other one reaches."""
+EVERYWHERE = ("0.0.0.0", "::")
+"""What stands for all addresses of this computer."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,3 +160,34 @@ def plain_name(name: str) -> str:
     if not plain.strip(". ") or len(os.fsencode(plain)) > 200:
         raise ConfigError("The name of the file is none, or too long; give a short one.")
     return plain
+
+
+def address_of(host: str, port: int) -> str:
+    """Return the address of a server that listens at a host, as a browser opens it."""
+    name = socket.gethostname() if host in EVERYWHERE else host
+    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
+
+
+def foreign(listening: str, host: str | None, origin: str | None) -> str | None:
+    """Return why a request is refused by its headers Host and Origin; None if it is not.
+
+    A page of another address must not act through the browser of somebody who may: neither openly,
+    nor under a name of its own that it lets point to this computer.
+
+    Parameters
+    ----------
+    listening
+        The name or number at which the server listens.
+    host, origin
+        The headers; None if there is none.
+    """
+    try:
+        name = urlsplit(f"//{host or ''}").hostname
+        source = None if origin is None else urlsplit(origin).netloc.lower()
+    except ValueError:
+        return "The Host or Origin of this request is no address."
+    if listening in LOCAL and name not in LOCAL:
+        return "This address is not that of the server; use the one that it has printed."
+    if source is not None and source != (host or "").lower():
+        return "A page of another address asks; open the server's own address."
+    return None

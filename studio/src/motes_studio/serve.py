@@ -14,9 +14,9 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from motes import ConfigError
-from motes.core import LOCAL, address_of, used_alone
+from motes.core import used_alone
 from motes_studio.protocol import LARGEST_MESSAGE
-from motes_studio.safety import Guard, Limits, new_token
+from motes_studio.safety import LOCAL, Guard, Limits, address_of, new_token
 from motes_studio.server import app
 from motes_studio.store import data_folder
 from motes_studio.studio import Studio
