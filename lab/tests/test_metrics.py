@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from motes import Ellipse
 from motes_lab.metrics import sot as metrics
-from motes_lab.metrics.statistics import paired_difference
+from motes_lab.metrics.statistics import paired_difference, wilson_interval
 
 shares = st.floats(0, 1)
 # Recovery and coverage
@@ -187,3 +187,12 @@ def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     assert found == paired_difference(ours, theirs)
     mirrored = paired_difference(theirs, ours)
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
+
+
+# Time
+
+
+def test_wilsons_interval() -> None:
+    assert wilson_interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
+    assert wilson_interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
+    assert wilson_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)

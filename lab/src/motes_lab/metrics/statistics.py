@@ -26,6 +26,14 @@ def over(values: Iterable[float]) -> Mean:
     return Mean(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
 
 
+def wilson_interval(successes: int, total: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share, from 0 to 1, after Wilson, J. Am. Stat. Assoc. 1927."""
+    from scipy.stats import binomtest  # takes a second to import
+
+    low, high = binomtest(successes, total).proportion_ci(method="wilson")
+    return float(low), float(high)
+
+
 class Difference(NamedTuple):
     """A mean difference and its confidence interval; all NaN without pairs."""
 
