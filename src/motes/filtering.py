@@ -13,7 +13,8 @@
 
 from __future__ import annotations
 
-from motes.sot.discriminative.expert import Confined, Evidence, Expert, Redetection
+from motes.sot.discriminative.expert import Confined, Evidence, Expert
+from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture

@@ -15,10 +15,11 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.sot.discriminative import tracker as tracker_module
-from motes.sot.discriminative.expert import Evidence, Redetection
-from motes.sot.discriminative.identity import Rival, Standing
+from motes.sot.discriminative.expert import Evidence
 from motes.sot.discriminative.localization import localize
 from motes.sot.discriminative.placing import TURN, turned
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.synthetic.street import Street

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from motes.sot.discriminative.expert import Evidence
-from motes.sot.discriminative.identity import probability
+from motes.sot.discriminative.expert import Evidence, probability
 
 
 @pytest.mark.parametrize("voice", ["gradients", "contrast"])

@@ -14,7 +14,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color
 from motes.sot.discriminative.expert import Confined, Expert, Experts
-from motes.sot.discriminative.identity import APART, Standing
+from motes.sot.discriminative.standing import APART, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.testing import check_expert

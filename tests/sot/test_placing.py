@@ -11,11 +11,11 @@ import pytest
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.sot.discriminative import placing
-from motes.sot.discriminative.expert import Redetection
-from motes.sot.discriminative.identity import Rival, Standing
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.placing import Found
 from motes.sot.discriminative.prediction import Transition
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 
 HERE, THERE = Ellipse(50.0, 50.0, 10.0, 10.0), Ellipse(90.0, 50.0, 10.0, 10.0)

@@ -7,7 +7,7 @@ import pytest
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.sot.discriminative.expert import RESTART_EVERY, Redetection
+from motes.sot.discriminative.redetection import RESTART_EVERY, Redetection
 
 LAST = Ellipse(60.0, 60.0, 12.0, 12.0, 0.0)
 SIDE = 24.0

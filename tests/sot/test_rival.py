@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motes.core.geometry import Ellipse
-from motes.sot.discriminative.identity import APART, DECIDED, Rival
+from motes.sot.discriminative.standing import APART, DECIDED, Rival
 
 HERE = Ellipse(50.0, 50.0, 10.0, 10.0, 0.0)
 THERE = HERE._replace(x=90.0)

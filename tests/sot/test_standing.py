@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motes.core.track import Status
-from motes.sot.discriminative.identity import FRAMES, Standing
+from motes.sot.discriminative.standing import FRAMES, Standing
 
 TRACKED = Standing()
 LOST = Standing(status=Status.LOST, missed=FRAMES)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motes.cues.correlation_filter import ScaleFilter
-from motes.sot.discriminative.localization import Trend
+from motes.sot.discriminative.size import Trend
 
 
 def test_steady_growth_is_followed_without_lag() -> None:

@@ -10,7 +10,7 @@ import pytest
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.sot.discriminative.localization import POINTS, TurnEstimate, sampled
+from motes.sot.discriminative.size import POINTS, TurnEstimate, sampled
 from motes.sot.tracker import Tracker
 from motes.synthetic.clips import occluded, still, turning
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.cues.color import Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
-from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, Redetection
+from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts
+from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.resampling import KldSampling
 from motes.sot.network.network import Network
 

@@ -1,4 +1,4 @@
-"""Whether what is followed is the target, a neighbor or nothing: a belief, and the status.
+"""Whether what is followed is the target or a neighbor: a belief.
 
 The evidence of a place (`expert.py`) says that something like the target is there; in a crowd it
 may be somebody else. So looks of what moves beside the target are kept, and what is followed is
@@ -6,18 +6,12 @@ compared with them and with the target as it was. The belief is a logistic regre
 mean of what the frames say: they repeat each other, so that their log odds do not add up. Twins
 are one as likely as the other. The belief only judges: it moves nothing, and decides nothing of
 what the tracker learns.
-
-The rules for the status read log odds only, no pixels. One threshold serves them all: at log odds
-of 0 the target is as likely there as not, and the confidence is one half. Where two experts part, a
-single frame must not decide: a neighbor who looks alike is the surer one now and then. So the
-difference of their evidence is added up, as in Wald's sequential test (Annals of Mathematical
-Statistics 1945).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Self
 
 import msgspec
 import numpy as np
@@ -27,11 +21,11 @@ from msgspec.structs import replace
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.median import median
-from motes.core.track import Status
 from motes.core.types import Floats, Singles
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
+from motes.sot.discriminative.expert import probability
 
 GAIN = 16.0
 """Log odds for a lead of 1. In crowds it is 0.12 on the mean, and -0.13 on somebody else."""
@@ -61,12 +55,6 @@ WINDOW = SampleGrid(5 * SIDE // CELL_SIZE, 5 * SIDE // CELL_SIZE, SIDE, SIDE)
 STEPS = CELL * np.arange(-2.0 * CELLS, 2.0 * CELLS + 1)
 PLACES = np.stack(np.meshgrid(STEPS, STEPS), axis=-1).reshape(-1, 2)
 """(n, 2), the centers of the boxes of the target's size in the window, in samples from its own."""
-LARGEST_LOG_ODDS = 30.0
-
-
-def probability(log_odds: float) -> float:
-    """Return the probability of log odds, from 0 to 1."""
-    return 1 / (1 + math.exp(-min(max(log_odds, -LARGEST_LOG_ODDS), LARGEST_LOG_ODDS)))
 
 
 class Identity(msgspec.Struct, frozen=True, eq=False):
@@ -193,86 +181,3 @@ def grays(frame: Frame, place: Ellipse) -> Singles:
     pairs = samples[:, ::2] + samples[:, 1::2]
     out: Singles = pairs[::2] + pairs[1::2]
     return out
-
-
-FRAMES = 3
-"""A target is lost after this many frames in a row that speak against it, and found after as many
-that speak for it: single frames are blurred, or wrong by chance."""
-
-
-class Standing(NamedTuple):
-    """The status of a target, and the counts that it follows from."""
-
-    status: Status = Status.TRACKING
-    """The status that the track reports."""
-    missed: int = 0
-    """Number of frames since the target was last believed to be there."""
-    confirmed: int = 0
-    """Number of frames in a row that speak for the target."""
-    contradicted: int = 0
-    """Number of frames in a row that contradict the status."""
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the target was believed to be there in one of the last frames."""
-        return self.missed < FRAMES
-
-    def after(self, evidence: float, *, jumped: bool) -> Self:
-        """Return the status after a frame.
-
-        A lost target is believed in only after some frames in a row. So the tracker learns nothing
-        from an object that is only similar.
-
-        Parameters
-        ----------
-        evidence
-            Log odds that the target is at the estimate, or another number of their sign.
-        jumped
-            Whether the search has found this place in this frame.
-        """
-        there, tracking = evidence > 0, self.status is Status.TRACKING
-        confirmed, contradicted = (0, 0) if jumped else (self.confirmed, self.contradicted)
-        confirmed = confirmed + 1 if there else 0
-        contradicted = contradicted + 1 if there is not tracking else 0
-        believed = there and (self.trusted or confirmed >= FRAMES)
-        status = self.status if tracking else Status.SEARCHING
-        if contradicted == FRAMES:
-            contradicted, status = 0, Status.LOST if tracking else Status.TRACKING
-        missed = 0 if believed else self.missed + 1
-        return type(self)(status, missed, confirmed, contradicted)
-
-
-APART = 0.3
-"""Two places are different targets from this distance on, in mean sides of the target."""
-DECIDED = 1.0
-"""Log odds that decide for a place, or between two places: nearly three to one."""
-
-
-class Rival(NamedTuple):
-    """A second place, and the evidence for it."""
-
-    place: Ellipse
-    """Where it is, if it is alive."""
-    lead: float = 0.0
-    """Log odds that it is the target and not what is followed, added up over frames."""
-    alive: bool = False
-    """Whether there is one."""
-
-    @property
-    def wins(self) -> bool:
-        """Whether the rival is the target."""
-        return self.lead > DECIDED
-
-    @property
-    def loses(self) -> bool:
-        """Whether the rival is not the target."""
-        return self.lead < -DECIDED
-
-    @staticmethod
-    def parts(place: Ellipse, other: Ellipse) -> bool:
-        """Return whether two places are too far apart to be the same target."""
-        return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
-
-    def after(self, place: Ellipse, difference: float) -> Self:
-        """Return the rival after a frame: its place, and the log odds that it adds there."""
-        return type(self)(place, self.lead + difference, alive=True)

@@ -17,8 +17,8 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.sot.discriminative.expert import MIN_HALF_AXIS
-from motes.sot.discriminative.identity import FRAMES, Standing
+from motes.sot.discriminative.redetection import MIN_HALF_AXIS
+from motes.sot.discriminative.standing import FRAMES, Standing
 from motes.sot.network.network import Network, NetworkModel
 
 AGREES = 0.3

@@ -12,9 +12,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
-from motes.sot.discriminative.identity import APART, DECIDED, Rival
 from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
+from motes.sot.discriminative.standing import APART, DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
 
 TURN = 0.25

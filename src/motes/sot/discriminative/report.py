@@ -16,9 +16,11 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
-from motes.sot.discriminative.identity import APART, LARGEST_LOG_ODDS, probability
-from motes.sot.discriminative.localization import Trend, WindowEstimate, color_weight
+from motes.sot.discriminative.expert import LARGEST_LOG_ODDS, probability
+from motes.sot.discriminative.localization import WindowEstimate, color_weight
 from motes.sot.discriminative.placing import NO_PARTICLES
+from motes.sot.discriminative.size import Trend
+from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.filtering.resampling import Weights, mean_ellipse
 from motes.sot.step_info import StepInfo

@@ -5,11 +5,13 @@ from __future__ import annotations
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.correlation_filter import ScaleModel
-from motes.sot.discriminative.expert import RedetectionModel
-from motes.sot.discriminative.identity import Identity, Rival, Standing
-from motes.sot.discriminative.localization import TargetModels, Trend, TurnEstimate
+from motes.sot.discriminative.identity import Identity
+from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.network_track import NetworkTrack
 from motes.sot.discriminative.prediction import Light, MotionHistory
+from motes.sot.discriminative.redetection import RedetectionModel
+from motes.sot.discriminative.size import Trend, TurnEstimate
+from motes.sot.discriminative.standing import Rival, Standing
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):

@@ -4,7 +4,7 @@ A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first
 size. Particles find the target in a near window, by gradients and colors (`localization.py`).
 Experts of other kinds (`expert.py`) say where they see it, among them a filter that is confined to
 the target in a wide window. Where they part, both places are followed until the evidence of the
-next frames decides, and nothing is learned meanwhile (`identity.py`). The evidence of a place is
+next frames decides, and nothing is learned meanwhile (`standing.py`). The evidence of a place is
 the sum of the log odds that the near window and the experts give it. It decides whether
 the target is there, and so whether the tracker learns or searches. Whether it is the target or a
 neighbor who looks alike is a belief (`identity.py`) that is reported and changes nothing else. A
@@ -28,8 +28,9 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
-from motes.sot.discriminative.identity import DECIDED, Identity, Rival, Standing, probability
-from motes.sot.discriminative.localization import Trend, TurnEstimate, WindowEstimate, estimated
+from motes.sot.discriminative.expert import probability
+from motes.sot.discriminative.identity import Identity
+from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
 from motes.sot.discriminative.prediction import Light, small_picture
@@ -41,6 +42,8 @@ from motes.sot.discriminative.report import (
     reported_ellipse,
     reported_size,
 )
+from motes.sot.discriminative.size import Trend, TurnEstimate, estimated
+from motes.sot.discriminative.standing import DECIDED, Rival, Standing
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.step_info import StepInfo
 

@@ -1,0 +1,98 @@
+"""Whether the target is tracked, lost or searched for, and whether it is another place that is.
+
+The rules for the status read log odds only, no pixels. One threshold serves them all: at log odds
+of 0 the target is as likely there as not, and the confidence is one half. Where two experts part, a
+single frame must not decide: a neighbor who looks alike is the surer one now and then. So the
+difference of their evidence is added up, as in Wald's sequential test (Annals of Mathematical
+Statistics 1945).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Self
+
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+
+FRAMES = 3
+"""A target is lost after this many frames in a row that speak against it, and found after as many
+that speak for it: single frames are blurred, or wrong by chance."""
+
+
+class Standing(NamedTuple):
+    """The status of a target, and the counts that it follows from."""
+
+    status: Status = Status.TRACKING
+    """The status that the track reports."""
+    missed: int = 0
+    """Number of frames since the target was last believed to be there."""
+    confirmed: int = 0
+    """Number of frames in a row that speak for the target."""
+    contradicted: int = 0
+    """Number of frames in a row that contradict the status."""
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the target was believed to be there in one of the last frames."""
+        return self.missed < FRAMES
+
+    def after(self, evidence: float, *, jumped: bool) -> Self:
+        """Return the status after a frame.
+
+        A lost target is believed in only after some frames in a row. So the tracker learns nothing
+        from an object that is only similar.
+
+        Parameters
+        ----------
+        evidence
+            Log odds that the target is at the estimate, or another number of their sign.
+        jumped
+            Whether the search has found this place in this frame.
+        """
+        there, tracking = evidence > 0, self.status is Status.TRACKING
+        confirmed, contradicted = (0, 0) if jumped else (self.confirmed, self.contradicted)
+        confirmed = confirmed + 1 if there else 0
+        contradicted = contradicted + 1 if there is not tracking else 0
+        believed = there and (self.trusted or confirmed >= FRAMES)
+        status = self.status if tracking else Status.SEARCHING
+        if contradicted == FRAMES:
+            contradicted, status = 0, Status.LOST if tracking else Status.TRACKING
+        missed = 0 if believed else self.missed + 1
+        return type(self)(status, missed, confirmed, contradicted)
+
+
+APART = 0.3
+"""Two places are different targets from this distance on, in mean sides of the target."""
+DECIDED = 1.0
+"""Log odds that decide for a place, or between two places: nearly three to one."""
+
+
+class Rival(NamedTuple):
+    """A second place, and the evidence for it."""
+
+    place: Ellipse
+    """Where it is, if it is alive."""
+    lead: float = 0.0
+    """Log odds that it is the target and not what is followed, added up over frames."""
+    alive: bool = False
+    """Whether there is one."""
+
+    @property
+    def wins(self) -> bool:
+        """Whether the rival is the target."""
+        return self.lead > DECIDED
+
+    @property
+    def loses(self) -> bool:
+        """Whether the rival is not the target."""
+        return self.lead < -DECIDED
+
+    @staticmethod
+    def parts(place: Ellipse, other: Ellipse) -> bool:
+        """Return whether two places are too far apart to be the same target."""
+        return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
+
+    def after(self, place: Ellipse, difference: float) -> Self:
+        """Return the rival after a frame: its place, and the log odds that it adds there."""
+        return type(self)(place, self.lead + difference, alive=True)
