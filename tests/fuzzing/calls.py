@@ -307,23 +307,12 @@ def _scene(wild: _Wild) -> None:
 
 
 CALLS: dict[str, Callable[[_Wild], None]] = {
-    "learn": _learn,
-    "compare": _compare,
-    "observe": _observe,
-    "histograms": _histograms,
-    "shift": _shift,
-    "scales": _scales,
-    "sampling": _sampling,
-    "expert": _expert,
-    "motion": _motion,
-    "weights": _weights,
-    "likelihood": _likelihood,
-    "fusion": _fusion,
-    "strategy": _strategy,
-    "presence": _presence,
-    "expect": _expect,
-    "scene": _scene,
-}
+    call.__name__[1:]: call
+    for call in (
+        _learn, _compare, _observe, _histograms, _shift, _scales, _sampling, _expert, _motion,
+        _weights, _likelihood, _fusion, _strategy, _presence, _expect, _scene,
+    )
+}  # fmt: skip
 
 
 def seeds() -> list[bytes]:

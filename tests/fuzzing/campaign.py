@@ -1,8 +1,8 @@
 """Runs over damaged inputs: in a process of their own, as one may crash, hang or eat all memory.
 
 Input number n of a kind is a function of the seed, the kind and n, whatever ran before, so that
-what fell can be made once more. The inputs are done in blocks; when the process dies in one, the
-input that it was at has failed, and another process does the rest of the block.
+what fell can be made once more. When the process ends at an input, that one has failed, and
+another process does the rest.
 """
 
 from __future__ import annotations
@@ -15,14 +15,11 @@ import signal
 import tempfile
 import traceback
 import warnings
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from ctypes import c_int64
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from random import Random
-from typing import Any
 
 from .mutator import mutate
 
@@ -30,8 +27,6 @@ HUNG = 60.0
 """Seconds after which a process that is still at the same input is ended."""
 MEMORY = 1 << 31
 """Bytes that an input may take."""
-INPUT = "input"
-"""The file that holds the input at which the process is."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +57,12 @@ class Kind:
     limit: float = 10.0
     mutate: Callable[[Random, Sequence[bytes]], bytes] = mutate
 
-    def input(self, seed: int, number: int, seeds: Sequence[bytes]) -> bytes:
-        """Return input `number`, made from these seeds; the first ones are the seeds themselves."""
-        if number < len(seeds):
-            return seeds[number]
-        return self.mutate(Random(f"{seed} {self.name} {number}"), seeds)
+    def inputs(self, seed: int, done: int) -> Iterator[tuple[int, bytes]]:
+        """Yield the inputs of a round by their numbers; the first ones are the seeds themselves."""
+        seeds = self.seeds()
+        for number in range(done * self.block, (done + 1) * self.block):
+            rng = Random(f"{seed} {self.name} {number}")
+            yield number, seeds[number] if number < len(seeds) else self.mutate(rng, seeds)
 
 
 @dataclass(frozen=True)
@@ -83,13 +79,8 @@ class Failure:
 class Result:
     """What came of a run: outcomes by kind, and what failed."""
 
-    counts: dict[str, Counter[str]] = field(default_factory=dict)
+    counts: dict[str, Counter[str]]
     failures: list[Failure] = field(default_factory=list)
-
-    @property
-    def inputs(self) -> int:
-        """How many there were."""
-        return sum(counter.total() for counter in self.counts.values())
 
 
 def run(
@@ -103,113 +94,69 @@ def run(
     `more` is asked before each block with the number of whole rounds so far; `failed` takes each
     failure at once.
     """
-    result = Result({kind.name: Counter() for kind in kinds})
-    worker: _Worker | None = None
+    result, done = Result({kind.name: Counter() for kind in kinds}), 0
     # Here are the files of all processes, so that those of ended ones vanish as well.
-    scratch = tempfile.TemporaryDirectory(prefix="fuzz-")
-    try:
-        for which, first, count in _blocks(kinds, more):
-            parts = deque([(first, count)])
-            while parts:
-                first, count = parts.popleft()
-                worker = worker or _Worker(kinds, seed, scratch.name)
-                outcomes, failures, broken = worker.do(which, first, count)
-                if broken is not None:
-                    number, reason = broken
-                    worker = None
-                    data = Path(scratch.name, INPUT).read_bytes()
-                    failures = [Failure(kinds[which].name, number, data, reason)]
-                    # What was good before it is done again, to be counted.
-                    rest = [(first, number - first), (number + 1, first + count - number - 1)]
-                    parts.extendleft(part for part in reversed(rest) if part[1])
-                result.counts[kinds[which].name] += outcomes
-                result.counts[kinds[which].name].update({"fell": len(failures)} if failures else {})
-                result.failures += failures
-                for failure in failures:
-                    failed(failure)
-    finally:
-        if worker is not None:
-            worker.end()
-        scratch.cleanup()
-    return result
-
-
-def _blocks(kinds: Sequence[Kind], more: Callable[[int], bool]) -> Iterator[tuple[int, int, int]]:
-    """Yield kind, first number and count of blocks."""
-    done = 0
-    while True:
-        for which, kind in enumerate(kinds):
-            if not more(done):
-                return
-            yield which, done * kind.block, kind.block
-        done += 1
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as scratch, _Worker(kinds, scratch) as worker:
+        while True:
+            for which, kind in enumerate(kinds):
+                if not more(done):
+                    return result
+                for number, data in kind.inputs(seed, done):
+                    outcome, reason = worker.attempt(which, data)
+                    result.counts[kind.name][outcome or "fell"] += 1
+                    if reason:
+                        result.failures.append(Failure(kind.name, number, data, reason))
+                        failed(result.failures[-1])
+            done += 1
 
 
 class _Worker:
-    """A process that does blocks."""
+    """A process that hands inputs to motes, and another one when that has ended."""
 
-    def __init__(self, kinds: Sequence[Kind], seed: int, scratch: str) -> None:
+    def __init__(self, kinds: Sequence[Kind], scratch: str) -> None:
+        self._kinds, self._scratch = kinds, scratch
+
+    def __enter__(self) -> _Worker:
         context = multiprocessing.get_context("spawn")
-        self._at = context.RawValue(c_int64, -1)
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(
-            target=_serve, args=(theirs, self._at, kinds, seed, scratch)
-        )
+        given = theirs, self._kinds, self._scratch
+        self._process = context.Process(target=_serve, args=given)
         self._process.start()
         theirs.close()
+        return self
 
-    def do(
-        self, which: int, first: int, count: int
-    ) -> tuple[Counter[str], list[Failure], tuple[int, str] | None]:
-        """Return the outcomes of a block, and its failures; or at which input it broke, and how."""
-        self._at.value = first
-        with contextlib.suppress(OSError):
-            self._pipe.send((which, first, count))
-        before = -1
-        while True:
-            if wait([self._pipe, self._process.sentinel], HUNG):
-                try:
-                    outcomes, failures = self._pipe.recv()
-                    return outcomes, failures, None
-                except (EOFError, OSError):
-                    self._process.join()
-                    reason = f"The process ended with {self._process.exitcode}."
-                    return Counter(), [], (self._at.value, reason)
-            elif self._at.value == before:
-                self.end()
-                return Counter(), [], (before, f"It took more than {HUNG:g} s.")
-            before = self._at.value
-
-    def end(self) -> None:
-        """End the process."""
+    def __exit__(self, *_: object) -> None:
         self._process.kill()
         self._process.join()
         self._pipe.close()
+
+    def attempt(self, which: int, data: bytes) -> tuple[str, str]:
+        """Return what `attempt` does, or how the process has ended."""
+        self._pipe.send((which, data))
+        reason = f"It took more than {HUNG:g} s."
+        if wait([self._pipe, self._process.sentinel], HUNG):
+            with contextlib.suppress(EOFError, OSError):
+                outcome, reason = self._pipe.recv()
+                return outcome, reason
+            self._process.join()
+            reason = f"The process ended with {self._process.exitcode}."
+        self.__exit__()
+        self.__enter__()
+        return "", reason
 
 
 # In the process
 
 
-def _serve(pipe: Connection, at: Any, kinds: Sequence[Kind], seed: int, scratch: str) -> None:
-    """Do blocks as they come."""
-    tempfile.tempdir, current = scratch, Path(scratch, INPUT)
+def _serve(pipe: Connection, kinds: Sequence[Kind], scratch: str) -> None:
+    """Take inputs as they come."""
+    tempfile.tempdir = scratch
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started it
     guard()
     with contextlib.suppress(EOFError):
         while True:
-            which, first, count = pipe.recv()
-            kind, outcomes, failures = kinds[which], Counter[str](), []
-            seeds = kind.seeds()
-            for number in range(first, first + count):
-                data = kind.input(seed, number, seeds)
-                current.write_bytes(data)
-                at.value = number
-                outcome, reason = attempt(kind, data)
-                if reason:
-                    failures.append(Failure(kind.name, number, data, reason))
-                else:
-                    outcomes[outcome] += 1
-            pipe.send((outcomes, failures))
+            which, data = pipe.recv()
+            pipe.send(attempt(kinds[which], data))
 
 
 def guard() -> None:

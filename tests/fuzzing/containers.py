@@ -1,14 +1,7 @@
-"""Video and image files of every kind, damaged.
-
-By hand: `cd tests && python -m fuzzing.containers COUNT [SEED]`.
-"""
+"""Video and image files of every kind, damaged."""
 
 from __future__ import annotations
 
-import faulthandler
-import sys
-import tempfile
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,9 +11,6 @@ from PIL import Image
 from clips import Codec, clip, picture
 from motes.core.errors import MotesError
 from motes.video.sources import open_source
-
-LIMIT = 20.0
-"""Seconds that reading one file may take."""
 
 VIDEOS: dict[str, tuple[Codec, str]] = {
     "a.mp4": ("libx264", "yuv420p"),
@@ -139,37 +129,3 @@ def check(path: Path) -> str:
         if "\n" in str(error):
             raise ValueError("this error takes more than one line") from error
         return "stopped" if frames else "refused"
-
-
-def run(folder: Path, count: int, seed: int = 0) -> Counter[tuple[str, str]]:
-    """Damage and read so many files; count the outcomes by kind of file.
-
-    A file that takes longer than `LIMIT` ends the process, with a traceback.
-    """
-    outcomes: Counter[tuple[str, str]] = Counter()
-    seeds = [(path, path.read_bytes()) for path in seed_files(folder)]
-    for number in range(count):
-        rng = np.random.default_rng([seed, number])
-        path, data = seeds[number % len(seeds)]
-        victim = folder / f"damaged{path.suffix}"
-        victim.write_bytes(damage(rng, data))
-        faulthandler.dump_traceback_later(LIMIT, exit=True)
-        try:
-            outcomes[path.name, check(victim)] += 1
-        except BaseException as error:
-            kept = folder.parent / f"fuzz-{seed}-{number}-{path.name}"
-            kept.write_bytes(victim.read_bytes())
-            error.add_note(f"File {number} with seed {seed} is kept as {kept}.")
-            raise
-        finally:
-            faulthandler.cancel_dump_traceback_later()
-    return outcomes
-
-
-if __name__ == "__main__":
-    faulthandler.enable()
-    with tempfile.TemporaryDirectory() as where:
-        for (name, outcome), times in sorted(
-            run(Path(where), *(int(number) for number in sys.argv[1:])).items()
-        ):
-            print(f"{name} {outcome} {times}")

@@ -19,14 +19,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
-from PIL import Image
-
+from arena import write_sequence
 from motes import synthetic
-from motes.synthetic.clips import Clip
 from motes.video.writer import VideoWriter
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table
@@ -38,36 +36,22 @@ PATIENCE = 60.0
 TIMES = ("seconds", "ms_median", "ms_95", "fps")
 """Columns of an evaluation that no run repeats."""
 
-NUMBERS = {
-    "kills": "kills",
-    "writing": "of them after the first bytes",
-    "kept": "bytes there after a kill",
-    "lost": "bytes lost",
-    "different": "bytes different",
-    "blocked": "runs blocked",
-    "left": "temporary folders left",
-}
-"""Columns of the table, by what they are of a tally."""
+NUMBERS = (
+    "kills", "of them after the first bytes", "bytes there after a kill", "bytes lost",
+    "bytes different", "runs blocked", "temporary folders left",
+)  # fmt: skip
+"""What is counted of the trials of a command; of what is lost, different or blocked there shall be
+none. Temporary folders are left by a run that is killed before its first worker is there."""
+WRONG = NUMBERS[3:6]
 
 Files = dict[str, bytes]
 
 
-@dataclass(frozen=True)
-class Case:
-    """A command that is killed: its arguments, how it goes on, and which of its files count.
+class Case(NamedTuple):
+    """A command that is killed, the same for the first run and those after it.
 
-    Attributes
-    ----------
-    name
-        For people.
-    arguments
-        The same for the first run and those after it.
-    files
-        Patterns of the files that are compared.
-    continues
-        Whether a run keeps what an earlier one wrote; otherwise it starts anew.
-    timed
-        Whether the files hold times, which no run repeats.
+    `files` are patterns of what is compared. A run `continues` what an earlier one wrote, or it
+    starts anew; and its files may hold times, which no run repeats.
     """
 
     name: str
@@ -97,47 +81,6 @@ class Case:
     def comparable(self, files: Files) -> Files:
         """Return files without what no run repeats."""
         return {name: _untimed(data) for name, data in files.items()} if self.timed else files
-
-
-@dataclass
-class Tally:
-    """What came of the trials of a case.
-
-    Attributes
-    ----------
-    kills
-        How many runs were killed.
-    writing
-        After how many of these kills something was written.
-    kept
-        Bytes that were there after the kills.
-    lost, different
-        Bytes that were there before a kill and not after it or in the end, and bytes that are not
-        as in an undisturbed run; both shall be 0.
-    blocked
-        Last runs that did not end well; shall be 0.
-    unfinished
-        Partial files beside the results, which a killed run leaves.
-    left
-        Temporary folders that nobody removed, as of a run killed before its first worker was there.
-    notes
-        What went wrong.
-    """
-
-    kills: int = 0
-    writing: int = 0
-    kept: int = 0
-    lost: int = 0
-    different: int = 0
-    blocked: int = 0
-    unfinished: int = 0
-    left: int = 0
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def good(self) -> bool:
-        """Whether nothing was lost, changed or blocked."""
-        return not (self.lost or self.different or self.blocked)
 
 
 def cases(clip: Path, sequences: Path) -> list[Case]:
@@ -176,28 +119,26 @@ def render(folder: Path) -> tuple[Path, Path]:
         for frame, _ in synthetic.crossing(SIZE, 400):
             writer.write(frame.pixels)
     for name, clip in (("a", synthetic.crossing(SIZE, 60)), ("b", synthetic.turning(SIZE, 60))):
-        _sequence(folder / "sequences" / name, clip)
+        write_sequence(folder / "sequences" / name, clip)
     return film, folder / "sequences"
 
 
-def _sequence(folder: Path, clip: Clip) -> None:
-    (folder / "img").mkdir(parents=True)
-    rows = []
-    for frame, truths in clip:
-        Image.fromarray(frame.pixels).save(folder / "img" / f"{frame.index + 1:04d}.png")
-        x, y, width, height = truths[0].ellipse.box
-        rows.append(f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}\n")
-    (folder / "groundtruth_rect.txt").write_text("".join(rows))
-
-
 def trial(
-    case: Case, rng: random.Random, folder: Path, whole: Files, seconds: float, tally: Tally
+    case: Case, rng: random.Random, folder: Path, whole: Files, seconds: float, tally: Counter[str]
 ) -> float:
-    """Kill a command up to four times, let it end, and note what it did to its files.
+    """Kill a command up to four times, let it end, and count what it did to its files.
 
     `whole` is what an undisturbed run writes in so many `seconds`. Return how many that are now,
     as other programs may take more or less of the machine: less if the command ended sooner.
     """
+
+    def compare(first: Files, later: Files, what: str) -> None:
+        """Count the bytes of files that later ones do not begin with."""
+        for name, data in first.items():
+            if missing := len(data) - _agreeing(data, later.get(name, b"")):
+                tally[what] += missing
+                print(f"{case.name}: {name} has {missing} {what}", file=sys.stderr)
+
     before: Files = {}
     for _ in range(rng.randint(1, 4)):
         process = case.start(folder)
@@ -211,35 +152,29 @@ def trial(
         process.kill()
         process.wait()
         after = case.written(folder)
-        tally.kills += 1
-        tally.writing += any(after.values())
-        tally.kept += sum(map(len, after.values()))
+        tally["kills"] += 1
+        tally["of them after the first bytes"] += any(after.values())
+        tally["bytes there after a kill"] += sum(map(len, after.values()))
         for known in (seen, before) if case.continues else (seen,):
-            _compare(known, after, tally, "lost", case.name)
+            compare(known, after, "bytes lost")
         if not case.timed:
-            _compare(after, whole, tally, "different", case.name)
+            compare(after, whole, "bytes different")
         before = after
-    process = case.start(folder)
-    if process.wait() != 0:
-        tally.blocked += 1
-        tally.notes.append(f"{case.name}: {(folder / 'errors').read_text()}")
+    if case.start(folder).wait() != 0:
+        tally["runs blocked"] += 1
+        print(f"{case.name}: {(folder / 'errors').read_text()}", file=sys.stderr)
     ended = case.written(folder)
     if case.continues:
-        _compare(before, ended, tally, "lost", case.name)
+        compare(before, ended, "bytes lost")
     expected, got = case.comparable(whole), case.comparable(ended)
-    _compare(expected, got, tally, "different", case.name)
-    _compare(got, expected, tally, "different", case.name)
-    _look_for_remains(case, folder, tally)
+    compare(expected, got, "bytes different")
+    compare(got, expected, "bytes different")
+    tally["partial files"] += sum(1 for _ in folder.rglob("*.partial-*"))
+    waited = time.monotonic() + PATIENCE
+    while (remains := os.listdir(folder / "tmp")) and time.monotonic() < waited:
+        time.sleep(0.5)
+    tally["temporary folders left"] += len(remains)
     return seconds
-
-
-def _compare(first: Mapping[str, bytes], later: Files, tally: Tally, what: str, name: str) -> None:
-    """Count the bytes of files that later ones do not begin with."""
-    for file, data in first.items():
-        kept = _agreeing(data, later.get(file, b""))
-        if kept < len(data):
-            setattr(tally, what, getattr(tally, what) + len(data) - kept)
-            tally.notes.append(f"{name}: {file} has {len(data) - kept} bytes {what}")
 
 
 def _agreeing(first: bytes, second: bytes) -> int:
@@ -247,16 +182,6 @@ def _agreeing(first: bytes, second: bytes) -> int:
     pairs = enumerate(zip(first, second, strict=False))
     shorter = min(len(first), len(second))
     return next((place for place, (one, other) in pairs if one != other), shorter)
-
-
-def _look_for_remains(case: Case, folder: Path, tally: Tally) -> None:
-    """Count unfinished files, and temporary ones that are still there after a while."""
-    tally.unfinished += sum(1 for _ in folder.rglob("*.partial-*"))
-    waited = time.monotonic() + PATIENCE
-    while (remains := os.listdir(folder / "tmp")) and time.monotonic() < waited:
-        time.sleep(0.5)
-    tally.left += len(remains)
-    tally.notes += [f"{case.name}: {name} is left" for name in remains]
 
 
 def _untimed(data: bytes) -> bytes:
@@ -272,24 +197,20 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=200, help="of all commands together")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    rows, good, unfinished = list[Row](), True, 0
+    rows, all_of_them = list[Row](), Counter[str]()
     with tempfile.TemporaryDirectory(prefix="kills-") as scratch:
         commands = cases(*render(Path(scratch)))
         for case in commands:
-            rng, tally = random.Random(f"{options.seed} {case.name}"), Tally()
+            rng, tally = random.Random(f"{options.seed} {case.name}"), Counter[str]()
             whole, seconds = _undisturbed(case, Path(scratch))
-            while tally.kills < options.kills / len(commands):
+            while tally["kills"] < options.kills / len(commands):
                 with tempfile.TemporaryDirectory(prefix="trial-", dir=scratch) as folder:
                     seconds = trial(case, rng, Path(folder), whole, seconds, tally)
-            cells = (Cell(f"{getattr(tally, name):,}") for name in NUMBERS)
-            rows.append((Cell(case.name), *cells))
-            print(*tally.notes, sep="\n", file=sys.stderr)
-            good &= tally.good
-            unfinished += tally.unfinished
-    head = "command", *NUMBERS.values()
-    note = f"{unfinished} partial files of overlays are left."
-    print(markdown.table(Table("Commands that are killed", head, rows, note=note)))
-    return 0 if good else 1
+            rows.append((Cell(case.name), *(Cell(f"{tally[each]:,}") for each in NUMBERS)))
+            all_of_them += tally
+    note = f"{all_of_them['partial files']} partial files of overlays are left."
+    print(markdown.table(Table("Commands that are killed", ("command", *NUMBERS), rows, note=note)))
+    return int(any(all_of_them[each] for each in WRONG))
 
 
 def _undisturbed(case: Case, scratch: Path) -> tuple[Files, float]:
@@ -297,8 +218,7 @@ def _undisturbed(case: Case, scratch: Path) -> tuple[Files, float]:
     for _ in range(2):
         with tempfile.TemporaryDirectory(prefix="whole-", dir=scratch) as folder:
             start = time.monotonic()
-            process = case.start(Path(folder))
-            if process.wait() != 0:
+            if case.start(Path(folder)).wait() != 0:
                 raise SystemExit(f"{case.name}: {(Path(folder) / 'errors').read_text()}")
             whole, seconds = case.written(Path(folder)), time.monotonic() - start
     return whole, seconds
