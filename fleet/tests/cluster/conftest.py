@@ -29,6 +29,7 @@ def any_cluster() -> Iterator[Any]:
     head = {"num_cpus": 1, "include_dashboard": False, "_system_config": QUICK}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+        patch.setenv("RAY_raylet_start_wait_time_s", "600")  # on a busy machine it may take long
         here = str(Path(__file__).parents[1])  # workers find what tests bring, and this motes
         patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [here, *sys.path])))
         made = Cluster(initialize_head=True, head_node_args=head)
