@@ -62,3 +62,10 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real data in {folder}; name its folder with MOTES_DATA")
     return folder
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return an empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

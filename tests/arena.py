@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import csv
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from PIL import Image
 from motes import synthetic
 from motes.synthetic.clips import Clip
 from motes_lab.cli import main
+from waiting import runs
 
 SIZE = (160, 120)
 FRAMES = 20
@@ -155,19 +155,4 @@ def tracks(out: Path) -> dict[str, list[str]]:
 
 def all_gone(processes: Path) -> bool:
     """Return whether all processes have ended that told a file their numbers."""
-    return all(_gone(int(number)) for number in processes.read_text().split())
-
-
-def _gone(number: int) -> bool:
-    try:
-        return "\nState:\tZ" in Path(f"/proc/{number}/status").read_text()
-    except OSError:
-        return True
-
-
-def wait_for(done: Callable[[], bool]) -> None:
-    """Wait until something is done."""
-    end = time.monotonic() + 120
-    while not done():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
+    return not any(runs(int(number)) for number in processes.read_text().split())

@@ -8,27 +8,19 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
 import pytest
 
-PATIENCE = 600.0
-"""Seconds after which a test gives up; a busy machine is no failure."""
+from waiting import PATIENCE as PATIENCE
+from waiting import wait_until as wait_until
 
 
 def free_port() -> int:
     with socket.create_server(("127.0.0.1", 0)) as found:
         port: int = found.getsockname()[1]
         return port
-
-
-def wait_until(holds: Callable[[], object]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 class Broker:

@@ -9,15 +9,15 @@ import importlib
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from commands import Go, running
 from motes import synthetic
-from motes.cli import main
 from motes.core import registry
 from motes.core.config import from_dict, from_toml, to_dict, to_toml
 from motes.core.config_keys import keys
@@ -90,26 +90,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
 
 
 @pytest.fixture
-def go(
-    film: tuple[str, str],
-    installed: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> Callable[..., tuple[int, str, str]]:
-    """Run a command with the packages installed; return exit code, output and messages."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str, str]:
-        words = {"FILM": film[0], "BOX": film[1]}
-        capfd.readouterr()
-        code = main([words.get(word, word) for word in line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-Go = Callable[..., tuple[int, str, str]]
+def go(film: tuple[str, str], installed: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run a command with the packages installed."""
+    return running(capfd, FILM=film[0], BOX=film[1])
 
 
 @pytest.mark.slow

@@ -14,13 +14,14 @@ from typing import Any
 
 import pytest
 
-from brokers import Broker, Listener, SlowBroker, wait_until
+from brokers import Broker, Listener, SlowBroker
 from motes import ConfigError, FormatError
 from motes_fleet.delivery import delivery, mqtt, webhook
 from motes_fleet.delivery.delivery import Delivery, DeliveryError
 from motes_fleet.delivery.event_queue import MessageQueue
 from motes_fleet.delivery.mqtt import Mqtt, topic_of
 from motes_fleet.delivery.webhook import Webhook
+from waiting import wait_until
 
 
 @pytest.fixture(autouse=True)

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from brokers import Broker, Listener, free_port, wait_until
+from brokers import Broker, Listener, free_port
 from motes.cli import main
 from motes_fleet.delivery import delivery
 from motes_fleet.delivery.delivery import Delivery
 from motes_fleet.delivery.event_queue import MessageQueue
 from motes_fleet.delivery.mqtt import Mqtt
 from red_box import walk
+from waiting import wait_until
 
 FRAMES = 70
 PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"

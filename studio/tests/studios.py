@@ -28,14 +28,13 @@ from motes_studio.safety import Guard, Limits
 from motes_studio.serve import listening, settings
 from motes_studio.server import AGAIN, app
 from motes_studio.studio import Studio
+from waiting import PATIENCE
 
 FRAMES = 40
 BOX = (30.0, 25.0, 30.0, 40.0)
 SLOW = "particles = 100000"
 """A configuration whose run goes on while a test acts, on any computer: 0.1 s or more a frame."""
 ACTIVE = ("waiting", "running")
-PATIENCE = 600.0
-"""Seconds after which an answer is taken to be missing."""
 
 
 def film(path: Path, frames: int = FRAMES) -> Path:
@@ -91,11 +90,17 @@ class Program:
 def running(
     folder: Path, data: Path, *, limits: Limits | None = None, token: str | None = None
 ) -> Iterator[httpx.Client]:
-    """Run a studio in a thread, and give a client of it."""
+    """Run a studio in a thread, and give a client of it.
+
+    By default a worker may be silent for long: it runs in the background, and where other processes
+    are busy, it imports for a minute what it needs, before its first sign of life.
+    """
     opened = listening("127.0.0.1", 0)
     port = opened.getsockname()[1]
     guard = Guard("127.0.0.1", token)
-    server = uvicorn.Server(settings(app(Studio(folder, data, limits or Limits()), guard)))
+    server = uvicorn.Server(
+        settings(app(Studio(folder, data, limits or Limits(silence=PATIENCE)), guard))
+    )
     thread = threading.Thread(target=server.run, args=([opened],))
     thread.start()
     try:

@@ -6,7 +6,6 @@ import asyncio
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable
 from functools import partial
 from http.client import HTTPConnection
@@ -29,10 +28,9 @@ from motes_studio.tables import unpack
 from motes_studio.tracking import PassPart, run_passes
 from motes_studio.workplace import Task
 from studios import SLOW, begin, film, running
+from waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
-
-PATIENCE = 600.0
 
 
 class Begun:
@@ -71,14 +69,6 @@ class Begun:
         monkeypatch.setattr(Worker, "give", noted_give)
 
 
-def until(so: Callable[[], object]) -> None:
-    """Wait until something is so."""
-    end = time.monotonic() + PATIENCE
-    while not so():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 def test_a_picture_that_is_given_up_is_not_decoded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,13 +82,13 @@ def test_a_picture_that_is_given_up_is_not_decoded(
         os.kill(worker.pid, signal.SIGSTOP)
         busy = threading.Thread(target=lambda: client.get(f"{address}/5.jpg"))
         busy.start()
-        until(lambda: 5 in found.begun)
+        wait_until(lambda: 5 in found.begun)
         for index in (6, 7):
             page = HTTPConnection(client.base_url.host, client.base_url.port or 80)
             page.request("GET", f"{address}/{index}.jpg")
-            until(lambda n=index: n in found.asked)  # type: ignore[misc]
+            wait_until(lambda n=index: n in found.asked)  # type: ignore[misc]
             page.close()
-        until(lambda: {6, 7} <= {*found.ended})
+        wait_until(lambda: {6, 7} <= {*found.ended})
         os.kill(worker.pid, signal.SIGCONT)
         busy.join()
         assert client.get(f"{address}/8.jpg").status_code == 200

@@ -22,7 +22,6 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 import loops
-from brokers import wait_until
 from clips import clip
 from coded import video
 from disks import fill
@@ -36,7 +35,8 @@ from motes_studio.films import Films
 from motes_studio.pictures import picture
 from motes_studio.safety import COOKIE, Guard, Limits, inside
 from motes_studio.studio import Studio
-from studios import PATIENCE, SLOW, begin, film, looking, running
+from studios import SLOW, begin, film, looking, running
+from waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,8 @@ import pytest
 from motes import FormatError
 from motes_studio.document import Document
 from motes_studio.store import Store
-from studios import BOX, PATIENCE, Program, begin, film, looking, running
+from studios import BOX, Program, begin, film, looking, running
+from waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
 

@@ -24,6 +24,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from commands import Go, running
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import commands
@@ -39,6 +40,7 @@ from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
+from waiting import wait_until
 
 FRAMES = 30
 SIZE = (160, 120)
@@ -58,28 +60,12 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
 
 
 @pytest.fixture
-def go(
-    film: tuple[str, str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> Callable[..., tuple[int, str, str]]:
+def go(film: tuple[str, str], here: Path, capfd: pytest.CaptureFixture[str]) -> Go:
     """Run a command in an empty folder; return exit code, standard output, standard error.
 
     In the arguments, FILM is the video and BOX its target.
     """
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str, str]:
-        words = {"FILM": film[0], "BOX": film[1]}
-        capfd.readouterr()
-        code = main([words.get(word, word) for word in line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-Go = Callable[..., tuple[int, str, str]]
+    return running(capfd, FILM=film[0], BOX=film[1])
 
 
 def table(path: str) -> list[dict[str, str]]:
@@ -102,13 +88,6 @@ def started(arguments: list[str], **streams: Any) -> Iterator[subprocess.Popen[s
             yield process
         finally:
             process.kill()
-
-
-def wait_for(done: Callable[[], bool]) -> None:
-    end = time.monotonic() + 600
-    while not done():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.002)
 
 
 @pytest.fixture(scope="module")
@@ -445,7 +424,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
     line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", str(rows)]
     line += ["--overlay", str(overlay)]
     with started(line) as process:
-        wait_for(lambda: count(rows) > 20)
+        wait_until(lambda: count(rows) > 20)
         process.send_signal(signal.SIGINT)
         _, error = process.communicate()
     assert process.returncode == 130
@@ -455,7 +434,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
         assert len(list(drawn)) == len(table(str(rows)))
     whole = rows.read_bytes()
     with started([*line, "--resume"]) as process:  # while it repeats them, they stay
-        wait_for(lambda: any(tmp_path.glob("o.mp4.partial*")))
+        wait_until(lambda: any(tmp_path.glob("o.mp4.partial*")))
         process.send_signal(signal.SIGINT)
         _, error = process.communicate()
     assert (process.returncode, "cannot be resumed" in error) == (130, False), error
@@ -592,7 +571,7 @@ def test_prefetch_keeps_order_and_stays_bounded() -> None:
 
     with prefetch(numbers(), ahead=3) as items:
         assert next(items) == 0
-        wait_for(lambda: len(taken) == 5)  # one delivered, three ready, one in hand
+        wait_until(lambda: len(taken) == 5)  # one delivered, three ready, one in hand
         time.sleep(0.02)
         assert len(taken) == 5
         assert list(items) == list(range(1, 100))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import errno
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from commands import Tell, telling
 from motes import synthetic
-from motes.cli import main
 from motes.cli.exit_codes import NO_MEMORY
 from motes.cli.explain import explain
 from motes.video.writer import VideoWriter
@@ -19,22 +18,14 @@ from motes.video.writer import VideoWriter
 MOTES = f"{sys.executable} -m motes"
 HUGE = "99999999999999999999"
 
-Go = Callable[[str], tuple[int, str]]
-
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run a command on a film of two frames; return exit code and standard error."""
-    monkeypatch.chdir(tmp_path)
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
+    """Run a command on a film of two frames."""
     with VideoWriter("film.mkv", 25) as writer:
         for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2):
             writer.write(frame.pixels)
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        return main(line.split()), capfd.readouterr().err
-
-    return run
+    return telling(capfd)
 
 
 @pytest.mark.slow
@@ -61,7 +52,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
         ("watch -", "for standard input give /dev/stdin."),
     ],
 )
-def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
+def test_unknown_options_are_named(go: Tell, line: str, said: str) -> None:
     code, error = go(line)
     assert code == 2
     assert said in error
@@ -79,7 +70,7 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
         f"demo --frames {HUGE}",
     ],
 )
-def test_numbers_that_are_too_large(go: Go, line: str) -> None:
+def test_numbers_that_are_too_large(go: Tell, line: str) -> None:
     Path("huge.toml").write_text(f"particles = {HUGE}\n")
     code, error = go(line)
     assert (code, error.count("\n")) == (2, 1), error

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from clips import picture
+from commands import Tell, telling
 from disks import fill
 from motes import open_source
-from motes.cli import main, outputs
+from motes.cli import outputs
 from motes.core.errors import FormatError
 from motes.core.files import PartialFile, leftovers
 from motes.formats import FilmFacts, registry
 from motes.video.writer import VideoWriter
 
-Go = Callable[[str], tuple[int, str]]
 FRAMES = 7
 COMMANDS = [
     "track film.mkv --init 20,10,20,20",
@@ -29,23 +28,16 @@ COMMANDS = [
 
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run motes in a folder with a film; return exit code and standard error."""
-    monkeypatch.chdir(tmp_path)
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
+    """Run motes in a folder with a film."""
     with VideoWriter("film.mkv", 25) as writer:
         for index in range(FRAMES):
             writer.write(picture(index))
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        code = main(line.split())
-        return code, capfd.readouterr().err
-
-    return run
+    return telling(capfd)
 
 
 @pytest.mark.parametrize("ending", ["csv", "jsonl", "parquet"])
-def test_objects_without_a_class_have_the_label(go: Go, ending: str) -> None:
+def test_objects_without_a_class_have_the_label(go: Tell, ending: str) -> None:
     if ending == "parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     assert go(f"{COMMANDS[0]} --end 2 --label dog -o r.{ending}")[0] == 0
@@ -60,7 +52,7 @@ def pictures(path: Path | str) -> int:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_overlay_beside_rows_that_fail(
-    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+    go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write = outputs.RowsOutput.write
 
@@ -80,7 +72,7 @@ def test_an_overlay_beside_rows_that_fail(
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_ctrl_c_while_an_overlay_is_finished(
-    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+    go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settle = PartialFile.settle
 
@@ -100,7 +92,7 @@ def test_ctrl_c_while_an_overlay_is_finished(
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_disk_that_is_full_in_the_end(
-    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+    go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The pictures had room, the film's index has not."""
     finish = VideoWriter._finish
@@ -120,7 +112,7 @@ def test_a_disk_that_is_full_in_the_end(
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_nothing_is_said_of_what_is_not_there(
-    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+    go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fill(monkeypatch, "o.mp4")
     code, error = go(f"{command} -o r.csv --overlay o.mp4")
@@ -129,7 +121,7 @@ def test_nothing_is_said_of_what_is_not_there(
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_later_runs_name_what_is_unfinished_and_leave_it(go: Go, command: str) -> None:
+def test_later_runs_name_what_is_unfinished_and_leave_it(go: Tell, command: str) -> None:
     left = PartialFile("o.mp4", ".mp4")
     left.close()
     code, error = go(f"{command} -o r.csv --overlay o.mp4")
@@ -140,7 +132,7 @@ def test_later_runs_name_what_is_unfinished_and_leave_it(go: Go, command: str) -
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_link_to_the_source_is_no_output(go: Go, command: str) -> None:
+def test_a_link_to_the_source_is_no_output(go: Tell, command: str) -> None:
     before = Path("film.mkv").read_bytes()
     Path("hard.mkv").hardlink_to("film.mkv")
     Path("rows.csv").hardlink_to("film.mkv")
@@ -152,7 +144,7 @@ def test_a_link_to_the_source_is_no_output(go: Go, command: str) -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str) -> None:
+def test_a_source_under_a_former_name_of_partial_files(go: Tell, command: str) -> None:
     """The run once wrote over its own source, and then removed it."""
     name = "o.mp4.partial.mp4"
     Path(name).write_bytes(Path("film.mkv").read_bytes())

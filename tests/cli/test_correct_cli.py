@@ -6,7 +6,6 @@ import csv
 import json
 import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
@@ -14,6 +13,7 @@ import pytest
 from PIL import Image
 
 import motes
+from commands import Tell, telling
 from motes.cli import main
 from motes.core.errors import FormatError
 from motes.core.track import COLUMNS, GROUND
@@ -25,7 +25,6 @@ from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
-Go = Callable[[str], tuple[int, str]]
 FRAMES = 24
 BOX = "30,25,30,40"
 OPTIONS = "--preset mean_shift"
@@ -41,17 +40,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def go(
-    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Go:
+def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in an empty folder; FILM and BOX stand for the film and its target."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str]:
-        code = main(line.replace("FILM", str(film)).replace("BOX", BOX).split())
-        return code, capfd.readouterr().err
-
-    return run
+    return telling(capfd, FILM=film, BOX=BOX)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +77,7 @@ def rows(name: str) -> list[dict[str, str]]:
     return list(csv.DictReader(Path(name).read_text().splitlines()))
 
 
-def test_rows_between_keyframes(go: Go) -> None:
+def test_rows_between_keyframes(go: Tell) -> None:
     Path("keys.csv").write_text("20,BOX\n10:11,absent\n".replace("BOX", BOX))
     line = f"track FILM --keyframes keys.csv --at 4=BOX -o rows.csv {OPTIONS}"
     code, said = go(line)
@@ -105,7 +96,7 @@ def test_rows_between_keyframes(go: Go) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="others have only names of text")
-def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
+def test_a_film_whose_name_is_no_text(go: Tell, film: Path) -> None:
     name = "l\udcfcbeck.mkv"  # Latin-1, as of an old disk
     shutil.copy(film, name)
     assert go(f"track {name} --init BOX -o rows.csv {OPTIONS}")[0] == 0
@@ -118,7 +109,7 @@ def test_a_film_whose_name_is_no_text(go: Go, film: Path) -> None:
     assert "beck.mkv has bytes that are no text; rename the file." in said
 
 
-def test_of_several_objects_one_is_taken(go: Go) -> None:
+def test_of_several_objects_one_is_taken(go: Tell) -> None:
     two = "--init BOX --init 20,20,30,40"
     assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
     way = "convert many.csv one.csv --identity 1"
@@ -132,7 +123,7 @@ def test_of_several_objects_one_is_taken(go: Go) -> None:
     assert go("refine FILM one.csv --at 2=BOX")[0] == 0
 
 
-def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
+def test_one_mark_anywhere_is_tracked_both_ways(go: Tell) -> None:
     for frame in (12, FRAMES - 1):
         assert go(f"track FILM --at {frame}=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
         found = rows("rows.csv")
@@ -140,7 +131,7 @@ def test_one_mark_anywhere_is_tracked_both_ways(go: Go) -> None:
         assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
 
 
-def test_other_outputs(go: Go) -> None:
+def test_other_outputs(go: Tell) -> None:
     code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
     assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
     assert Path("d.xml").read_text().count("<box ") >= 2
@@ -148,7 +139,7 @@ def test_other_outputs(go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_metres_and_an_overlay(go: Go) -> None:
+def test_metres_and_an_overlay(go: Tell) -> None:
     line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
     code, said = go(f"{line} -o m.csv --overlay m.mp4")
     assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
@@ -171,7 +162,7 @@ def test_metres_and_an_overlay(go: Go) -> None:
     assert smoothed == pytest.approx(raw, abs=0.1)
 
 
-def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
+def test_rows_that_are_smooth_already_are_refused(go: Tell) -> None:
     """What a user has marked would move."""
     assert go(f"track FILM --at 4=BOX --at 20=BOX -o keys.csv {OPTIONS}")[0] == 0
     assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
@@ -183,7 +174,7 @@ def test_rows_that_are_smooth_already_are_refused(go: Go) -> None:
     assert not Path("again.csv").exists()
 
 
-def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
+def test_rows_with_frames_between_that_are_missing_are_refused(go: Tell) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --stride 3")[0] == 0
     before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
     for line in ("smooth rows.csv -o smooth.csv", "refine FILM rows.csv --at 9=BOX"):
@@ -194,7 +185,7 @@ def test_rows_with_frames_between_that_are_missing_are_refused(go: Go) -> None:
 
 
 def test_of_a_killed_run_it_is_said_that_rows_are_missing(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def write(_: TrackWriter, file: BinaryIO, data: bytes) -> None:
         if data.startswith(b"12,"):
@@ -211,7 +202,7 @@ def test_of_a_killed_run_it_is_said_that_rows_are_missing(
     assert "killed" not in go("convert rows.csv b.xml")[1]
 
 
-def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_killed_run_is_finished(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kill is in the middle of a row."""
     line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"
     assert go(f"{line} -o expected.csv")[0] == 0
@@ -242,7 +233,7 @@ def test_a_killed_run_is_finished(go: Go, monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.parametrize("mark", ["--init BOX", "--at 0=BOX"])
 def test_an_interrupt_before_the_first_row_leaves_what_was_there(
-    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
+    go: Tell, monkeypatch: pytest.MonkeyPatch, mark: str
 ) -> None:
     def interrupted(*_: object) -> object:
         raise KeyboardInterrupt
@@ -259,7 +250,7 @@ def test_an_interrupt_before_the_first_row_leaves_what_was_there(
 
 @pytest.mark.slow
 def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The forward pass is complete then, and its rows are written, but they are not the last."""
     line = f"track FILM --at 0=BOX --at 12=31,25,30,40 --at 20=BOX --scale 20 {OPTIONS}"
@@ -291,7 +282,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
 @pytest.mark.slow
 @pytest.mark.parametrize("mark", ["--at 0=BOX", "--init BOX"])
 def test_a_correction_killed_between_its_files_is_finished(
-    go: Go, monkeypatch: pytest.MonkeyPatch, mark: str
+    go: Tell, monkeypatch: pytest.MonkeyPatch, mark: str
 ) -> None:
     """The history is written before the rows and after them."""
     assert go(f"track FILM {mark} -o rows.csv {OPTIONS}")[0] == 0
@@ -324,7 +315,7 @@ def test_a_correction_killed_between_its_files_is_finished(
         assert go(f"track FILM {mark} -o rows.csv --overwrite {OPTIONS}")[0] == 0
 
 
-def test_rows_with_other_ends_of_lines_keep_them(go: Go) -> None:
+def test_rows_with_other_ends_of_lines_keep_them(go: Tell) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_bytes().replace(b"\n", b"\r\n")
     Path("rows.csv").write_bytes(before)
@@ -332,7 +323,7 @@ def test_rows_with_other_ends_of_lines_keep_them(go: Go) -> None:
     assert Path("rows.csv").read_bytes().startswith(b"".join(before.splitlines(True)[:13]))
 
 
-def test_other_rows_stay_to_the_byte(go: Go) -> None:
+def test_other_rows_stay_to_the_byte(go: Tell) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_text().splitlines()
     code, said = go("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21")
@@ -350,7 +341,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     assert Path("again.csv").read_text().splitlines() == after
 
 
-def test_a_target_that_leaves_has_its_center_outside(go: Go) -> None:
+def test_a_target_that_leaves_has_its_center_outside(go: Tell) -> None:
     """Rows of the film; those of a target that is all outside are of a larger one."""
     head, row = ",".join(COLUMNS) + "\n", "{},1,,{},32,16,16,{},40,8,8,0,1,,tracking,,,\n"
     first = head + row.format("0,0", 22, 30)
@@ -368,7 +359,9 @@ def _text(mark: object) -> str:
 
 
 @pytest.mark.parametrize("metres", ["", "--scale 20"])
-def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(go: Go, metres: str) -> None:
+def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(
+    go: Tell, metres: str
+) -> None:
     """Also those of a plain run, which lack what `motes check` reads."""
     options = f"{OPTIONS} {metres}"
     assert go(f"track FILM --at 0=BOX --at 12=31,25,30,40 -o expected.jsonl {options}")[0] == 0
@@ -382,7 +375,7 @@ def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(go: Go, me
 
 
 def test_an_interrupted_correction_is_finished_later(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     whole = Path("rows.csv").read_text()
@@ -414,7 +407,7 @@ def test_an_interrupted_correction_is_finished_later(
         assert remembered == Path("expected.csv.run.json").read_bytes()
 
 
-def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Go) -> None:
+def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Tell) -> None:
     """Its confidence stays, so it is less likely there than not."""
     assert go(f"track FILM --init BOX --scale 20 -o rows.csv {OPTIONS}")[0] == 0
     found = rows("rows.csv")
@@ -435,7 +428,7 @@ def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Go) -> None:
     assert [f"{each.ellipse.x:.3f}" for each in python] == [row["x"] for row in smooth]
 
 
-def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
+def test_doubtful_frames(go: Tell, capfd: pytest.CaptureFixture[str]) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert go(f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}")[0] == 0
     found = list(csv.DictReader(Path("list.csv").read_text().splitlines()))
@@ -491,7 +484,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_bad_input_is_one_line(
-    go: Go, bad: Path, monkeypatch: pytest.MonkeyPatch, line: str, code: int, message: str
+    go: Tell, bad: Path, monkeypatch: pytest.MonkeyPatch, line: str, code: int, message: str
 ) -> None:
     monkeypatch.chdir(bad)
     before = {path: path.read_bytes() for path in bad.iterdir()}
@@ -513,7 +506,7 @@ def test_bad_input_is_one_line(
         ("form", 9, "of another version of motes"),
     ],
 )
-def test_a_history_that_was_changed(go: Go, key: str, value: object, message: str) -> None:
+def test_a_history_that_was_changed(go: Tell, key: str, value: object, message: str) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     path = Path("rows.csv.run.json")
     path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
@@ -522,7 +515,7 @@ def test_a_history_that_was_changed(go: Go, key: str, value: object, message: st
         assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
-def test_a_file_that_is_no_history(go: Go) -> None:
+def test_a_file_that_is_no_history(go: Tell) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     Path("rows.csv.run.json").write_text("{}")
     assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
@@ -531,7 +524,7 @@ def test_a_file_that_is_no_history(go: Go) -> None:
         KnownRows(Path("rows.csv"))
 
 
-def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
+def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
     Path("lens.yml").write_text(
         "camera_matrix: !!opencv-matrix\n   data: [ 90., 0., 48., 0., 90., 40., 0., 0., 1. ]\n"
         "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
@@ -554,7 +547,7 @@ def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
     assert go("refine FILM b.jsonl --at 9=BOX")[0] == 0
 
 
-def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
+def test_rows_of_watched_objects_remember_their_lines(go: Tell) -> None:
     assert go("watch FILM --line 9,0,9,60 --scale 4 --fps 5 -o rows.csv")[0] in (0, 4)
     known = History.load(Path("rows.csv.run.json"))
     assert known.places is not None
@@ -565,7 +558,7 @@ def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
+def test_rows_that_are_cut_between_two_lines_are_refused(go: Tell) -> None:
     """Also after a correction, and when they are smoothed."""
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert go("smooth rows.csv -o smooth.csv")[0] == 0
@@ -580,7 +573,7 @@ def test_rows_that_are_cut_between_two_lines_are_refused(go: Go) -> None:
         assert not Path("other.csv").exists()
 
 
-def test_what_was_remembered_of_older_rows_goes_with_them(go: Go) -> None:
+def test_what_was_remembered_of_older_rows_goes_with_them(go: Tell) -> None:
     for name in ("rows.csv", "old.csv"):
         assert go(f"track FILM --init BOX -o {name} {OPTIONS}")[0] == 0
     Path("rows.csv.run.json").unlink()
@@ -588,7 +581,7 @@ def test_what_was_remembered_of_older_rows_goes_with_them(go: Go) -> None:
     assert not Path("old.csv.run.json").exists()
 
 
-def test_rows_need_no_whole_box(go: Go) -> None:
+def test_rows_need_no_whole_box(go: Tell) -> None:
     """What is corrected is the ellipse; the columns of the box are made anew."""
     assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
     table = [line.split(",") for line in Path("plain.csv").read_text().splitlines()]
@@ -601,7 +594,7 @@ def test_rows_need_no_whole_box(go: Go) -> None:
     assert float(rows("smooth.csv")[0]["top"]) == pytest.approx(25, abs=0.5)
 
 
-def test_rows_that_end_before_their_film_are_corrected_twice(go: Go) -> None:
+def test_rows_that_end_before_their_film_are_corrected_twice(go: Tell) -> None:
     """Without a run beside them, as of one object of a scene that has left."""
     assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
     lines = Path("plain.csv").read_text().splitlines(keepends=True)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import Tell, telling
 from motes import open_source
 from motes.cli import main
 from motes.video.decoder import Decoder
 from motes.video.writer import VideoWriter
 
-Go = Callable[[str], tuple[int, str]]
 FRAMES = 30
 TRACK = "track film.mkv --init 20,20,20,20 --preset mean_shift"
 
@@ -29,17 +28,10 @@ def make_film() -> None:
 
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with a film."""
-    monkeypatch.chdir(tmp_path)
     make_film()
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        code = main(line.split())
-        return code, capfd.readouterr().err
-
-    return run
+    return telling(capfd)
 
 
 def pictures(path: str | Path) -> list[np.ndarray]:
@@ -54,7 +46,7 @@ def changed(path: str | Path) -> list[bool]:
 
 
 @pytest.mark.slow
-def test_every_kind_of_rows_is_drawn(go: Go) -> None:
+def test_every_kind_of_rows_is_drawn(go: Tell) -> None:
     assert go(f"{TRACK} -o rows.csv")[0] == 0
     assert go("smooth rows.csv -o smooth.csv")[0] == 0
     assert go("refine film.mkv rows.csv -o refined.csv --at 25=70,20,20,20")[0] == 0
@@ -69,7 +61,7 @@ def test_every_kind_of_rows_is_drawn(go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_rows_of_one_object_are_those_of_a_target(go: Go) -> None:
+def test_rows_of_one_object_are_those_of_a_target(go: Tell) -> None:
     """Also boxes, as between keyframes; but what a watched scene shows are objects."""
     target = ["path.pdf", "size.pdf", "speed.pdf"]
     assert go("track film.mkv --at 0=20,20,20,20 --preset mean_shift -o boxes.csv")[0] == 0
@@ -87,7 +79,7 @@ def test_rows_of_one_object_are_those_of_a_target(go: Go) -> None:
 
 
 @pytest.mark.slow
-def test_figures_have_the_units_that_the_rows_remember(go: Go) -> None:
+def test_figures_have_the_units_that_the_rows_remember(go: Tell) -> None:
     assert go(f"{TRACK} -o rows.csv --scale 10")[0] == 0
     code, said = go("draw film.mkv rows.csv --figures figures")
     assert (code, "figures/rows.speed.pdf" in said) == (0, True)
@@ -102,7 +94,7 @@ def test_figures_have_the_units_that_the_rows_remember(go: Go) -> None:
 
 
 def test_speeds_are_those_of_the_file_or_of_the_units(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A box that walks 50 pixels a second, 10 pixels a metre, has 5 m/s beside its status."""
     said = list[str]()
@@ -125,7 +117,7 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
     assert not any(text.endswith("m/s") for text in said)
 
 
-def test_metres_are_added_to_rows_later_or_corrected(go: Go) -> None:
+def test_metres_are_added_to_rows_later_or_corrected(go: Tell) -> None:
     """They are those that the run would have had, and are remembered for what is corrected."""
     marks = "track film.mkv --at 0=20,20,20,20 --preset mean_shift"
     assert go(f"{marks} -o expected.csv --scale 50")[0] == 0
@@ -146,7 +138,8 @@ def test_metres_are_added_to_rows_later_or_corrected(go: Go) -> None:
     assert (code, "mot holds no metres" in said, len(said.splitlines())) == (2, True, 1), said
 
 
-def test_an_object_of_a_scene_is_checked_and_corrected(go: Go) -> None:
+@pytest.mark.slow
+def test_an_object_of_a_scene_is_checked_and_corrected(go: Tell) -> None:
     """The tracker of its run follows no single target."""
     assert go("watch film.mkv -o seen.csv")[0] in (0, 4)
     assert go(f"{TRACK} -o rows.csv")[0] == 0
@@ -167,7 +160,7 @@ def objects(count: int = FRAMES) -> str:
 
 @pytest.mark.slow
 def test_objects_are_drawn_with_their_names_lines_and_speeds(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = list[str]()
 
@@ -228,6 +221,8 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("draw small.mkv rows.csv -o a.mkv", 3, "but the rows are of film.mkv, with 120x60"),
         ("draw short.mkv alone.csv -o a.mkv", 3, "rows up to frame 29, but short.mkv ends with"),
         ("draw slow.mkv alone.csv -o a.mkv", 3, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s"),
+        ("draw slow.mkv alone.csv --figures a --scale 9", 3, "at 0.04 s, but slow.mkv at 0.1 s"),
+        ("draw slow.mkv alone.csv --masks a", 3, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s"),
         ("draw film.mkv nan.csv -o a.mkv", 3, "nan.csv"),
         ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
         ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
@@ -236,7 +231,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_bad_input_is_one_line(
-    go: Go, bad: Path, monkeypatch: pytest.MonkeyPatch, line: str, code: int, message: str
+    go: Tell, bad: Path, monkeypatch: pytest.MonkeyPatch, line: str, code: int, message: str
 ) -> None:
     monkeypatch.chdir(bad)
     before = {*bad.iterdir()}
@@ -245,21 +240,8 @@ def test_bad_input_is_one_line(
     assert {*bad.iterdir()} == before
 
 
-def test_rows_of_another_film_leave_nothing(go: Go) -> None:
-    with VideoWriter("slow.mkv", 10) as writer:
-        for _ in range(FRAMES):
-            writer.write(np.zeros((60, 120, 3), np.uint8))
-    assert go(f"{TRACK} -o rows.csv")[0] == 0
-    Path("alone.csv").write_text(Path("rows.csv").read_text())
-    before = {*Path().iterdir()}
-    for outputs in ("-o a.mkv", "--figures figures --scale 9", "--masks masks"):
-        code, said = go(f"draw slow.mkv alone.csv {outputs}")
-        assert (code, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s" in said) == (3, True), said
-        assert {*Path().iterdir()} == before
-
-
 def test_times_of_a_damaged_film_are_those_of_its_decoded_frames(
-    go: Go, monkeypatch: pytest.MonkeyPatch
+    go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where its packets have others, as of frames that cannot be decoded."""
     assert go(f"{TRACK} -o rows.csv")[0] == 0

@@ -5,17 +5,16 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from commands import Tell, telling
 from motes.cli import main
 from motes.formats import runs
 
-Go = Callable[[str], tuple[int, str]]
 SIZE = (120, 160)
 TRACK = "track film --init 40,40,41,41 --preset mean_shift -o rows.csv"
 DRAW = "draw film rows.csv --masks"
@@ -36,26 +35,20 @@ def picture(x: float, seed: int) -> np.ndarray:
 
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with a film of six images."""
-    monkeypatch.chdir(tmp_path)
     Path("film").mkdir()
     for i in range(6):
         Image.fromarray(picture(60 + 3 * i, i)).save(f"film/{i}.png")
     assert main(TRACK.split()) == 0
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        return main(line.split()), capfd.readouterr()[1]
-
-    return run
+    return telling(capfd)
 
 
 def overlap(mask: np.ndarray, x: float) -> float:
     return float((mask & shape(x)).sum() / (mask | shape(x)).sum())
 
 
-def test_a_folder_and_a_document(go: Go) -> None:
+def test_a_folder_and_a_document(go: Tell) -> None:
     code, said = go(f"{DRAW} masks")
     assert (code, "wrote masks." in said) == (0, True), said
     assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
@@ -75,7 +68,7 @@ def test_a_folder_and_a_document(go: Go) -> None:
     assert again["annotations"][-1]["segmentation"] == last["segmentation"]
 
 
-def test_a_full_disk_keeps_the_rows_of_the_masks(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_keeps_the_rows_of_the_masks(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
 
     def full(file: int) -> None:
@@ -91,7 +84,7 @@ def test_a_full_disk_keeps_the_rows_of_the_masks(go: Go, monkeypatch: pytest.Mon
     assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
 
 
-def test_masks_are_made_of_a_document_and_of_ellipses(go: Go) -> None:
+def test_masks_are_made_of_a_document_and_of_ellipses(go: Tell) -> None:
     assert go(f"{DRAW} masks.json")[0] == go("convert masks.json again --to masks")[0] == 0
     assert go(f"{DRAW} masks")[0] == 0
     for path in Path("masks").iterdir():
@@ -104,7 +97,7 @@ def test_masks_are_made_of_a_document_and_of_ellipses(go: Go) -> None:
     assert (code, "masks is only written" in said) == (2, True), said
 
 
-def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Go) -> None:
+def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Tell) -> None:
     draw = f"{DRAW} masks --overwrite"
     Path("masks").mkdir()
     Path("masks/old.png").touch()
@@ -124,7 +117,7 @@ def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Go) -> None:
         ("m --label cross", 2, "--label is for masks in a document, as .json; omit it."),
     ],
 )
-def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
     Path("full").mkdir()
     Path("full/a").touch()
     found, said = go(f"{DRAW} {line}")

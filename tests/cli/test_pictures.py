@@ -83,6 +83,7 @@ def test_a_heatmap_is_red_where_feet_have_been() -> None:
     assert (heatmap(gray, np.zeros((100, 160))) == gray).all()
 
 
+@pytest.mark.slow
 def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     film = tmp_path / "film.mkv"
     walk(film, 50, enters=4)

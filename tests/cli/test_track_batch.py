@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from commands import Go, running
 from motes import Tracker, open_source
-from motes.cli import main
 from motes.synthetic.clips import crowd
 from motes.video.writer import VideoWriter
 
-Go = Callable[..., tuple[int, str, str]]
-FRAMES = 12
+FRAMES = 6
 BOXES = [(60, 40, 20, 30), (120, 50, 24, 24)]
 TWO = " ".join(f"--init {','.join(map(str, box))}" for box in BOXES)
 
@@ -32,18 +30,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def go(
-    film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Go:
+def go(film: str, here: Path, capfd: pytest.CaptureFixture[str]) -> Go:
     """Run motes track in an empty folder; FILM in the arguments is the video."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["track", *(film if word == "FILM" else word for word in line.split())])
-        return code, *capfd.readouterr()
-
-    return run
+    return running(capfd, "track", FILM=film)
 
 
 def test_each_is_followed_as_if_alone(go: Go, film: str) -> None:

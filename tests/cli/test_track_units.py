@@ -3,37 +3,29 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from motes.cli import main
+from commands import Tell, telling
 from motes.rows.reader import read_track
 from motes.synthetic.clips import crowd
 
-Go = Callable[[str], tuple[int, str]]
 TRACK = "track film --init 40,30,20,30 --preset nummiaro -o rows.csv"
 
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with a film of twelve images."""
-    monkeypatch.chdir(tmp_path)
     Path("film").mkdir()
     for frame, _ in crowd((120, 90), (20, 30), 12):
         Image.fromarray(frame.pixels).save(f"film/{frame.index}.png")
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        return main(line.split()), capfd.readouterr()[1]
-
-    return run
+    return telling(capfd)
 
 
-def test_rows_have_places_and_speeds(go: Go) -> None:
+def test_rows_have_places_and_speeds(go: Tell) -> None:
     assert go(f"{TRACK} --scale 20")[0] == 0
     rows = read_track("rows.csv")
     seen = rows["status"] == "tracking"
@@ -50,7 +42,7 @@ def test_rows_have_places_and_speeds(go: Go) -> None:
     assert (read_track("rows.jsonl")["speed"][seen] == rows["speed"][seen])[3:].all()
 
 
-def test_micrometres_are_kept(go: Go) -> None:
+def test_micrometres_are_kept(go: Tell) -> None:
     assert go(f"{TRACK} --scale 1e6")[0] == 0
     assert go("convert rows.csv rows.jsonl")[0] == 0
     for name in ("rows.csv", "rows.jsonl"):
@@ -60,7 +52,7 @@ def test_micrometres_are_kept(go: Go) -> None:
         assert (rows["x_m_std"][seen][1:] > 0).all()
 
 
-def test_the_ground_and_the_lens_are_files(go: Go) -> None:
+def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
     Path("ground.toml").write_text(
         "[ground]\nhomography = [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 1]]\n"
     )
@@ -91,7 +83,7 @@ def test_the_ground_and_the_lens_are_files(go: Go) -> None:
         ("--scale 20 --init 1,1,9,9", 2, "error: --scale is for one --init; omit it."),
     ],
 )
-def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
     Path("g.toml").write_text("[[line]]\npoints = [0, 0, 9, 9]\n")
     Path("other.yml").write_text(
         "image_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
@@ -107,7 +99,7 @@ def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None
     assert not Path("rows.csv").exists()
 
 
-def test_each_detection_has_its_own_metres(go: Go) -> None:
+def test_each_detection_has_its_own_metres(go: Tell) -> None:
     """Several of a frame have no identity; none has a speed."""
     Path("det.txt").write_text("1,-1,10,10,20,40,0.9,-1,-1,-1\n1,-1,110,50,20,40,0.9,-1,-1,-1\n")
     assert go("convert det.txt det.csv --from mot-detections --scale 10")[0] == 0

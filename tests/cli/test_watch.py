@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from commands import Go, running
 from motes import open_source
 from motes.cli import main
 from motes.cli.outputs import Events
@@ -26,7 +27,6 @@ from motes.video.writer import VideoWriter
 from red_box import walk
 from sightings import seen, told
 
-Go = Callable[..., tuple[int, str, str]]
 FRAMES = 90
 
 
@@ -39,21 +39,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def go(
-    film: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> Go:
+def go(film: str, here: Path, capfd: pytest.CaptureFixture[str]) -> Go:
     """Run motes watch in an empty folder; FILM in the arguments is the video."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["watch", *(film if word == "FILM" else word for word in line.split())])
-        return code, *capfd.readouterr()
-
-    return run
+    return running(capfd, "watch", FILM=film)
 
 
 @pytest.mark.slow

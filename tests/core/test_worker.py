@@ -9,7 +9,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from multiprocessing.connection import Connection
@@ -29,6 +29,7 @@ from motes.core.worker import (
     do_tasks,
     receive,
 )
+from waiting import runs, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -172,12 +173,12 @@ def test_what_a_worker_sends_is_never_unpickled(worker: Worker) -> None:
 def test_a_worker_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
     worker, note = Worker(do_tasks), tmp_path / "note"
     worker.give(partial(begin_program, note=str(note)))
-    until(note.exists)
+    wait_until(note.exists)
     mine, program, folder = note.read_text().split()
     assert int(mine) == worker.pid
     assert Path(folder).exists()
     worker.end()
-    until(lambda: not runs(int(program)))
+    wait_until(lambda: not runs(int(program)))
     assert not Path(folder).exists()
     assert worker.cause().startswith("SIGKILL")
 
@@ -208,38 +209,22 @@ def test_no_worker_outlives_its_program(
     program = subprocess.Popen(
         [sys.executable, "program.py", method], cwd=tmp_path, stderr=subprocess.DEVNULL
     )
-    until((tmp_path / "note").exists)
+    wait_until((tmp_path / "note").exists)
     worker, started, scratch = (tmp_path / "note").read_text().split()
     os.kill(int(worker), signal.SIGINT)
     time.sleep(0.1)
     assert runs(int(worker))
     program.send_signal(number)
     program.wait()
-    until(lambda: not runs(int(worker)) and not runs(int(started)))
-    until(lambda: not Path(scratch).exists())
+    wait_until(lambda: not runs(int(worker)) and not runs(int(started)))
+    wait_until(lambda: not Path(scratch).exists())
 
 
 def test_a_worker_that_sends_to_nobody_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
     note = tmp_path / "note"
     worker = Worker(send_on, str(note), line=Deaf)
-    until(note.exists)
+    wait_until(note.exists)
     mine, program, folder = note.read_text().split()
     worker.pipe.close()
-    until(lambda: not runs(int(mine)) and not runs(int(program)))
+    wait_until(lambda: not runs(int(mine)) and not runs(int(program)))
     assert not Path(folder).exists()
-
-
-def runs(pid: int) -> bool:
-    """Return whether a process is there, and has not ended."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
-def until(so: Callable[[], bool]) -> None:
-    """Wait until something is so."""
-    begun = time.monotonic()
-    while not so():
-        assert time.monotonic() - begun < 120, "waited in vain"
-        time.sleep(0.02)

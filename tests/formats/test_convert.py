@@ -13,30 +13,20 @@ import pytest
 from PIL import Image
 
 import disks
-from motes.cli import main
+from commands import Tell, telling
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
 from motes.video.film import DamagedError, Film
 from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
-Go = Callable[[str], tuple[int, str]]
-
 
 @pytest.fixture
-def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with rows of one target and of two objects."""
-    monkeypatch.chdir(tmp_path)
     registry.write(Path("one.csv"), "csv", turning())
     registry.write(Path("two.json"), "coco", crowd())
-
-    def run(line: str) -> tuple[int, str]:
-        capfd.readouterr()
-        code = main(line.split())
-        out, error = capfd.readouterr()
-        return code, out + error
-
-    return run
+    return telling(capfd)
 
 
 def film(names: Iterable[object], size: tuple[int, int] = (64, 48), folder: str = "film") -> None:
@@ -52,7 +42,7 @@ def contents(folder: str) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
 
 
-def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
+def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     code, said = go("convert one.csv groundtruth_rect.txt")
     assert code == 0
     assert "wrote groundtruth_rect.txt (truth of OTB) with the 40 frames in one.csv." in said
@@ -70,7 +60,7 @@ def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
     assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
 
 
-def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None:
+def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> None:
     film(range(5), (32, 24))
     assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
     assert go("convert run.csv run.json")[0] == 0
@@ -92,7 +82,7 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Go) -> None
      ("two.xml", [*range(8)])],
 )  # fmt: skip
 def test_frames_that_nobody_has_looked_at_are_no_negatives(
-    go: Go, source: str, seen: list[int]
+    go: Tell, source: str, seen: list[int]
 ) -> None:
     """How long the film is does not tell what is in it."""
     lines = [f"{frame},{who},9,9,8,8" for frame in (0, 1, 7) for who in (1, 2)]
@@ -110,7 +100,7 @@ def test_frames_that_nobody_has_looked_at_are_no_negatives(
         assert len(Path(f"a.{truth}.txt").read_text().splitlines()) == 40
 
 
-def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
+def test_of_one_target_a_frame_without_a_row_is_not_known(go: Tell) -> None:
     lines = Path("one.csv").read_text().splitlines(keepends=True)
     Path("cut.csv").write_text("".join([lines[0], *lines[11:]]))
     assert go("convert cut.csv a.json --frames 60 --size 320x240")[0] == 0
@@ -118,7 +108,7 @@ def test_of_one_target_a_frame_without_a_row_is_not_known(go: Go) -> None:
     assert [each["frame"] for each in images] == [*range(10, 20), *range(25, 40)]
 
 
-def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
+def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     film(range(2))
     Image.open("film/1.png").save("film/1.bmp")
     assert go("track film --init 8,6,10,8 -o run.csv")[0] == 0
@@ -139,14 +129,14 @@ def test_two_images_of_one_name_have_no_labels(go: Go) -> None:
     ],
 )
 def test_a_class_for_those_without_one_is_in_rows_too(
-    go: Go, target: str, label: str, place: slice, found: set[str]
+    go: Tell, target: str, label: str, place: slice, found: set[str]
 ) -> None:
     assert go(f"convert one.csv {target} --label {label}")[0] == 0
     lines = Path(target).read_text().splitlines()
     assert {name for line in lines for name in line.split(",")[place]} == found
 
 
-def test_one_of_several_objects(go: Go) -> None:
+def test_one_of_several_objects(go: Tell) -> None:
     code, said = go("convert two.json groundtruth.txt")
     assert (code, "choose one with --identity N" in said) == (5, True)
     assert not Path("groundtruth.txt").exists()
@@ -156,7 +146,7 @@ def test_one_of_several_objects(go: Go) -> None:
     assert (code, "two.json has no object 7; it has 1, 2." in said) == (2, True)
 
 
-def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
+def test_the_film_gives_what_a_file_does_not_hold(go: Tell) -> None:
     film(range(40), (320, 240))
     code, said = go("convert one.csv a.json")
     assert code == 2
@@ -175,7 +165,7 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
-def test_a_frame_rate_that_is_assumed_is_said_once(go: Go) -> None:
+def test_a_frame_rate_that_is_assumed_is_said_once(go: Tell) -> None:
     said_once = "has no times, 25 frames a second are assumed; give --fps or --video."
     assert go("convert one.csv one.vot.txt")[0] == 0
     for line, assumed in [
@@ -207,7 +197,7 @@ VARYING = [0.0, 0.02, 0.04, 0.1, 0.16, 0.18]
 
 @pytest.mark.parametrize("damaged", [False, True])
 def test_times_are_those_of_a_film_of_a_varying_rate(
-    go: Go, monkeypatch: pytest.MonkeyPatch, damaged: bool
+    go: Tell, monkeypatch: pytest.MonkeyPatch, damaged: bool
 ) -> None:
     """They are read from its packets, unless its beginning is damaged."""
     with VideoWriter(Path("film.mkv"), 50) as writer:
@@ -230,7 +220,7 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
     assert [facts.time(frame) for frame in (1, 5, 7)] == pytest.approx([0.02, 0.18, 0.22])
 
 
-def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) -> None:
+def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:
     film(range(3))
     assert go("track film --init 20,10,16,20 --preset nummiaro -o a.csv")[0] == 0
     Path("b.jsonl.run.json").write_text("corrections of other rows, which were moved away")
@@ -248,7 +238,7 @@ def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Go) ->
 
 
 @pytest.mark.parametrize("rows", ["a.csv", "a.jsonl"])
-def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
+def test_rows_that_end_too_early_are_refused(go: Tell, rows: str) -> None:
     """Cut between two rows, they look whole: the file beside them knows how many there were."""
     film(range(6))
     assert go(f"track film --init 20,10,16,20 --preset nummiaro -o {rows}")[0] == 0
@@ -269,7 +259,7 @@ def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
     assert go(f"convert {rows} d.txt")[0] == 0  # a shorter run in its place
 
 
-def test_what_is_left_out_is_said(go: Go) -> None:
+def test_what_is_left_out_is_said(go: Tell) -> None:
     assert go("convert two.json labels")[0] == 0
     Path("labels/labels/readme.txt").write_text("of somebody\n")
     Path("labels/classes.txt").write_text("car\nobject\n")
@@ -307,7 +297,7 @@ def test_what_is_left_out_is_said(go: Go) -> None:
     assert (code, "the last line, which is cut off" in said) == (0, True), said
 
 
-def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_is_whole_or_not_there(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     """A part of one would read as whole: there are fewer frames, and nothing says so."""
     with monkeypatch.context() as patch:
         disks.fill_after(patch, 6)
@@ -328,7 +318,7 @@ def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert len(list(Path().glob("labels*"))) == 1
 
 
-def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
+def test_a_folder_with_other_files_is_not_replaced(go: Tell) -> None:
     Path("mine").mkdir()
     assert go("convert two.json mine --to yolo")[0] == 0
     Path("mine/thesis.doc").write_text("all of it")
@@ -367,14 +357,14 @@ def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
         ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
     ],
 )
-def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
     found, said = go(line)
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
 
 
 @pytest.mark.parametrize("name", ["a.parquet", "a.vot.txt", "a.keyframes.csv", "a.dlc.csv",
                                   "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip
-def test_track_writes_all_formats(go: Go, name: str) -> None:
+def test_track_writes_all_formats(go: Tell, name: str) -> None:
     film(range(3))
     command = "track film --init 20,10,16,20 --preset mean_shift -o"
     if name == "a.parquet":
@@ -393,7 +383,7 @@ def test_track_writes_all_formats(go: Go, name: str) -> None:
 
 
 @pytest.mark.parametrize("rows", ["one.csv", "one.vot.txt", "one.xml"])
-def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str) -> None:
+def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Tell, rows: str) -> None:
     names = [f"img_{10 * frame:04d}" for frame in range(1, 41)]
     film(names, (320, 240), "Übung")
     if rows != "one.csv":
@@ -408,7 +398,7 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Go, rows: str
 
 
 @pytest.mark.parametrize("step", [1, 10])
-def test_labels_belong_to_the_images_of_their_names(go: Go, step: int) -> None:
+def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None:
     """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""
     film(f"img_{step * (frame + 1):04d}" for frame in range(6))
     track = "track film --fps 25 --preset mean_shift --init 20,10,16,20"
@@ -429,7 +419,7 @@ def test_labels_belong_to_the_images_of_their_names(go: Go, step: int) -> None:
     assert (code, "6 frames" in said) == (0, True), said
 
 
-def test_labels_of_other_images_are_refused(go: Go) -> None:
+def test_labels_of_other_images_are_refused(go: Tell) -> None:
     film((1, 2))
     film((3,), folder="twins")
     Image.open("twins/3.png").save("twins/3.jpg")
@@ -450,7 +440,7 @@ STATES = (
 """Those of the frames of a row, and whether it has a place."""
 
 
-def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Go) -> None:
+def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Tell) -> None:
     """The frames 1 to 3 are no pictures without it; frame 4 is one, as a user has marked it."""
     lines = ["frame,id,x,y,a,b,theta,confidence,status"]
     for frame, (state, placed) in enumerate(STATES):
@@ -510,7 +500,7 @@ SHOWN: dict[str, Callable[[Path], Iterable[int]]] = {
 
 
 @pytest.mark.parametrize("target", SHOWN)
-def test_guesses_are_not_exported_as_seen(go: Go, target: str) -> None:
+def test_guesses_are_not_exported_as_seen(go: Tell, target: str) -> None:
     states = ["tracking,1", "tracking,0.5", "interpolated,0.9", "tracking,0.49", "tracking,0.8"]
     lines = [f"{i},1,{50 + i * i},40,8,6,0,{state}" for i, state in enumerate(states)]
     titles = "frame,id,x,y,a,b,theta,status,confidence"

@@ -8,13 +8,13 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 
+from commands import Go, running
 from motes import open_source, read_track
 from motes.cli import main
 from motes.cli.outputs import DocumentOutput
@@ -27,7 +27,6 @@ from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
 
-Go = Callable[..., tuple[int, str, str]]
 FRAMES = 12
 BOX = "--init 60,40,20,30 --preset mean_shift"
 
@@ -42,18 +41,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def go(
-    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Go:
+def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Go:
     """Run motes in an empty folder; FILM in the arguments is the folder of images."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main([str(film) if word == "FILM" else word for word in line.split()])
-        return code, *capfd.readouterr()
-
-    return run
+    return running(capfd, FILM=film)
 
 
 def here() -> set[str]:
@@ -89,6 +79,7 @@ def test_a_label_that_no_tool_takes(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
                                      "track FILM --at 2=60,40,20,30", "watch FILM"])  # fmt: skip
 def test_rows_keep_a_label(go: Go, command: str) -> None:

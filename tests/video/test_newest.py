@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brokers import wait_until
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.video import newest
 from motes.video.newest import Newest
+from waiting import wait_until
 
 PIXELS = np.zeros((4, 4, 3), np.uint8)
 

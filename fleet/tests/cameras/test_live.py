@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arena import wait_for
 from motes import Frame, Source
 from motes.video import decoder
 from motes_fleet.cameras import live
 from motes_fleet.cameras.live import Live, open_watched
 from streams import camera
+from waiting import wait_until
 
 TIMEOUT = 0.5
 LONG = 60.0
@@ -94,7 +94,7 @@ def test_a_server_that_goes_away_is_retried_with_growing_pauses() -> None:
         begun = time.monotonic()
         stream.hung_up.set()
         words(news, "tried again")
-        wait_for(lambda: stream.refusals >= 4)
+        wait_until(lambda: stream.refusals >= 4)
         assert time.monotonic() - begun > 0.1 + 0.2 + 0.4  # from one refusal to the next
         stream.hung_up.clear()
         said = next(each for each in news if isinstance(each, str))

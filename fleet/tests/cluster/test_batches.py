@@ -11,9 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +34,7 @@ from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
 from motes_fleet.commands.batch_progress import BatchProgress
 from onnx_trackers import save_pair
+from waiting import wait_until
 
 
 def job(name: str, film: Path, **more: object) -> Job:
@@ -430,13 +429,6 @@ def test_mistakes_of_the_command(
     assert error in line
 
 
-def wait_for(true: Callable[[], bool], seconds: float = 600) -> None:
-    end = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 def started(home: Path) -> subprocess.Popen[str]:
     """Start a batch of four jobs, and wait until one of them is done."""
     film = clip(home / "long.mp4", 150, width=128, height=96)
@@ -447,7 +439,7 @@ def started(home: Path) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
     )
-    wait_for(lambda: any((home / "long" / "jobs").glob("*.json")))
+    wait_until(lambda: any((home / "long" / "jobs").glob("*.json")))
     return process
 
 

@@ -15,10 +15,11 @@ from pathlib import Path
 import pytest
 
 import arena
-from arena import Go, at_home, evaluating, table, tracks, wait_for
+from arena import Go, at_home, evaluating, table, tracks
 from in_process import work_here
 from motes_lab.cli import main
 from motes_lab.scores import COLUMNS
+from waiting import wait_until
 
 PROGRAM = [sys.executable, "-m", "motes_lab"]
 
@@ -155,11 +156,11 @@ def started(line: str, home: Path) -> Iterator[subprocess.Popen[str]]:
         start_new_session=True,
     ) as process:
         try:
-            wait_for(lambda: processes.exists() and len(tracks(out)) > 0)
+            wait_until(lambda: processes.exists() and len(tracks(out)) > 0)
             yield process
         finally:
             process.kill()
-    wait_for(lambda: arena.all_gone(processes))  # though nobody told them
+    wait_until(lambda: arena.all_gone(processes))  # though nobody told them
 
 
 @pytest.mark.slow
