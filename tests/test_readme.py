@@ -23,7 +23,7 @@ PAGES = [
     README,
     *(ROOT / "docs" / f"{name}.md" for name in ("track", "watch", "detectors", "formats")),
 ]
-BOX = "300,200,40,60"
+BOX, FRAMES = "300,200,40,60", 12
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("readme") / "video.mp4"
     x, y, width, height = (int(value) for value in BOX.split(","))
     states = np.array(
-        [[x + width / 2 + i, y + height / 2, width / 2, height / 2, 0] for i in range(30)]
+        [[x + width / 2 + i, y + height / 2, width / 2, height / 2, 0] for i in range(FRAMES)]
     )
     clip = synthetic.Clip((640, 480), (synthetic.Target(states),))
     with VideoWriter(path, 25) as writer:
@@ -94,7 +94,7 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
             output = re.search(r"^motes track .*-o (\S+\.csv)", command)
             if output and "--resume" not in command:
                 rows = (folder / output[1]).read_text().splitlines()
-                assert len(rows) == 1 + 30 * max(1, command.count("--init")), command
+                assert len(rows) == 1 + FRAMES * max(1, command.count("--init")), command
                 last = dict(zip(rows[0].split(","), rows[-1].split(","), strict=True))
                 assert last["status"] == "tracking", command
     assert run >= (1 if page.stem in ("README", "detectors") else 3)
@@ -109,11 +109,11 @@ def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     exec(code, {})
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == 30
+    assert len(printed) == FRAMES
     assert all("tracking" in line for line in printed)
     exec(several, {})
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == 29
+    assert len(printed) == FRAMES - 1
     assert all("tracking" in line for line in printed)
 
     for block in blocks(ROOT / "docs/track.md"):

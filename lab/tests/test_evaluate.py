@@ -7,6 +7,7 @@ import pickle
 import re
 import sys
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ from motes_lab.protocols.sot import Start, TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
 from motes_lab.runner import Job, JobEvent, Pass, plan, run, unfinished
+from waiting import wait_until
 
 # Protocols
 
@@ -148,13 +150,9 @@ def home(tmp_path: Path) -> Iterator[Path]:
         yield tmp_path
 
 
-def film() -> list[tuple[Frame, Box]]:
-    return [(frame, truths[0].ellipse.box) for frame, truths in arena.still()]
-
-
-def answers(name: str, seed: int) -> list[Answer]:
-    contestant, clip = tracker_spec(name).begin(seed), film()[:6]
-    return [contestant.init(*clip[0]), *(contestant.update(frame) for frame, _ in clip[1:])]
+def film(count: int = 2) -> list[tuple[Frame, Box]]:
+    clip = islice(arena.still(), count)
+    return [(frame, truths[0].ellipse.box) for frame, truths in clip]
 
 
 EVERYONE = [
@@ -172,7 +170,7 @@ EVERYONE = [
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
     (home / "changed.toml").write_text('preset = "mean_shift"\ncolor.bins = [8, 8, 4]\n')
-    clip = film()
+    clip = film(6)
     entered = tracker_spec(name)
     assert entered.name == name
     assert entered.configuration
@@ -190,7 +188,7 @@ def test_contestants_follow(name: str, home: Path) -> None:
         filtered = name in PRESETS and not name.startswith("mean_shift")
         assert np.isfinite(answer.covariance).all() == filtered
     # A second start is like the first, whatever has been since.
-    clip = film()
+    clip = film(6)
     contestant.init(*clip[0])
     again = [contestant.update(frame) for frame, _ in clip[1:6]]
     assert [answer.ellipse for answer in again] == [answer.ellipse for answer in told]
@@ -328,9 +326,10 @@ def _odd(value: Any) -> Answer:
     Path("odd.py").write_text(ODD)
     sys.modules.pop("odd", None)
     contestant = tracker_spec("odd:Odd").begin(0)
-    contestant.init(*film()[0])
+    first, second = film()
+    contestant.init(*first)
     sys.modules["odd"].Odd.value = value
-    answer: Answer = contestant.update(film()[1][0])
+    answer: Answer = contestant.update(second[0])
     return answer
 
 
@@ -542,7 +541,7 @@ def test_failures_have_their_reasons(
 @pytest.mark.slow
 def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
     out, _ = bad_day
-    arena.wait_for(lambda: arena.all_gone(out.parent / "processes"))
+    wait_until(lambda: arena.all_gone(out.parent / "processes"))
 
 
 @pytest.mark.slow

@@ -19,84 +19,33 @@ from typing import Any
 
 import pytest
 
-from motes import open_source, synthetic
+from motes import open_source
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.video.prefetch import prefetch
 from motes.video.writer import VideoWriter
+from red_box import moving
+from waiting import wait_until
 
-PROGRAM = [sys.executable, "-m", "motes"]
 FRAMES = 1500
-
-
-@pytest.fixture(scope="module")
-def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
-    """Return a video that takes long enough, and the box of its target."""
-    path = tmp_path_factory.mktemp("film") / "film.mkv"
-    clip = synthetic.still((160, 120), target=(30, 40), frames=20)
-    pictures = [frame.pixels for frame, _ in clip]
-    with VideoWriter(path, 25) as writer:
-        for index in range(FRAMES):
-            writer.write(pictures[index % 20])
-    box = clip[0][1][0].ellipse.box
-    return str(path), ",".join(f"{value:.1f}" for value in box)
-
-
-@contextlib.contextmanager
-def started(*arguments: object, **streams: Any) -> Iterator[subprocess.Popen[str]]:
-    process = subprocess.Popen(
-        [*PROGRAM, *map(str, arguments)],
-        stderr=streams.pop("stderr", subprocess.PIPE),
-        text=True,
-        **streams,
-    )
-    with process:
-        try:
-            yield process
-        finally:
-            process.kill()
-
-
-def wait_for(process: subprocess.Popen[str], done: Callable[[], bool]) -> None:
-    end = time.monotonic() + 600
-    while not done():
-        assert process.poll() is None
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
-
-
-def wait_for_rows(process: subprocess.Popen[str], path: Path) -> None:
-    wait_for(process, lambda: path.exists() and path.read_bytes().count(b"\n") > 5)
 
 
 # Whole programs
 
 
 @pytest.mark.slow
-def test_track_ends_as_with_ctrl_c(film: tuple[str, str], tmp_path: Path) -> None:
-    number = signal.SIGTERM
-    rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
-    line = ["track", film[0], "--init", film[1], "-o", rows, "--overlay", overlay]
-    with started(*line) as process:
-        wait_for_rows(process, rows)
-        process.send_signal(number)
-        process.send_signal(number)  # as `timeout` does, and a shell whose terminal is closed
-        _, error = process.communicate()
-    assert process.returncode == 128 + number
-    assert error.splitlines()[-1].startswith("motes: terminated after ")
-    assert "Traceback" not in error
-    with open_source(overlay) as drawn:
-        assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
-
-
-@pytest.mark.slow
-def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
+def test_a_closed_terminal(tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
-    rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
+    film, rows, overlay = (tmp_path / name for name in ("film.mkv", "r.csv", "o.mp4"))
+    pictures = [moving(index) for index in range(20)]
+    with VideoWriter(film, 25) as writer:
+        for index in range(FRAMES):
+            writer.write(pictures[index % 20])
     ours, theirs = pty.openpty()
-    with started(
-        *["track", film[0], "--init", film[1], "-o", rows, "--overlay", overlay],
+    line = [sys.executable, "-m", "motes", "track", film, "--init", "60,30,16,30", "-o"]
+    with subprocess.Popen(
+        [*map(str, (*line, rows, "--overlay", overlay))],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
@@ -104,7 +53,7 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
         preexec_fn=lambda: ioctl(0, termios.TIOCSCTTY, 0),
     ) as process:
         os.close(theirs)
-        wait_for_rows(process, rows)
+        wait_until(lambda: rows.exists() and rows.read_bytes().count(b"\n") > 5)
         os.close(ours)
         process.communicate()
     assert process.returncode == 129

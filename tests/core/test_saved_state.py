@@ -23,10 +23,9 @@ def test_what_was_saved_is_taken(name: str, moment: str) -> None:
     assert check(example(name, moment)) == "followed"
 
 
-@pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift"])
-def test_damage_is_refused(name: str) -> None:
+def test_damage_is_refused() -> None:
     """Each bit of the head and the digest, and bits and ends all over the file."""
-    saved, rng = example(name, "tracking"), random.Random(0)
+    saved, rng = example("nummiaro", "tracking"), random.Random(0)
     for place in range(8 * 60):
         data = bytearray(saved)
         data[place // 8] ^= 1 << place % 8

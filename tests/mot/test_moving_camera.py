@@ -31,12 +31,9 @@ SIZE = 240, 160
 RED = 220, 40, 30
 
 
-def ground() -> Bytes:
-    """Return a wide ground with corners everywhere."""
-    rng = np.random.default_rng(3)
-    coarse = rng.integers(40, 200, (60, 90, 3)).astype(np.uint8)
-    pixels: Bytes = cv2.resize(coarse, (720, 480), interpolation=cv2.INTER_CUBIC)
-    return pixels
+COARSE = np.random.default_rng(3).integers(40, 200, (60, 90, 3)).astype(np.uint8)
+GROUND: Bytes = cv2.resize(COARSE, (720, 480), interpolation=cv2.INTER_CUBIC)
+"""A wide ground with corners everywhere."""
 
 
 def shown(x: float, y: float, turn: float = 0.0, scale: float = 1.0) -> np.ndarray:
@@ -54,7 +51,7 @@ def picture(matrix: np.ndarray, pixels: Bytes) -> Bytes:
 
 @pytest.mark.parametrize("model", ["similarity", "homography"])
 def test_a_motion_is_found_to_a_fraction_of_a_pixel(model: Model) -> None:
-    pixels, camera = ground(), GlobalMotion(model)
+    pixels, camera = GROUND.copy(), GlobalMotion(model)
     before = shown(300, 200)
     assert camera.update(picture(before, pixels)) is None
     for i in range(1, 4):
@@ -69,7 +66,7 @@ def test_a_motion_is_found_to_a_fraction_of_a_pixel(model: Model) -> None:
 
 @pytest.mark.parametrize("model", ["similarity", "homography"])
 def test_writing_that_stays_in_the_picture_is_not_the_ground(model: Model) -> None:
-    pixels, camera = cv2.blur(ground(), (5, 5)), GlobalMotion(model)
+    pixels, camera = cv2.blur(GROUND, (5, 5)), GlobalMotion(model)
     for i in range(4):
         seen = picture(shown(300 + 5 * i, 200), pixels)
         for row in range(2):
@@ -89,7 +86,7 @@ def test_where_nothing_can_be_followed_there_is_no_motion() -> None:
 
 def walkers(index: int) -> tuple[Frame, list[Detection]]:
     """Return a frame of a camera that jumps to and fro, and three alike in a row before it."""
-    pixels, middle = ground(), 300 + 20 * (index % 2)
+    pixels, middle = GROUND.copy(), 300 + 20 * (index % 2)
     boxes = [Box(250 + 20 * i, 190, 12, 24) for i in range(3)]
     for x, y, w, h in boxes:
         pixels[int(y) : int(y + h), int(x) : int(x + w)] = RED
@@ -119,7 +116,7 @@ def test_identities_are_kept_where_the_camera_jumps(camera: Camera) -> None:
 def test_what_a_detector_finds_is_not_the_camera(detected: bool) -> None:
     """A lorry that fills most of the picture drives by."""
     found: list[Detection] = []
-    camera, pixels = MovingCamera(lambda frame: found), ground()
+    camera, pixels = MovingCamera(lambda frame: found), GROUND.copy()
     for index in range(12):
         seen = picture(shown(300, 200), pixels)
         seen[10:150, 20:220] = pixels[300:440, 100 + 3 * index : 300 + 3 * index]
@@ -142,7 +139,7 @@ def test_without_opencv_it_is_said_that_nobody_sees_whether_the_camera_moves(
 
 def panned(index: int) -> tuple[Frame, Box]:
     """Return a frame of a camera that pans, and the box of one who walks in from the right."""
-    pixels = ground()
+    pixels = GROUND.copy()
     x, y = 430 - 3 * index, 180
     pixels[y : y + 30, x : x + 20] = RED
     camera_x = 260 + 2 * index
@@ -164,6 +161,7 @@ def test_what_moves_is_found_while_the_camera_pans() -> None:
     np.testing.assert_allclose(detector.motion[:2, 2], (-2, 0), atol=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sways", [False, True])
 def test_what_stays_in_the_picture_exactly_is_writing(sways: bool) -> None:
     """An object that a camera follows stays in the picture too, but not to a pixel."""
@@ -197,12 +195,13 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])
 def test_who_stops_is_found_for_the_time_of_a_trial(trial: float, found: bool) -> None:
     detector = PannedDetector(BackgroundConfig(trial=trial))
     hits = []
     for index in range(60):
-        pixels = ground()
+        pixels = GROUND.copy()
         x = max(430 - 6 * index, 280)
         pixels[180:210, x : x + 20] = RED
         camera_x = 260 + index

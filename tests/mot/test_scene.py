@@ -15,7 +15,6 @@ import pytest
 from msgspec.structs import astuple
 from numpy.typing import NDArray
 
-from arena import wait_for
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
@@ -29,6 +28,7 @@ from motes.mot.stages.associate import split_merged_blob
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
 from scene_objects import quick
+from waiting import wait_until
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
 COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]
@@ -187,12 +187,12 @@ def test_noise_neither_crashes_nor_grows() -> None:
         return found if frame.index % 10 < 4 else []
 
     scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
-    for index, pixels in zip(range(900), itertools.cycle(pictures)):
+    for index, pixels in zip(range(500), itertools.cycle(pictures)):
         most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
-        if index in (300, 899):
+        if index in (250, 499):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert scene.created >= scene.terminated > 20
+    assert scene.created >= scene.terminated > 10
     assert most < 20  # who is not seen again is gone after some seconds
     assert sizes[1] < sizes[0] + 600  # accounts alone would take more, kept for good
 
@@ -250,13 +250,13 @@ def owners(clip: Clip, scene: Scene, since: int) -> tuple[NDArray[np.int_], NDAr
     return out, visible
 
 
-EMPTY = 300
+EMPTY = 150
 """Frames before anybody comes, in which a background is learned."""
 
 
 def passing() -> Clip:
-    """Return a clip in which one walks behind a longer one for 30 frames, and onwards."""
-    x = np.concatenate([np.full(EMPTY, -45.6), np.arange(-45.6, 200, 0.8)])
+    """Return a clip in which one walks behind a longer one for 15 frames, and onwards."""
+    x = np.concatenate([np.full(EMPTY, -45.6), np.arange(-45.6, 200, 1.6)])
     behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
     before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
     coats = (
@@ -271,9 +271,9 @@ def test_identities_survive_full_occlusion() -> None:
     pytest.importorskip("cv2")
     clip = passing()
     who, visible = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
-    inside = EMPTY + 100  # by when both have come in
+    inside = EMPTY + 50  # by when both have come in
     first, last = inside + np.flatnonzero(visible[inside:] < 0.98)[[0, -1]]
-    before, after = who[first - 20 : first - 10], who[last + 10 : last + 20]
+    before, after = who[first - 10 : first - 5], who[last + 5 : last + 10]
     for k in range(2):
         identity = np.bincount(before[:, k]).argmax()
         assert identity > 0
@@ -336,7 +336,7 @@ def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
     slow = Slow(lambda _: [])
     for frame, _ in Scene(slow).watch(walks()):
         ahead = frame.index + 2
-        wait_for(lambda: slow.latest >= ahead)  # noqa: B023
+        wait_until(lambda: slow.latest >= ahead)  # noqa: B023
         time.sleep(0.012)  # longer than the detector takes, should it go on
         assert slow.latest == frame.index + 2
         if frame.index == 20:

@@ -13,6 +13,7 @@ def course(along: np.ndarray, still: np.ndarray) -> MotionSeries:
     return MotionSeries(along, along, still, std, std, still, std, still, still, std, std)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_straight_path_has_room_beside_it(turned: bool) -> None:
     along, still = np.linspace(0, 6, 50), np.full(50, 2.4)

@@ -61,6 +61,7 @@ def follow(frames: list[Frame], box: Box, seed: int) -> list[Track]:
     return [tracker.init(frames[0], box), *(tracker.update(frame) for frame in frames[1:])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> None:
     frames, ours, others = meeting(in_front=True)
@@ -73,6 +74,7 @@ def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> 
         assert track.status is Status.SEARCHING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_target_before_which_nobody_came_is_believed_in(seed: int) -> None:
     frames, ours, _ = meeting(in_front=False)

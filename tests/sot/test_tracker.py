@@ -173,7 +173,7 @@ ODD = {
 
 
 @pytest.mark.slow
-@of_kinds
+@of_states
 def test_odd_inputs_work(name: str) -> None:
     tracker = Tracker(CONFIGS[name])
     for kind, (first, then, target) in ODD.items():
@@ -191,6 +191,7 @@ def test_odd_inputs_work(name: str) -> None:
         assert same(expected, found)
 
 
+@pytest.mark.slow
 @of_states
 @pytest.mark.parametrize("gap", [1e-6, 86400.0, 3e7])
 def test_odd_times_work(name: str, gap: float) -> None:

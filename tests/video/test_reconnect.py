@@ -105,6 +105,7 @@ def test_a_camera_that_stays_away_is_an_error_after_all() -> None:
     assert len(said) == 1
 
 
+@pytest.mark.slow
 def test_a_stream_that_ends_by_the_other_side_has_a_code_of_its_own(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

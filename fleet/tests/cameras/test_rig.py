@@ -11,8 +11,8 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
+from operator import gt
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -48,6 +48,7 @@ from motes_fleet.cameras.rig_camera import RigCamera
 from motes_fleet.cameras.rig_config import Camera, Rig
 from red_box import moving, red, walk
 from streams import Stream, camera
+from waiting import runs, wait_until
 
 Go = Callable[..., tuple[int, str, str]]
 HALL, OFFICE, PASSAGE = (
@@ -265,59 +266,55 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
     with messages.open("w") as file:
         program = subprocess.Popen([sys.executable, "run.py"], cwd=folder, stderr=file, text=True)
     try:
-        _until(lambda: rows.exists() and len(_cameras(rows)) > len(streams))
+        wait_until(lambda: rows.exists() and len(_cameras(rows)) > len(streams))
         yield program, rows, messages
     finally:
         program.kill()
 
 
 @pytest.mark.slow
-def test_a_killed_process_is_started_again_and_none_outlives_the_program(tmp_path: Path) -> None:
+def test_a_killed_process_is_started_again_and_a_service_that_is_stopped_keeps_all_rows(
+    tmp_path: Path,
+) -> None:
+    """A service's manager sends the signal to all processes; only the program itself acts on it."""
     with camera(moving) as first, camera(moving) as second:
         with running(tmp_path, first, second) as (program, rows, messages):
+
+            def counts() -> list[int]:
+                """Return how many rows both cameras have."""
+                return [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
+
+            def go_on() -> None:
+                """Wait for more of them."""
+                few = [count + 20 for count in counts()]
+                wait_until(lambda: all(map(gt, counts(), few)))
+
             children = _children(program.pid)
             assert len(children) == 2
             os.kill(children[0], signal.SIGKILL)
             # Rows of the killed process may still be on their way, so its return is waited for.
-            _until(lambda: "camera one: it is back after" in messages.read_text())
-            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
-            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
-            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
-            children = _children(program.pid)
-            os.kill(program.pid, signal.SIGKILL)
-            program.wait()
-            error = messages.read_text()
-        assert program.returncode == -signal.SIGKILL
-        assert error.count("camera one: its process ended with SIGKILL") == 1
-        assert error.count("It is started again, with growing pauses.") == 1
-        assert len(re.findall(r"camera one: it is back after \d+\.\d s\.", error)) == 1
-        assert "Traceback" not in error
-        *lines, _ = rows.read_text().splitlines()
-        assert all(line.count(",") == lines[0].count(",") for line in lines)
-        frames = [int(line.split(",")[0]) for line in lines if line.endswith(",one")]
-        assert all(a <= b for a, b in itertools.pairwise(frames))
-        _until(lambda: not any(map(_runs, children)))
-
-
-@pytest.mark.slow
-def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
-    """Its manager sends the signal to all of its processes; only the program itself acts on it."""
-    with camera(moving) as first, camera(moving) as second:
-        with running(tmp_path, first, second) as (program, rows, messages):
+            wait_until(lambda: "camera one: it is back after" in messages.read_text())
+            go_on()
             children = _children(program.pid)
             for child in children:
                 os.kill(child, signal.SIGTERM)
                 os.kill(child, signal.SIGHUP)
-            seen = [rows.read_text().count(f",{name}\n") for name in ("one", "two")]
-            _until(lambda: rows.read_text().count(",two\n") > seen[1] + 20)
-            _until(lambda: rows.read_text().count(",one\n") > seen[0] + 20)
+            go_on()
             os.kill(program.pid, signal.SIGTERM)
             program.wait()
             error = messages.read_text()
         assert program.returncode == 143
-        assert "camera" not in error
+        assert error.count("camera one: its process ended with SIGKILL") == 1
+        assert error.count("It is started again, with growing pauses.") == 1
+        assert len(re.findall(r"camera one: it is back after \d+\.\d s\.", error)) == 1
+        assert error.count("camera") == 2
+        assert "Traceback" not in error
         assert re.search(r"terminated after one \d+, two \d+ frames; .* wrote r.csv", error)
-        _until(lambda: not any(map(_runs, children)))
+        lines = rows.read_text().splitlines()
+        assert all(line.count(",") == lines[0].count(",") for line in lines)
+        frames = [int(line.split(",")[0]) for line in lines if line.endswith(",one")]
+        assert all(a <= b for a, b in itertools.pairwise(frames))
+        wait_until(lambda: not any(map(runs, children)))
 
 
 def kill(watch: RigRunner) -> None:
@@ -382,7 +379,7 @@ def test_a_process_that_dies_at_the_same_place_again_is_given_up(
         pid = process_of(watch)
 
         def kill_next() -> None:
-            _until(lambda: process_of(watch) != pid)
+            wait_until(lambda: process_of(watch) != pid)
             kill(watch)
 
         threading.Thread(target=kill_next).start()
@@ -401,17 +398,6 @@ def _children(pid: int) -> list[int]:
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     lines = {int(each): Path(f"/proc/{each}/cmdline").read_text() for each in found}
     return sorted(each for each, line in lines.items() if "spawn_main" in line)
-
-
-def _runs(pid: int) -> bool:
-    return Path(f"/proc/{pid}").exists()
-
-
-def _until(done: Callable[[], bool]) -> None:
-    begun = time.monotonic()
-    while not done():
-        assert time.monotonic() - begun < 600, "waited in vain"
-        time.sleep(0.05)
 
 
 @pytest.mark.slow
