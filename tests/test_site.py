@@ -114,21 +114,6 @@ def test_reference_is_complete(site: Path) -> None:
             assert f">{key.path}" in text, key.path
 
 
-@pytest.mark.slow
-def test_docstrings_are_read_as_they_are_meant() -> None:
-    """A paragraph after a section of names would be read as one more name."""
-    griffe = pytest.importorskip("griffe", reason="the site needs: pip install 'motes[docs]'")
-    todo = [griffe.load("motes", docstring_parser=griffe.Parser.numpy)]
-    while todo:
-        part = todo.pop()
-        todo += [each for each in part.members.values() if not each.is_alias]
-        for section in part.docstring.parsed if part.docstring else ():
-            if section.kind.value in ("attributes", "parameters"):
-                for one in section.value:
-                    assert all(map(str.isidentifier, one.name.strip("*").split(", "))), part.path
-                    assert one.description, (part.path, one.name)
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_pages_link_to_files_of_the_repository(page: Path) -> None:
     """Who reads them there has no site with generated pages."""
