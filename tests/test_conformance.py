@@ -86,18 +86,6 @@ def mean_color(frame: Frame, ellipse: Floats) -> Floats:
 right = Patch.distances
 
 
-def blind(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-    return np.ones(len(ellipses))
-
-
-def unbounded(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-    return 9 * right(cue, model, frame, ellipses)
-
-
-def nowhere(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-    return 0.9 * right(cue, model, frame, ellipses)
-
-
 def relative(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
     found = right(cue, model, frame, ellipses)
     return np.where(found < 1, found / max(found[found < 1].max(initial=0), 0.1), 1)
@@ -109,21 +97,9 @@ def moving(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
     return found
 
 
-def column(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-    return right(cue, model, frame, ellipses)[:, None]
-
-
 def writing(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
     frame.pixels[0, 0] = 0
     return right(cue, model, frame, ellipses)
-
-
-def loose(cue: Patch, frame: Frame, ellipse: Ellipse) -> Any:
-    return {"color": 3}
-
-
-def changing(cue: Patch, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
-    return model.color
 
 
 def test_a_cue_that_keeps_the_rules() -> None:
@@ -133,15 +109,23 @@ def test_a_cue_that_keeps_the_rules() -> None:
 @pytest.mark.parametrize(
     ("method", "broken", "message"),
     [
-        ("distances", blind, "the target itself has distance 1; 0 is the same"),
-        ("distances", unbounded, "distances are from 0 to 1"),
-        ("distances", nowhere, "ellipses outside the frame or with NaN have distances"),
+        (
+            "distances",
+            lambda *given: np.ones(len(given[-1])),
+            "the target itself has distance 1; 0 is the same",
+        ),
+        ("distances", lambda *given: 9 * right(*given), "distances are from 0 to 1"),
+        (
+            "distances",
+            lambda *given: 0.9 * right(*given),
+            "ellipses outside the frame or with NaN have distances",
+        ),
         ("distances", relative, "the distance of an ellipse depends on the others"),
         ("distances", moving, "distances changes the ellipses"),
-        ("distances", column, "distances returns .*, not"),
+        ("distances", lambda *given: right(*given)[:, None], "distances returns .*, not"),
         ("distances", writing, "changes the pixels of the frame"),
-        ("learn", loose, "learn returns a dict"),
-        ("update_reading", changing, "update_reading returns a tuple"),
+        ("learn", lambda *_: {"color": 3}, "learn returns a dict"),
+        ("update_reading", lambda cue, model, *_: model.color, "update_reading returns a tuple"),
     ],
 )
 def test_cues_that_break_a_rule(
