@@ -31,3 +31,5 @@ def test_a_short_run() -> None:
         assert counter.total() == BY_NAME[name].block
         # A kind that reads nothing, or refuses nothing, tests nothing.
         assert len(counter) > 1 or counter.total() < 50
+    films = {each for name in BY_NAME if name.startswith("film-") for each in result.counts[name]}
+    assert films == {"whole", "part", "stopped", "refused"}

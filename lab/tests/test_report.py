@@ -86,6 +86,7 @@ def test_report(tmp_path: Path) -> None:
     assert "| 1.000 ± 0.000 | 1.000 ± 0.000 | 1.000 ± 0.000 |" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "outcomes",
     [

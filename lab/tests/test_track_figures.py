@@ -145,6 +145,7 @@ def ink(path: Path) -> float:
     return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", *VARIANTS])
 def test_every_frame_leaves_its_numbers_and_all_figures_are_there(name: str) -> None:
     recorder, expected = recorded(name, 9)

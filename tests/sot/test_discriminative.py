@@ -92,6 +92,7 @@ def circle(middle: Place, radius: float, count: int) -> list[Place]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
 @pytest.mark.parametrize(
     ("size", "frame"),

@@ -261,6 +261,7 @@ def test_a_network_is_a_column(
     assert not Path("none").exists()
 
 
+@pytest.mark.slow
 def test_what_was_strange_is_in_the_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("images").mkdir()
@@ -406,6 +407,7 @@ def test_files_run_no_code_unasked(home: Path, capsys: pytest.CaptureFixture[str
     assert "if you trust it, add --own-code" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "error"),
     [
