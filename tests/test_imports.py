@@ -151,6 +151,7 @@ def modules_after(code: str) -> set[str]:
     return set(done.stdout.split())
 
 
+@pytest.mark.slow
 def test_importing_motes_loads_nothing_heavy() -> None:
     heavy = {"numpy", "av", "scipy", "PIL", "matplotlib", "cv2", "dlib", "rich", "cyclopts"}
     assert not modules_after("import motes") & heavy
@@ -170,6 +171,7 @@ tracker.update(image)
     assert not {name.split(".")[0] for name in modules_after(code)} & extra
 
 
+@pytest.mark.slow
 def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
     """Its start is half a second, of which each of these would take a share, and memory."""
     film = tmp_path / "film.mp4"
@@ -188,6 +190,7 @@ def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
     assert {"numpy.linalg", "motes.sot.discriminative.tracker"} <= loaded
 
 
+@pytest.mark.slow
 def test_help_starts_without_what_tracks() -> None:
     loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
     assert not loaded & {"numpy", "av", "scipy", "PIL", "starlette", "motes_fleet"}

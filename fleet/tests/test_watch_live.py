@@ -61,6 +61,7 @@ def test_events_reach_a_broker_with_counts(
     assert f"e.jsonl, 3 events for {address}" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_kill_loses_no_event(film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """There is no broker at first; motes is killed; the next run delivers what waits."""
     monkeypatch.setattr(delivery, "IDLE", 0.05)

@@ -204,6 +204,7 @@ def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
     assert ("look whether it is the same one" in str(tally)) is said
 
 
+@pytest.mark.slow
 def test_never_found(go: Go) -> None:
     pytest.importorskip("dlib", reason="faces need dlib")
     for index in range(3):
@@ -214,6 +215,7 @@ def test_never_found(go: Go) -> None:
     assert len(table("r.csv")) == 3
 
 
+@pytest.mark.slow
 def test_a_face_is_found_and_followed(go: Go, data: Path) -> None:
     pytest.importorskip("dlib", reason="faces need dlib")
     folder = data / "sot" / "FaceOcc1"

@@ -77,6 +77,7 @@ def test_numbers_that_are_too_large(go: Tell, line: str) -> None:
     assert "defect" not in error
 
 
+@pytest.mark.slow
 def test_a_missing_package_is_named() -> None:
     """As of a Python in which motes is found, but was not installed."""
     code = (
@@ -115,6 +116,7 @@ def test_a_lack_of_memory_is_no_defect(error: Exception) -> None:
     assert explain(error, "motes") == (NO_MEMORY, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
 @pytest.mark.parametrize(
     ("limit", "message"),

@@ -245,6 +245,7 @@ def test_an_interrupt_while_a_thread_begins_leaves_none_behind(
     items.close()  # type: ignore[attr-defined]  # which a thread in it would not allow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("program", ["motes", "motes_lab"])
 def test_an_interrupt_of_the_imports_shows_no_traceback(program: str) -> None:
     """Ctrl-C right after a command: it comes while modules are imported, whichever is the first."""
