@@ -7,7 +7,6 @@ import importlib
 import subprocess
 import sys
 import tomllib
-from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -40,16 +39,10 @@ def modules_in(root: Path) -> dict[str, Path]:
 MODULES = modules_in(ROOT)
 
 
-@cache
-def nodes(path: Path) -> list[ast.AST]:
-    """Return all nodes of a file."""
-    return [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
-
-
 def imported(path: Path) -> set[str]:
     """Return the dotted names of all that a file imports, anywhere in it."""
     names: set[str] = set()
-    for node in nodes(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -201,7 +194,7 @@ def test_no_name_is_that_of_two_classes() -> None:
     names = [
         node.name
         for path in MODULES.values()
-        for node in nodes(path)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ClassDef)
     ]
     assert sorted(names) == sorted(set(names))

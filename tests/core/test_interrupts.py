@@ -28,7 +28,7 @@ from motes.video.writer import VideoWriter
 from red_box import moving
 from waiting import wait_until
 
-FRAMES = 1500
+FRAMES = 800
 
 
 # Whole programs

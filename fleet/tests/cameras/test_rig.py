@@ -286,7 +286,7 @@ def test_a_killed_process_is_started_again_and_a_service_that_is_stopped_keeps_a
 
             def go_on() -> None:
                 """Wait for more of them."""
-                few = [count + 20 for count in counts()]
+                few = [count + 8 for count in counts()]
                 wait_until(lambda: all(map(gt, counts(), few)))
 
             children = _children(program.pid)
