@@ -56,7 +56,7 @@ def moments(mask: NDArray[np.bool_]) -> Ellipse:
 
 def test_the_truth_is_the_ellipse_that_the_pixels_show() -> None:
     rng = np.random.default_rng(4)
-    states = rng.uniform((50, 50, 20, 0.4, -math.pi), (110, 70, 45, 0.8, math.pi), (60, 5))
+    states = rng.uniform((50, 50, 20, 0.4, -math.pi), (110, 70, 45, 0.8, math.pi), (30, 5))
     states[:, 3] *= states[:, 2]
     states[0, 4], states[1, 4] = 0, math.pi / 2
     clip = Clip(SMALL, (Target(states),))
