@@ -18,7 +18,7 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from motes import Ellipse, SourceError, Status, Track
+from motes import Ellipse, SourceError, Status, Track, VideoWriter
 from motes.cli import main
 from motes.formats import registry
 from motes.rows import FrameRow, Header
@@ -531,3 +531,14 @@ def test_a_guess_is_exported_as_seen_for_who_wants_it(
     annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
     found = [each["attributes"]["occluded"] for each in annotations]
     assert (found, said[:15]) == (hidden, begin)
+
+
+def test_a_region_with_nothing_in_it_is_noted(folder: Path, client: httpx.Client) -> None:
+    with VideoWriter(folder / "wall.mkv", 25) as writer:
+        for index in range(3):
+            writer.write(np.full((80, 96, 3), 90, np.uint8), index / 25)
+    for name, noted in (("film.mkv", False), ("wall.mkv", True)):
+        with looking(client, begin(client, name)) as page:
+            page.tracked(page.drawn())
+            (job,) = page.jobs.values()
+            assert (job.note is not None) == noted

@@ -342,7 +342,7 @@ def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
         size = SIZE if index < 3 else (80, 60)
         Image.new("RGB", size, (200, 10 * index, 0)).save(f"{index}.png")
     code, _, error = go("track *.png --fps 25 --init 40,40,30,30 -o r.csv")
-    summary, failure = error.splitlines()
+    _, summary, failure = error.splitlines()  # the first one says that the box is bare
     assert code == 3
     assert summary.startswith("motes: 3 frames, ")
     assert failure.startswith("motes: error: Frame 3 of *.png has 80x60 pixels")

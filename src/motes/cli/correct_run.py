@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from motes.cli.frame_loop import FrameProgress
+from motes.cli.messages import log
 from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track
@@ -49,12 +50,15 @@ def run_stretches(
     The number of stretches that are done, and the interrupt that ended the run, or None.
     """
     count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
-    finished, so_far = 0, list[Track]()
+    finished, so_far, said = 0, list[Track](), set[str]()
     try:
         with FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
 
-                def count_frame(_: StepInfo, each: Stretch = each) -> None:
+                def count_frame(info: StepInfo, each: Stretch = each) -> None:
+                    if info.note is not None and info.note not in said:
+                        said.add(info.note)  # a keyframe begins a pass to either side
+                        log(info.note)
                     progress.count(f"frames {each.first} to {each.last}")
 
                 so_far.clear()

@@ -98,8 +98,10 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
             begun = bool(trackers.each)
             tracks = trackers.update(frame) if begun else trackers.init(frame, regions)
             seconds = time.perf_counter() - clock
-            for region in () if begun else regions:
+            for region, tracker in () if begun else zip(regions, trackers.each, strict=True):
                 point_out_corners(region, frame.width, frame.height)
+                if tracker.info.note is not None:
+                    log(tracker.info.note)
             each = [replace(track, identity=i) for i, track in enumerate(tracks, start=1)]
             yield Moment(frame, each, None, seconds)
 

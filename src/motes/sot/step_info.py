@@ -27,3 +27,5 @@ class StepInfo(msgspec.Struct, frozen=True, eq=False):
     """The target model of each cue."""
     cue_weights: Mapping[str, float] = {}
     """The weight of each cue; they sum to 1."""
+    note: str | None = None
+    """A line about the region of a first frame that holds nothing to follow; None elsewhere."""

@@ -27,6 +27,7 @@ from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm
+from motes.sot.bare import bare_note
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget
 from motes.sot.network.network import Network, files_of
@@ -91,7 +92,8 @@ class Tracker:
     def init(self, frame: Picture, region: Numbers) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
-        Numbers are in pixels, theta is in radians.
+        Numbers are in pixels, theta is in radians. A region that looks like what is around it
+        holds nothing to follow: the logger `motes` warns of it, and so does `info.note`.
 
         Raises
         ------
@@ -101,8 +103,11 @@ class Tracker:
         picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
-        begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
-        return self._take(picture, begun, ellipse.theta)
+        state, info = self._algorithm.init(self._rng, self._seen(picture), ellipse)
+        if (note := bare_note(picture, ellipse)) is not None:
+            LOG.warning(note)
+            info = replace(info, note=note)
+        return self._take(picture, (state, info), ellipse.theta)
 
     def reinit(self, frame: Picture, region: Numbers) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.

@@ -32,6 +32,7 @@ class StudioJob:
         self.number, self.kind, self.objects = number, kind, [*objects]
         self.status: JobStatus = "waiting"
         self.error: str | None = None
+        self.note: str | None = None
         self.done = self.left = self.changed = 0
         self._since = time.monotonic()
 
@@ -47,7 +48,7 @@ class StudioJob:
         left = self.left / rate if rate and self.active else None
         return Progress(
             self.number, self.kind, self.objects, self.done, self.done + self.left, rate, left,
-            self.status, self.error,
+            self.status, self.error, self.note,
         )  # fmt: skip
 
 

@@ -227,6 +227,7 @@ class Jobs:
             if job is None:
                 continue
             job.done += len(table)
+            job.note = job.note or part.note
             job.left = max(job.left - len(table), 0)
             self._board.progress(job)
             if need is (run.need.forward or run.need.backward):

@@ -131,6 +131,8 @@ class Progress(msgspec.Struct, frozen=True, tag="progress"):
     """Its state."""
     error: str | None = None
     """Why it failed."""
+    note: str | None = None
+    """What a tracker says of a drawn region that holds nothing to follow."""
 
 
 class WholeSession(msgspec.Struct, frozen=True):

@@ -33,6 +33,8 @@ class PassPart(msgspec.Struct, frozen=True):
     rows: bytes
     run: int
     overlay: Overlay | None = None
+    note: str | None = None
+    """What the tracker says of the region that it began on."""
 
 
 def run_passes(place: Workplace, passes: Sequence[RunPass]) -> bytes:
@@ -47,6 +49,7 @@ def run_passes(place: Workplace, passes: Sequence[RunPass]) -> bytes:
 def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -> None:
     lines: list[list[float]] = []
     cues, sent, begun = 0, 0.0, 0.0
+    note: str | None = None
 
     def frames() -> Iterator[Frame]:
         nonlocal begun
@@ -55,11 +58,12 @@ def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -
             yield frame
 
     def send(overlay: Overlay | None = None) -> None:
-        found = PassPart(pack(table_of(lines, cues)), number, overlay)
+        found = PassPart(pack(table_of(lines, cues)), number, overlay, note)
         place.send(Part(msgspec.msgpack.encode(found)))
 
     def observe(info: StepInfo) -> None:
-        nonlocal sent, cues
+        nonlocal sent, cues, note
+        note = note or info.note
         took = round(1000 * (time.perf_counter() - begun), 3)
         weights = [*info.cue_weights.values()]
         cues = len(weights)
