@@ -7,11 +7,12 @@ DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
 ALL := --no-build-isolation --editable '.[all,dev,docs]' --editable ./studio --editable './fleet[mqtt]' \
 	--editable './lab[peers]'
-# uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs.
-# Modules are compiled when they are imported: most never are.
+# uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs,
+# of which an environment takes seconds to get a copy. Modules are compiled when they are imported:
+# most never are.
 UV := $(or $(shell command -v uv 2>/dev/null),$(BIN)/uv)
-install = $(UV) pip install --quiet --python $(BIN)/python $(1) || \
-	$(BIN)/python -m pip install --quiet --no-compile $(1)
+PIP := $(BIN)/python -m ensurepip > /dev/null && $(BIN)/python -m pip install --quiet --no-compile
+install = $(UV) pip install --quiet --python $(BIN)/python $(1) || { $(PIP) $(1); }
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
 # Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
@@ -117,9 +118,10 @@ sanitize: ready
 # What the kernels are built with comes first, so that it is not installed once more to build them.
 $(DEMO_READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
-	$(PYTHON) -m venv $(VENV)
-	@test -x $(UV) || $(BIN)/python -m pip install --quiet uv || true
-	$(call install,'setuptools>=77' 'numpy>=2')
+	$(PYTHON) -m venv --without-pip $(VENV)
+	@test -x $(UV) || $(PYTHON) -m pip --python $(BIN)/python install --quiet --no-compile uv || \
+		{ $(PIP) uv; } || true
+	$(call install,pip 'setuptools>=77' 'numpy>=2')
 	$(call install,--no-build-isolation --editable .)
 	touch $@ $(KERNELS)
 
