@@ -179,7 +179,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     monkeypatch.setattr("motes.output.painters.draw_scene", heard)
     assert go("draw film.mkv objects.csv -o again.mkv")[0] == 0
     assert any("line 1" in text for text in said)
-    assert any("'5.0 m/s'" in text.replace("{1: ", "") for text in said)
+    assert any("'5.00 m/s'" in text.replace("{1: ", "") for text in said)
     assert not any("-1" in text for text in said)
 
 

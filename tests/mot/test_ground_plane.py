@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
@@ -66,6 +67,9 @@ def test_speeds_in_metres() -> None:
     assert gone.speed is not None
     assert gone.speed > 0
     assert gone.metres_per_second == pytest.approx(gone.speed / 20)
+    assert gone.fields()["metres_per_second"] == round(gone.speed / 20, 3)
+    tiny = replace(gone, metres_per_second=1.23456789e-6)  # under a microscope
+    assert tiny.fields()["metres_per_second"] == 1.2346e-6
 
 
 def test_speed_does_not_depend_on_the_distance() -> None:

@@ -14,7 +14,7 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw, describe, draw
-from motes.output.painters import TRAIL, ScenePainter
+from motes.output.painters import TRAIL, ScenePainter, speed_label
 from motes.output.scene_overlay import Point
 from motes.rows.writer import check_writable
 from motes.video.film import Film
@@ -37,11 +37,8 @@ def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
     return painted
 
 
-def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
-    """Return what paints one object, its particles and its trail.
-
-    With a unit of length, it shows the speed.
-    """
+def painted_target(*, metres: bool = False) -> Callable[[Moment], Draw]:
+    """Return what paints one object, its particles and its trail, and its speed in metres."""
     trail = deque[Point](maxlen=TRAIL)
 
     def painted(moment: Moment) -> Draw:
@@ -51,9 +48,8 @@ def painted_target(unit: str | None = None) -> Callable[[Moment], Draw]:
         seen = target.status is Status.TRACKING
         trail.append(target.ellipse[:2] if seen else NOWHERE)
         label, speed = None, target.number("speed")
-        if unit is not None and isfinite(speed):
-            digits = ".2f" if speed >= 0.1 else ".2g"
-            label = f"{describe(target)}  {speed:{digits}} {unit}/s"
+        if metres and isfinite(speed):
+            label = f"{describe(target)}  {speed_label(speed)}"
         return partial(
             draw, moment.frame.pixels, target, particles=info.ellipses, weights=info.weights,
             trail=list(trail), label=label,

@@ -52,7 +52,7 @@ class DrawOutputs:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
-            paint = painted_target("m" if metres else None)
+            paint = painted_target(metres=metres)
             opened.append(AnnotatedVideo(self.output, film, 1, paint, overwrite=anew))
         if self.figures is not None:
             unit = "m" if metres else "pixels"

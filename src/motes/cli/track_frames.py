@@ -57,8 +57,7 @@ def track_one(
         check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
-        metres = None if units is None else "m"
-        opened = asked.pictures(film, lambda: painted_target(metres))
+        opened = asked.pictures(film, lambda: painted_target(metres=units is not None))
         if figures is not None:
             drawn = part("figures", "--figures", "lab")
             opened.append(drawn(figures, tracker.config, overwrite=asked.overwrite))

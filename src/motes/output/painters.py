@@ -57,5 +57,10 @@ class ScenePainter:
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]
         trails = {identity: list(trail) for identity, trail in self._trails.items()}
-        notes = {identity: f"{speed:.1f} m/s" for identity, speed in speeds.items()}
+        notes = {identity: speed_label(speed) for identity, speed in speeds.items()}
         return partial(draw_scene, frame.pixels, tracks, trails, self._places, caption, notes)
+
+
+def speed_label(speed: float) -> str:
+    """Return a speed in metres a second as text; a microscope's are small."""
+    return f"{speed:{'.2f' if speed >= 0.1 else '.2g'}} m/s"

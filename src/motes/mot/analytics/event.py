@@ -43,12 +43,16 @@ class Event(msgspec.Struct, frozen=True, rename={"identity": "id"}):
     def fields(self) -> dict[str, Any]:
         """Return its fields by their names in JSON, with numbers rounded, without empty ones."""
         pairs = zip(self.__struct_encode_fields__, msgspec.structs.astuple(self), strict=True)
-        return {
-            key: round(value, 3) if isinstance(value, float) else value
-            for key, value in pairs
-            if value is not None
-        }
+        return {key: _rounded(key, value) for key, value in pairs if value is not None}
 
     def json(self) -> str:
         """Return a line of JSON."""
         return msgspec.json.encode(self.fields()).decode()
+
+
+def _rounded(name: str, value: Any) -> Any:
+    """Return a number to three digits after the point; small speeds on the ground have five."""
+    if not isinstance(value, float):
+        return value
+    small = name == "metres_per_second" and value < 1e-2  # as under a microscope
+    return float(f"{value:.5g}") if small else round(value, 3)
