@@ -371,6 +371,10 @@ def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
         assert words in message
         assert name in message
     assert "holds no video" in error_of(sound_only(tmp_path / "sound.wav"))
+    inner = tmp_path / "nothing" / "img"
+    inner.mkdir()
+    Image.new("RGB", (8, 8)).save(inner / "1.png")
+    assert error_of(tmp_path / "nothing").endswith(f"{tmp_path / 'nothing'}; try {inner}.")
     assert "ftp:// is not known" in error_of("ftp://example.org/a.mp4")
 
 

@@ -45,18 +45,12 @@ class ImageFiles:
     live = realtime = False
 
     def __init__(self, name: str, paths: list[str], fps: float | None = None) -> None:
-        self._paths = sorted(
-            (
-                path
-                for path in paths
-                if os.path.splitext(path)[1].lower() in IMAGE_ENDINGS
-                and not os.path.basename(path).startswith(".")
-            ),
-            key=_natural,
-        )
+        self._paths = sorted(filter(_is_image, paths), key=_natural)
         if not self._paths:
+            inner = next((path for path in sorted(paths) if _has_images(path)), None)
             endings = ", ".join(sorted(IMAGE_ENDINGS))
-            raise SourceError(f"There are no images in {name}; they would end in {endings}.")
+            advice = f"they would end in {endings}" if inner is None else f"try {inner}"
+            raise SourceError(f"There are no images in {name}; {advice}.")
         self._folder = os.path.commonpath({os.path.dirname(path) for path in self._paths})
         self.fps = rate_in(self._folder) if fps is None else fps
         self._interval = 1 / self.fps if self.fps else FRAME_INTERVAL
@@ -107,6 +101,20 @@ def files_in(path: str) -> list[str]:
         return [os.path.join(path, name) for name in os.listdir(path)]
     except OSError as error:
         raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
+
+
+def _is_image(path: str) -> bool:
+    """Return whether a path has the ending of an image, and is not hidden."""
+    ending = os.path.splitext(path)[1].lower()
+    return ending in IMAGE_ENDINGS and not os.path.basename(path).startswith(".")
+
+
+def _has_images(path: str) -> bool:
+    """Return whether a path is a folder with images, as in the layouts of benchmarks."""
+    try:
+        return any(map(_is_image, os.listdir(path)))
+    except OSError:  # as of a file
+        return False
 
 
 def rate_in(folder: str) -> float | None:
