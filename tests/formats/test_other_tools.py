@@ -274,6 +274,16 @@ def test_a_hash_behind_the_number_of_a_frame_is_no_number(tmp_path: Path) -> Non
     assert frames(registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)) == [12]
 
 
+@pytest.mark.parametrize(
+    ("name", "noted"),
+    [("n_12", False), ("frame_000012", False), ("12", False), ("m_12", True), ("n2_12", True)],
+)
+def test_labels_that_are_named_like_another_film(tmp_path: Path, name: str, noted: bool) -> None:
+    found = registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)
+    said = [f"its images are named {name[:-3]}; if that is another film than n, give it."]
+    assert [*found.notes] == said * noted
+
+
 def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
     """Ultralytics and CVAT have them in `labels/train` and `labels/val`."""
     folder = yolo(tmp_path, "names: [x, person]\n")

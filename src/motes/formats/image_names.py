@@ -15,6 +15,9 @@ OF_VIDEO = re.compile(r"frame_\d+")
 _OF_ANOTHER = re.compile(r"frame_\d{6}(_\d+)+")
 """That of a frame which has its name from another video already: CVAT adds a number."""
 _ROBOFLOW = re.compile(r"_(jpe?g|png|bmp|webp|tiff?)\.rf\.\w+$", re.IGNORECASE)
+_NUMBER = re.compile(r"[^0-9a-zA-Z]*\d+\D*$")
+_OF_ANY = "frame", "frames", "image", "images", "img", "im", "picture"
+"""Names that tools give to the images of any film."""
 _HASH = re.compile(r"(?=[0-9a-f]{6,}$)[a-f]*[0-9]+[a-f]+[0-9a-f]*", re.IGNORECASE)
 """A hash: hexadecimal digits, with letters after a number."""
 
@@ -40,6 +43,18 @@ def check_one_film(**marks: Iterable[object]) -> None:
                 f"its images are of several films, by their {what}, as {found[0]} and {found[1]}; "
                 f"keep those of one."
             )
+
+
+def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
+    """Return a note if images of a video have names like those of another video.
+
+    They are names without endings, of frames that their numbers tell.
+    """
+    film = text_name(Path(facts.source).stem)
+    heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names}
+    if facts.files or len(heads) != 1 or heads <= {film, "", *_OF_ANY}:
+        return []
+    return [f"its images are named {heads.pop()}; if that is another film than {film}, give it."]
 
 
 def frame_of(name: str, images: Mapping[str, int]) -> int | None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -22,7 +23,7 @@ from motes.core.errors import FormatError
 from motes.core.files import lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
-from motes.formats.image_names import frame_of, images_of
+from motes.formats.image_names import frame_of, images_of, note_on_names
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, read_text, whole
@@ -125,7 +126,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         )
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
-    return recording_of(facts, objects, times, left_out=left_out)
+    notes = note_on_names((file.stem for file in path.glob("*.txt") if file.name != CLASSES), facts)
+    return replace(recording_of(facts, objects, times, left_out=left_out), notes=notes)
 
 
 def _row(
