@@ -76,6 +76,11 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         known = [] if error.app is None else _options(error.app)
         if "--set" in known and is_key(key):
             return f"{flag} is a key of the configuration; write --set {key}=VALUE."
+        if key in ("scale", "ground", "lens"):
+            return (
+                f"There is no option {flag} here; motes convert ROWS OTHER {flag} … adds metres to "
+                f"rows, or corrects them."
+            )
         if "--overlay" in known and any(word in key for word in ("video", "save")):
             return f"There is no option {flag}; --overlay draws a film of tracks, -o writes rows."
         if flag == "-":
