@@ -515,6 +515,32 @@ def test_a_history_that_was_changed(go: Tell, key: str, value: object, message: 
         assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
+def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
+    with VideoWriter("cut.mkv", 25) as writer:
+        for frame, _ in still((96, 80), target=(30, 40), frames=5):
+            writer.write(frame.pixels, frame.time)
+    assert go(f"track cut.mkv --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert "rows.csv ends at frame 4, and film.mkv at frame 23" in go("check FILM rows.csv")[1]
+    assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
+
+
+def test_a_tracker_of_an_earlier_version(go: Tell) -> None:
+    """Without the keys that it had, its rows are corrected by the tracker of this version."""
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    path = Path("rows.csv.run.json")
+    whole = path.read_text()
+    made = json.loads(whole)
+    made["config"]["turn_sigma"] = 0.1
+    path.write_text(json.dumps(made))
+    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
+        code, said = go(line)
+        assert (code, said.count("\n")) == (3, 1)
+        assert "no key 'turn_sigma'" in said
+        assert "delete it to go on with the tracker of this version" in said
+    path.write_text(whole)
+    assert go("check FILM rows.csv")[0] == 0
+
+
 def test_a_file_that_is_no_history(go: Tell) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
     Path("rows.csv.run.json").write_text("{}")

@@ -90,6 +90,13 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
     name = text_name(Path(film.name).name)
     if name != known.film and known.frames is not None:
         log(f"{name} has the size and the frames of {known.film}, and is taken for it.")
+    runs_on = known.frames is None and known.end is None  # to the end of its film
+    end = len(film.times)
+    if runs_on and known.last is not None and known.last + known.stride < end:
+        log(
+            f"{rows} ends at frame {known.last}, and {name} at frame {end - 1}; unless the run was "
+            f"stopped there, give the film of these rows."
+        )
     return film
 
 

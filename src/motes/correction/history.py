@@ -138,7 +138,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             checked_seed(history.seed)
             check_rate(history.fps)
             if history.places is None:
-                history.tracker  # noqa: B018
+                history.check_tracker(path)
             history.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
@@ -174,6 +174,17 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         if self.start < 0 or (end is not None and not self.start < end <= (stop or 0)):
             last = "" if end is None else f" to {end - 1}"
             raise ConfigError(f"the frames {self.start}{last} are none")
+
+    def check_tracker(self, path: Path) -> None:
+        """Raise an InputError if the tracker has keys of an earlier version."""
+        try:
+            self.tracker  # noqa: B018
+        except ConfigError as error:
+            raise InputError(
+                f"{path} has a tracker that motes {__version__} does not have "
+                f"({str(error).rstrip('.')}); correct that key of its config, or delete it to go "
+                f"on with the tracker of this version."
+            ) from None
 
     @property
     def used(self) -> range:
