@@ -315,6 +315,62 @@ def test_a_line_over_which_boxes_jump_is_unsure() -> None:
     assert counting.remarks() == ["line 1: boxes that jumped over it left out: 2"]
 
 
+@pytest.mark.parametrize(
+    ("feet", "crossed", "unsure"),
+    [
+        ([36, 40, 44, 48, 50, 50.4, 50.2], [], 1),  # lost upon it
+        ([50.2, 50.1, 50, 50.1, 50, 51, 55, 60], [], 1),  # found upon it, without a way before
+        ([49.5, 53, 56, 59], [(1, "left")], 0),  # its way before is known
+        ([40, 44, 48, 52, 56, 60], [(3, "left")], 0),
+        ([30, 34, 38, 42, 46], [], 0),
+    ],
+)
+def test_who_is_found_or_lost_upon_a_line_is_said(
+    feet: list[float], crossed: list[tuple[int, str]], unsure: int
+) -> None:
+    """Six sat down at a table and four were counted; nothing said that two may have been."""
+    counting = gate()
+    assert crossings(counting, feet) == crossed
+    counting.finish()
+    assert counting.abrupt["line 1"] == unsure
+    said = "found or lost upon it: 1, so its count is unsure"
+    assert any(said in each for each in counting.remarks()) == bool(unsure)
+
+
+def test_who_is_not_lost_where_another_goes_on_is_not_said() -> None:
+    counting = gate()
+    tracks = [seen(i, (38 + 2 * i, 40)) for i in range(6)]
+    tracks += [seen(7 + i, (52 + 2 * i, 40), identity=2) for i in range(6)]
+    told(counting, *tracks)
+    assert [*counting.finish(), counting.abrupt["line 1"]] == [0]
+
+
+@pytest.mark.parametrize(
+    ("feet", "lost", "unsure"),
+    [
+        ([70 + 0.01 * i for i in range(20)], False, 1),  # a ghost
+        ([*range(50, 76), *[75] * 20], True, 1),
+        ([*range(50, 76), *[75] * 20], False, 0),  # it is there at the end of the film
+        (range(50, 100), True, 0),
+    ],
+)
+def test_who_is_found_or_lost_inside_a_zone_is_said(
+    feet: Sequence[float], lost: bool, unsure: int
+) -> None:
+    """A ghost entered a zone, and nothing said so."""
+    counting = desk()
+    assert visits(counting, feet, lost=lost)
+    said = [f"desk: objects found or lost inside it: {unsure}"] if unsure else []
+    assert counting.remarks() == said
+
+
+def test_who_comes_in_at_the_edge_of_the_picture_is_not_found_inside() -> None:
+    zone = Zone((0, 0, 50, 0, 50, 99, 0, 99))
+    counting = EventCounter(Regions(zone=(zone,)), (100, 100))
+    assert visits(counting, [3, 3, 4, 5, *range(6, 80)]) == [(0, "enters"), (48, "leaves")]
+    assert counting.remarks() == []
+
+
 def test_what_is_hidden_while_it_walks_has_not_jumped() -> None:
     counting = gate()
     tracks = [seen(i, (32 + i, 40)) for i in range(8)]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
+from motes.core.geometry import Box
 from motes.core.track import Status, Track
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
@@ -32,7 +33,7 @@ PART = "crossings of other parts of what has crossed it"
 JUMPED = "boxes that jumped over it"
 """Reasons for which an event does not count."""
 UNSURE = 0.25
-"""A line's count is unsure if this share of what passed it were boxes that jumped."""
+"""A line's count is unsure if this share of what passed it jumped, or was found or lost upon it."""
 MINUTE = 60.0
 CLEAR = 0.1
 """A foot is clearly on one side of a line, or of a zone's edge, from this share of its object's
@@ -80,6 +81,9 @@ class EventCounter:
     ----------
     left_out
         Number of events that do not count, for each (place, reason).
+    abrupt
+        Number of objects that were found or lost upon each line, which they may have passed or not,
+        or inside each zone, where that counts as an entry or an exit.
     turns
         Number of objects for each (first, last) line that they have crossed, of those that have
         ended; the last one is empty for who has crossed one alone.
@@ -106,6 +110,7 @@ class EventCounter:
         self._turn = 0
         self.counts = Counter()
         self.left_out = Counter[tuple[str, str]]()
+        self.abrupt = Counter[str]()
         self.turns = Counter[tuple[str, str]]()
 
     def update(self, tracks: Sequence[Track], time: float | None = None) -> list[Event]:
@@ -167,6 +172,8 @@ class EventCounter:
         self._ended = [walk for walk in self._ended if walk.feet[-1][0] > before]
         for walk in done:
             self.left_out.update((name, EDGE) for name in walk.touched)
+            if walk.counts(walk.feet[-1][0]) and not walk.continued:
+                self.abrupt.update(walk.found | walk.lost)
             if walk.crossed and not walk.continued:
                 self.turns[walk.crossed[0], walk.crossed[-1] if len(walk.crossed) > 1 else ""] += 1
         return [event for walk in done for event in walk.leaving]
@@ -182,8 +189,12 @@ class EventCounter:
             said += [
                 f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
-            jumps = self.left_out.get((name, JUMPED), 0)
-            if jumps > UNSURE * (jumps + seen[name]):
+            abrupt = self.abrupt[name]
+            if abrupt:
+                where = "upon" if name in self._lines else "inside"
+                said.append(f"objects found or lost {where} it: {abrupt}")
+            unsure = self.left_out[name, JUMPED] + abrupt * (name in self._lines)
+            if unsure > UNSURE * (unsure + seen[name]):
                 said.append("so its count is unsure")
             lines += [f"{name}: {', '.join(said)}"] if said else []
         return lines
@@ -195,9 +206,9 @@ class EventCounter:
             self.counts[(int(event.time // MINUTE), *key)] += 1
         return events
 
-    def _begin(self, foot: Point, time: float, limit: float) -> Trajectory:
+    def _begin(self, foot: Point, time: float, limit: float, upon: set[str]) -> Trajectory:
         """Return a new path, or one that goes on with that of an object that is not seen."""
-        walk = Trajectory(time, foot, deque())
+        walk = Trajectory(time, foot, deque(), found=upon)
         unseen = [old for identity, old in self._walks.items() if identity not in self._seen]
         before = [
             old
@@ -212,14 +223,14 @@ class EventCounter:
         """Return the events of a visible object."""
         box, time = each.box, each.time
         foot, limit = foot_of(box), JUMP * math.sqrt(box.width * box.height)
-        events, jumped = list[Event](), False
+        events, jumped, upon = list[Event](), False, self._upon(box)
         walk = self._walks.get(each.identity)
         appears = walk is None
         if walk is not None and not walk.known(self._turn):
             events += self._stop(each, self._walks.pop(each.identity))
             walk = None
         if walk is None:
-            walk = self._walks[each.identity] = self._begin(foot, time, limit)
+            walk = self._walks[each.identity] = self._begin(foot, time, limit, upon)
         else:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
@@ -228,7 +239,7 @@ class EventCounter:
         if walk.continued:
             walk.continued, walk.crossed = False, []
         walk.step(time, foot, cut=is_cut(box, self._size), ground=self._ground)
-        walk.frame, walk.turn = each.frame, self._turn
+        walk.frame, walk.turn, walk.upon = each.frame, self._turn, upon
         if appears:
             events.append(self._event(each, walk, foot, "appears"))
         walk.jumped = walk.jumped or jumped
@@ -247,6 +258,17 @@ class EventCounter:
             self._visit(each, walk, foot, name, zone)
         return events + walk.counted(time)
 
+    def _upon(self, box: Box) -> set[str]:
+        """Return the names of the lines upon which an object stands, and of the zones it is in.
+
+        One at the edge of the picture comes or goes there, also where a zone ends.
+        """
+        foot, margin = foot_of(box), CLEAR * box.height
+        lines = {name for name, line in self._lines.items() if line.gap(foot) < margin}
+        if is_cut(box, self._size):
+            return lines
+        return lines | {name for name, zone in self._zones.items() if zone.holds(foot)}
+
     def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
         height, before = each.box.height, walk.clear.get(name)
@@ -262,6 +284,8 @@ class EventCounter:
             past = walk.past(foot, each.time)
             came = crossing(line.points, walk.first, foot) is not None
             before = past if came and distance(line.points, past) >= CLEAR * height else foot
+            if before is past:
+                walk.found = walk.found - {name}
         side = None if before is None else crossing(line.points, before, foot)
         if before is None or side is None:
             walk.over.pop(name, None)
@@ -335,6 +359,7 @@ class EventCounter:
         It left its zones when it was seen last, unless another object goes on with it.
         """
         last, foot = walk.feet[-1]
+        walk.lost = walk.upon
         events = self._last(walk)
         if walk.counts(last):
             left = [

@@ -55,6 +55,10 @@ class Line(Config, frozen=True):
         middle, share = ((x1 + x2) / 2, (y1 + y2) / 2), STROKE
         return middle, (middle[0] + share * (y2 - y1), middle[1] - share * (x2 - x1))
 
+    def gap(self, point: Point) -> float:
+        """Return the distance of a point from the line between its ends."""
+        return _gap(self.points[:2], self.points[2:], point)
+
 
 class Zone(Config, frozen=True):
     """A polygon whose entries and exits are counted."""

@@ -42,6 +42,10 @@ class Trajectory:
     touched: set[str] = field(default_factory=set)
     """Names of the zones outside of which it has been seen, and of those whose edge alone it has
     touched."""
+    found: set[str] = field(default_factory=set)
+    upon: set[str] = field(default_factory=set)
+    lost: set[str] = field(default_factory=set)
+    """Names of the lines and zones in or upon which it was found, was seen last, and was lost."""
     clear: dict[str, Point] = field(default_factory=dict)
     """For each line, the last place of its foot that was clearly on one side (`events.CLEAR`)."""
     went: dict[str, str | None] = field(default_factory=dict)
@@ -152,11 +156,12 @@ class Trajectory:
         self.clear, self.crossed = dict(before.clear), before.crossed
         self.zones, self.stays = before.zones, before.stays
         self.outside, self.touched = before.outside, before.touched
+        self.found = before.found
         self.went, self.near = before.went, before.near
         self.pending, self.sure = before.pending, before.sure
         before.zones, before.stays, before.pending, before.sure = {}, set(), {}, []
         before.outside, before.touched, before.over, before.leaving = set(), set(), {}, []
-        before.went, before.near = {}, set()
+        before.went, before.near, before.found = {}, set(), set()
         before.continued = True
 
     def undecided(self) -> list[Event]:
