@@ -26,11 +26,13 @@ PLACES = Regions((Line((500, 0, 500, 999), label=("on", "back")),))
 ROOM = Regions(zone=(Zone((500, 0, 900, 0, 900, 999, 500, 999)),))
 
 
-def events(feet: Iterable[float], places: Regions = PLACES, scale: float = 1.0) -> list[str]:
+def events(
+    feet: Iterable[float], places: Regions = PLACES, scale: float = 1.0, wide: float = WIDE
+) -> list[str]:
     """Return the directions of crossings, or kinds of events, of a foot at places along x."""
     counter, found = EventCounter(places), []
     for i, x in enumerate(feet):
-        ellipse = Ellipse(x, 500 - scale * HIGH / 2, scale * WIDE / 2, scale * HIGH / 2)
+        ellipse = Ellipse(x, 500 - scale * HIGH / 2, scale * wide / 2, scale * HIGH / 2)
         track = Track(i, i / RATE, ellipse, np.eye(5), 1.0, Status.TRACKING, 0.0, 1.0)
         found += counter.update([replace(track, identity=1, detected=True)])
     found += counter.finish()
@@ -79,6 +81,14 @@ def test_who_goes_and_comes_back_counts_twice(size: float, seed: int, turn: floa
     on = np.arange(500, 500 + turn * HIGH, STEP)
     way = np.concatenate([UP, on, np.full(13, on[-1]), on[::-1], UP[::-1]])
     assert events(way + noise(size, seed, len(way)) - 500) == ["on", "back"]
+
+
+@pytest.mark.parametrize("places", [PLACES, ROOM])
+def test_a_car_that_drives_to_and_fro_upon_a_line_counts_once(places: Regions) -> None:
+    """It is longer than high, and backs by a third of its length."""
+    stops = np.repeat([510.0, 478.0], 25)
+    found = events([*UP, *stops, *np.arange(478, 600, STEP)], places, wide=90)
+    assert found == [{PLACES: "on", ROOM: "enters"}[places]]
 
 
 @pytest.mark.parametrize("pixels", [0.1, 0.3, 1.0, 8.0])

@@ -104,7 +104,8 @@ def recording_of_journal(path: Path) -> Recording:
     except (LookupError, TypeError, ValueError, OverflowError, ConfigError, RecursionError):
         if first is not None:
             raise SourceError(
-                f"{path} is damaged in line {len(frames) + 2}; remove the line, and try again."
+                f"{path} is damaged in line {len(frames) + 2}, or of another version of motes; "
+                f"remove the line from a copy, and try again."
             ) from None
         raise SourceError(
             f"{path} does not hold the rows of a document of this version of motes; they are in a "

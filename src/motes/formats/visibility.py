@@ -14,11 +14,11 @@ from motes.formats.recording import ANONYMOUS, Recording
 from motes.rows.schema import FrameRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
-"""The states of an object that is in the picture."""
+"""The statuses of an object that is in the picture."""
 SHOWN = (*VISIBLE, Status.OCCLUDED)
-"""The states with a known position; that of a searched or lost object is only a guess."""
+"""The statuses with a known position; that of a searched or lost object is only a guess."""
 MISSED = (Status.SEARCHING, Status.LOST)
-"""The states of an object of which it is not known whether it is in the picture."""
+"""The statuses of an object of which it is not known whether it is in the picture."""
 SURE = 0.5
 """The lowest confidence of an object that others may take for seen."""
 
@@ -34,7 +34,7 @@ def visible(row: FrameRow) -> Iterator[Track]:
 
 
 def guessed(status: Status, confidence: float) -> bool:
-    """Whether a place is a guess: interpolated, or wrong more probably than right."""
+    """Return whether a place is a guess: interpolated, or wrong more probably than right."""
     return status is Status.INTERPOLATED or (status is Status.TRACKING and confidence < SURE)
 
 

@@ -14,7 +14,8 @@ from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Box
 from motes.core.track import Status, Track
 from motes.core.types import Bytes
-from motes.mot.analytics.regions import Point, crossing
+from motes.mot.analytics.ground_plane import Point
+from motes.mot.analytics.regions import crossing
 from motes.mot.boxes import foot_of
 from motes.output.overlay import font
 

@@ -149,7 +149,8 @@ class Lines:
         else:
             raise FormatError(
                 f"{self.name} cannot be resumed: its line {self.count + 1} differs, so the source, "
-                f"the options or the seed are not the same; repeat them, or write to another file."
+                f"the options, the seed or the version of motes are not the same; repeat them, or "
+                f"write to another file."
             )
 
     @property

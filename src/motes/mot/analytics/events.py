@@ -13,11 +13,11 @@ from motes.core.geometry import Box
 from motes.core.track import Status, Track
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
+from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.parts import UsualShape, whole_of
 from motes.mot.analytics.regions import (
     SETTLED,
     Line,
-    Point,
     Regions,
     Zone,
     crossing,
@@ -40,7 +40,7 @@ CLEAR = 0.1
 height on."""
 AWAY = 0.5
 """An object that has passed a line or an edge may tremble there until it is away, by this share of
-its height after half a second on one side. Before, it does not pass back."""
+its longer side after half a second on one side. Before, it does not pass back."""
 LINGERS = 5.0
 """Seconds for which an object may stand on a line or an edge until it is clearly beyond: one that
 stands there for longer passes it when it goes on."""
@@ -276,7 +276,7 @@ class EventCounter:
         clear = off >= CLEAR * height
         if name in walk.near:
             last = walk.went[name]
-            if off >= AWAY * height and not any(
+            if off >= AWAY * max(height, each.box.width) and not any(
                 crossing(line.points, at, foot) for _, at in walk.feet
             ):
                 walk.near.remove(name)
@@ -318,7 +318,8 @@ class EventCounter:
         """Note where an object is beside the edge of a zone, and what it does there."""
         time, holds, inside = each.time, zone.holds(foot), name in walk.zones
         if name in walk.near:
-            off = zone.depth(foot) / min(each.box.height, self._reach[name])
+            longer = max(each.box.height, each.box.width)
+            off = zone.depth(foot) / min(longer, self._reach[name])
             beside = off >= AWAY and all(zone.holds(at) == holds for _, at in walk.feet)
             if beside or off >= 1:  # some pass a zone within half a second
                 walk.near.remove(name)

@@ -44,10 +44,10 @@ class UsualShape:
 def whole_of(
     each: Track, tracks: Sequence[Track], walks: Mapping[int, Trajectory], usual: float | None
 ) -> tuple[list[int], float]:
-    """Return of which objects an object is one part, itself among them, and the whole's shape.
+    """Return the identities of the parts of the vehicle that an object is of, and its shape.
 
     Parts are in a row along their way, nearly touch and move alike, and all together they have the
-    usual shape, rather than it alone. If no shape is usual, it is whole.
+    usual shape, rather than the object alone. If no shape is usual, it is whole.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def whole_of(
     walks
         Their ways, by identity.
     usual
-        Width by height of what passes there.
+        The usual width by height there; None if it is unknown.
     """
     way, shape = walks[each.identity], each.box.width / each.box.height
     if usual is None:
@@ -69,14 +69,14 @@ def whole_of(
     row.sort(key=lambda other: other.box[along])
     boxes = as_rows(other.box for other in row)
     ends, this = boxes[:, :2] + boxes[:, 2:], row.index(each)
-    off, found = min(abs(math.log(shape / usual)), math.log(LIKE)), [each]
+    least, found = min(abs(math.log(shape / usual)), math.log(LIKE)), [each]
     for first, last in itertools.product(range(this + 1), range(this + 1, len(row) + 1)):
         width, height = ends[first:last].max(axis=0) - boxes[first:last, :2].min(axis=0)
         gaps = boxes[first + 1 : last, along] - ends[first : last - 1, along]
         touch = np.abs(gaps).max(initial=0) <= GAP * (width, height)[along]
         error = abs(math.log(width / height / usual))
-        if touch and error < off:
-            off, shape, found = error, width / height, row[first:last]
+        if touch and error < least:
+            least, shape, found = error, width / height, row[first:last]
     return [other.identity for other in found], float(shape)
 
 

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from itertools import chain, combinations
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -15,9 +15,7 @@ from msgspec.structs import replace
 from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import clipped
-from motes.mot.analytics.ground_plane import Ground
-
-Point: TypeAlias = tuple[float, float]
+from motes.mot.analytics.ground_plane import Ground, Point
 
 STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""

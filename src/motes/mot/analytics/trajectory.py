@@ -7,8 +7,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from motes.mot.analytics.event import Event
-from motes.mot.analytics.ground_plane import Ground
-from motes.mot.analytics.regions import Point
+from motes.mot.analytics.ground_plane import Ground, Point
 
 SPEED_OVER = 0.5
 """Seconds over which a speed is measured."""

@@ -1,4 +1,4 @@
-"""Stage 6: expected objects begin in the first frame in which they are seen."""
+"""Expected objects begin in the first frame in which they are seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 2: detections go to visible objects."""
+"""Detections go to visible objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 0: a camera that moves takes the places of all objects along."""
+"""A camera that moves takes the places of all objects along."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 7: detections that are left begin objects."""
+"""Detections that are left begin objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 4: which of the objects without a detection are occluded."""
+"""Which of the objects without a detection are occluded."""
 
 from __future__ import annotations
 

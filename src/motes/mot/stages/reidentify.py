@@ -1,4 +1,4 @@
-"""Stage 5: free detections go to occluded objects that reappear."""
+"""Free detections go to occluded objects that reappear."""
 
 from __future__ import annotations
 

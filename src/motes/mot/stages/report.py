@@ -1,4 +1,4 @@
-"""Stage 8: the tracks of a frame, and which objects end with it."""
+"""The tracks of a frame, and which objects end with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 1: of detections of the same object, the one with the highest score stays."""
+"""Of detections of the same object, the one with the highest score stays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 9: when those that have met are seen apart again, one assignment says who is who."""
+"""When those that have met are seen apart again, one assignment says who is who."""
 
 from __future__ import annotations
 

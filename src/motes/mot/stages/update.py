@@ -1,4 +1,4 @@
-"""Stage 3: the filters of visible objects observe the frame."""
+"""The filters of visible objects observe the frame."""
 
 from __future__ import annotations
 

@@ -15,11 +15,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.color import CORE_FRACTION, PosteriorModel, contrast
-from motes.cues.correlation_filter import (
-    UPSAMPLING,
-    CorrelationModel,
-    peak_near,
-)
+from motes.cues.correlation_filter import UPSAMPLING, CorrelationModel, peak_near
 from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.kernels.structures import PointCues
 from motes.sot.discriminative.config import BIN, DiscriminativeConfig
@@ -30,8 +26,9 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     """The models that a localization uses."""
 
     correlation: CorrelationModel
+    """The correlation filter."""
     posterior: PosteriorModel
-    """The correlation filter, and the color posterior."""
+    """The color posterior."""
     experts: dict[str, Any]
     """The model of each expert, by name."""
     contrast: float
@@ -46,14 +43,17 @@ class WindowEstimate:
     window_pose: Ellipse
     """The ellipse at the center of the window."""
     window: Singles
+    """The samples of the window."""
     spectra: Spectra
+    """The transform of its features."""
     integral: Floats
+    """The integral image of the posterior."""
     sights: Mapping[str, Any]
-    """The samples of the window; the transform of its features; the integral image of the
-    posterior; what the experts see, by name."""
+    """What the experts see, by name."""
     centers: Floats
+    """(N, 2), the particles."""
     weights: Weights
-    """(N, 2), (N,) the particles."""
+    """(N,), theirs."""
     pose: Ellipse
     """The mean of the particles' place and of where experts see the target near it; with the size
     and angle of `window_pose`."""
@@ -74,13 +74,13 @@ def localize(
     frame: Frame,
     place: Ellipse,
     sights: Mapping[str, Any],
-    sigma: float = math.inf,
+    deviation: float = math.inf,
 ) -> WindowEstimate:
     """Return the weighted mean of particles in the window around `place`.
 
     Where experts see the target near by, it is at the mean of their places and this one.
     `sights` are what they see in this frame. The target is expected at `place` with a standard
-    deviation of `sigma` pixels; by default it may be anywhere in the window.
+    `deviation` in pixels; by default it may be anywhere in the window.
     """
     sights = config.experts.look_again(known.experts, frame, place, sights)
     samples = known.correlation.grid
@@ -91,7 +91,7 @@ def localize(
     half, step = samples.half, samples.step(place)
     cues = PointCues(
         plane, CELL_SIZE / UPSAMPLING, integral, (CORE_FRACTION * half[0], CORE_FRACTION * half[1]),
-        color_weight(known.contrast), config.sigma, (sigma / step[0], sigma / step[1]),
+        color_weight(known.contrast), config.sigma, (deviation / step[0], deviation / step[1]),
     )  # fmt: skip
     centers = samples.points(place, _drawn(config, rng, samples, cues))
     centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
@@ -107,9 +107,11 @@ def localize(
     similarity = peak_near(first, box[0], box[1])
     evidence = config.evidence.log_odds(similarity, stands_out)
     evidence += config.experts.log_odds(sights, found)
-    seen = window, spectra, integral, sights
-    judged = stands_out, similarity, evidence
-    return WindowEstimate(place, *seen, centers, weighed, found, box, *judged)
+    return WindowEstimate(
+        window_pose=place, window=window, spectra=spectra, integral=integral, sights=sights,
+        centers=centers, weights=weighed, pose=found, box=box, contrast=stands_out,
+        similarity=similarity, evidence=evidence,
+    )  # fmt: skip
 
 
 def _drawn(
@@ -128,7 +130,7 @@ def _drawn(
     )
 
 
-def color_weight(contrast: float) -> float:
+def color_weight(standing_out: float) -> float:
     """Return the weight of color, from 0 to 1; it grows with the color contrast."""
-    counts = max(contrast, 0.0)
+    counts = max(standing_out, 0.0)
     return counts / (1 + counts)

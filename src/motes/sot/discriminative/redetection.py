@@ -85,7 +85,8 @@ class Redetection(Config, frozen=True):
     ) -> tuple[Floats, list[Ellipse]]:
         """Move, weight and resample the search particles.
 
-        Each moves by a quarter of its size. Some restart anywhere within reach, with another size.
+        Each moves by noise, with a deviation of a quarter of its size. Some restart anywhere within
+        reach, with another size.
 
         Parameters
         ----------
@@ -105,7 +106,7 @@ class Redetection(Config, frozen=True):
         low, high = (np.clip(np.array(last[:2]) + way, 0, ends) for way in (-reach, reach))
         moved = searchers.copy()
         moved[:, :2] += rng.standard_normal((len(moved), 2)) * moved[:, 2:4] / 2
-        fresh = moved[::RESTART_EVERY]
+        fresh = moved[::RESTART_EVERY]  # a view: these restart in place
         fresh[:, :2] = low + rng.random((len(fresh), 2)) * (high - low)
         factors = np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
         fresh[:, 2:4] = last[2:4] * np.clip(factors, *limits(last, frame))
@@ -119,9 +120,9 @@ class Redetection(Config, frozen=True):
         return chosen, [Ellipse(*place) for place in places.tolist()]
 
     def log_odds(self, model: RedetectionModel, frame: Frame, place: Ellipse) -> float:
-        """Return by how much a place that is less like the first region than usual is not it.
+        """Return the log odds against a place that is less like the first region than usual.
 
-        It is the logarithm of the weight of a search particle there, beside that of the target
+        They are the logarithm of the weight of a search particle there, beside that of the target
         as it usually is; 0 where the place is as like as that.
         """
         distance = float(self._distances(model, frame, np.array([place]))[0])

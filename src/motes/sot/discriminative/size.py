@@ -156,7 +156,7 @@ class TurnEstimate(msgspec.Struct, frozen=True, eq=False):
 
 
 def sampled(frame: Frame, ellipse: Ellipse) -> Floats:
-    """Return the rings (3 R, POINTS) around an ellipse's center, each color's mean taken off."""
+    """Return the rings (3 R, POINTS) around an ellipse's center, each less its mean."""
     from scipy import ndimage
 
     radii = RADII * math.sqrt(ellipse.a * ellipse.b)
