@@ -284,10 +284,10 @@ def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
         If the format holds none, or the lens is that of another film.
     """
     from motes.formats import registry
-    from motes.formats.aspects import COLUMNS
+    from motes.formats.aspects import OTHERS
     from motes.formats.metres import in_metres
 
-    if COLUMNS not in registry.FORMATS.resolve(form).holds:
+    if OTHERS not in registry.FORMATS.resolve(form).holds:
         raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
     head = recorded.head
     if head.width:

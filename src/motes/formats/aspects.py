@@ -16,8 +16,8 @@ HIDDEN = "hidden objects"
 GUESSES = "guessed places of searched and lost targets"
 MASKS = "masks"
 TIMES = "times"
-COLUMNS = "further columns"
-ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, COLUMNS)
+OTHERS = "further columns"
+ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, OTHERS)
 """All of them, beside the boxes in each frame, which every format holds."""
 
 
@@ -34,7 +34,7 @@ def aspects(recorded: Recording) -> set[str]:
                 HIDDEN: each.status is Status.OCCLUDED,
                 GUESSES: each.status not in SHOWN,
                 MASKS: each.mask is not None,
-                COLUMNS: bool(each.further) or math.isfinite(each.distance),
+                OTHERS: bool(each.further) or math.isfinite(each.distance),
             }
             found.update(name for name, has in held.items() if has)
     return found

@@ -22,12 +22,12 @@ from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
     CLASSES,
-    COLUMNS,
     CONFIDENCES,
     GUESSES,
     HIDDEN,
     IDENTITIES,
     MASKS,
+    OTHERS,
     TIMES,
 )
 from motes.formats.recording import FilmFacts, Recording
@@ -76,7 +76,7 @@ class Format:
     where its status or its confidence tells."""
 
 
-ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
+ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, OTHERS)
 LABELS = (".txt", ".yaml", ".cache")
 
 OWN: dict[str, Format] = {

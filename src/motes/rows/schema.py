@@ -23,7 +23,6 @@ from motes.core.errors import ConfigError
 from motes.core.labels import check_label
 from motes.core.spreadsheet import guarded
 from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Track
-from motes.rows import schema
 
 Form = Literal["csv", "jsonl"]
 FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
@@ -137,8 +136,8 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
     file: str | None = None
     searched: tuple[int, ...] = ()
 
-    def values(self, each: Track, further: Sequence[str] = ()) -> list[Any]:
-        """Return the fields of an object's row: those of `COLUMNS`, and of further columns.
+    def values(self, each: Track, names: Sequence[str] = ()) -> list[Any]:
+        """Return the fields of an object's row: those of `COLUMNS`, and of further ones by name.
 
         Raises
         ------
@@ -147,15 +146,15 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
         """
         if each.label:
             check_label(each.label)
-        more = schema.further(each)
-        return [*each.to_dict().values(), *(more.get(name) for name in further)]
+        more = further(each)
+        return [*each.to_dict().values(), *(more.get(name) for name in names)]
 
     def to_dict(self) -> dict[str, Any]:
         """Return what `from_dict` takes, for JSON; raise a ConfigError as `values` does."""
         objects = []
         for each in self.objects:
-            names = *COLUMNS, *schema.further(each)
-            row = dict(zip(names, self.values(each, names[len(COLUMNS) :]), strict=True))
+            more = [*further(each)]
+            row = dict(zip((*COLUMNS, *more), self.values(each, more), strict=True))
             objects.append(row if each.mask is None else row | {"mask": each.mask})
         return {
             "frame": self.frame, "time": self.time, "objects": objects, "file": self.file,
