@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 
 from motes import kernels
 from motes.core.errors import SourceError
-from motes.core.frame import Frame, _in_order, as_rgb
+from motes.core.frame import Frame, _readable, as_rgb
 from motes.mot.scene import Scene, _next
 from motes.sot.tracker import Tracker
 
@@ -128,8 +128,8 @@ def test_what_lies_otherwise_is_copied(image: Any) -> None:
 
 def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
     image = np.lib.stride_tricks.as_strided(RGB, (3, 2, 3), (2**30, 3, 1))
-    assert not _in_order(image)
-    assert _in_order(image[:1])
+    assert not _readable(image)
+    assert _readable(image[:1])
 
 
 @pytest.mark.parametrize(

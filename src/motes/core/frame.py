@@ -21,6 +21,7 @@ LARGEST_VIEW = 2**31 - 1
 """Bytes from the first to the last row of an image that is read where it lies."""
 WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
 """The types of whole numbers and of numbers that users may give."""
+BYTE = np.dtype(np.uint8)
 DEPTHS = (8, 10, 12, 14, 16)
 """The bits of cameras whose pictures are held in 16."""
 OUTLIERS = 1e-4
@@ -55,15 +56,15 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
             raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
         if not isinstance(self.time, NUMBER):
             raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
+        if _readable(self.pixels):
+            return  # the usual case, and fast
         depth = self.depth
         if depth is None and getattr(self.pixels, "dtype", None) == np.uint16:
             depth = depth_of(np.asarray(self.pixels, np.uint16))
             msgspec.structs.force_setattr(self, "depth", depth)
             if depth < DEPTHS[-1]:
                 _say_depth(depth)
-        pixels = as_rgb(self.pixels, depth)
-        if pixels is not self.pixels:
-            msgspec.structs.force_setattr(self, "pixels", pixels)
+        msgspec.structs.force_setattr(self, "pixels", as_rgb(self.pixels, depth))
 
     @property
     def width(self) -> int:
@@ -127,12 +128,11 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
     SourceError
         For any other shape or type, an empty image, or floats outside [0, 1].
     """
+    if _readable(pixels):
+        return pixels
     if pixels is None:
         raise SourceError("There is no picture, but None; has the film ended?")
     image = np.asarray(pixels)
-    rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
-    if rgb and image.size and (image.flags.c_contiguous or _in_order(image)):
-        return image  # the usual case, and fast
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
@@ -163,23 +163,27 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
         )
     height, width, channels = image.shape
     image = np.broadcast_to(image, (height, width, 3)) if channels == 1 else image[:, :, :3]
-    return image if _in_order(image) else np.ascontiguousarray(image)
+    return image if _readable(image) else np.ascontiguousarray(image)
 
 
 def from_bgr(image: NDArray[Any]) -> NDArray[Any]:
     """Return a BGR image as RGB: a view, which kernels read where the image lies."""
-    colors = np.shape(image)[2:] in ((3,), (4,))  # all else is gray, or refused
-    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last
+    pixels = np.asarray(image)
+    colors = pixels.shape[2:] in ((3,), (4,))  # all else is gray, or refused
+    return pixels[:, :, 2::-1] if colors else image  # alpha comes last
 
 
-def _in_order(image: Bytes) -> bool:
+def _readable(image: Any) -> bool:
     """Return whether kernels can read an image where it lies (`Picture` of `kernels`)."""
+    if type(image) is not np.ndarray or image.dtype != BYTE or image.shape[2:] != (3,):
+        return False
     height, width, _ = image.shape
     line, pixel, channel = image.strides
     size = 1 + 2 * abs(channel)
-    return (
+    in_order = (
         -1 <= channel <= 1
         and pixel >= size
         and pixel * (width - 1) + size <= line
         and line * height <= LARGEST_VIEW
     )
+    return image.size > 0 and (in_order or image.flags.c_contiguous)
