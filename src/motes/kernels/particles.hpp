@@ -62,6 +62,14 @@ inline void walk(Table<const double> states, Plane<const double> normal, const N
     }
 }
 
+// Returns how many of some values in order are at most `most`, without branches: random ones would
+// be foretold wrongly.
+inline Index count_up_to(const double* values, Index size, double most) {
+    const double* from = values;
+    for (; size > 1; size -= size / 2) from += size / 2 * Index(from[size / 2 - 1] <= most);
+    return from - values + Index(size == 1 && *from <= most);
+}
+
 // Writes, for each position from 0 to 1, the first particle whose cumulated weight exceeds it.
 //
 // Positions are shares of the sum of weights; a particle without weight is never chosen, if any has
@@ -78,8 +86,7 @@ inline void ancestors(Floats weights, Floats positions, Row<Index> chosen) {
     }
     for (Index i = 0; i < positions.size; ++i) {
         // Rounding may lift the largest position onto the last sum, so that one is not searched.
-        const double* begin = cumulated;
-        chosen[i] = std::upper_bound(begin, begin + last, positions[i] * total) - begin;
+        chosen[i] = count_up_to(cumulated, last, positions[i] * total);
     }
 }
 
