@@ -48,6 +48,10 @@ class Status(StrEnum):
     """A user has marked the target as absent; there is no ellipse."""
 
 
+TRACKING = Status.TRACKING
+"""For what runs in every frame: Python 3.11 calls a function each time a member is named."""
+
+
 class Track(msgspec.Struct, frozen=True, eq=False):
     """Where an object is in one frame, and how sure the tracker is: what a row holds.
 

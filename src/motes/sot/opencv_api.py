@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
 from motes.core.frame import from_bgr
-from motes.core.track import Status, Track
+from motes.core.track import TRACKING, Track
 from motes.core.types import Numbers
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
@@ -81,7 +81,7 @@ class OpenCVTracker:
         track = self.tracker.update(from_bgr(image))
         x, y, width, height = track.ellipse.box
         box = round(x), round(y), round(width), round(height)
-        return track.status is Status.TRACKING, box
+        return track.status is TRACKING, box
 
     @property
     def track(self) -> Track:

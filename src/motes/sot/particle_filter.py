@@ -16,7 +16,7 @@ from motes.core.config import Config, Particles, check_extra_names
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import TRACKING, Status, Track
 from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color, ColorModel, Posterior
@@ -215,7 +215,7 @@ class ParticleFilter(
         While the target is searched for, half of the particles move on, and the other half is
         spread over the search regions.
         """
-        absent = state.status is not Status.TRACKING
+        absent = state.status is not TRACKING
         # A known target that has just appeared is looked at more closely before it counts as found.
         searching = absent and not state.frames_missed
         if absent and expected is not None:

@@ -354,16 +354,16 @@ class Tracker:
     ) -> Track:
         """Take over a step; its ellipse is turned from the last angle, or the given one."""
         self._state, self.info = result
-        self._frame = frame
-        if (status := self.info.track.status) is not self._status:
-            LOG.info("Frame %d: the target is %s.", frame.index, status)
-        self._status = status
-        ellipse = self.info.track.ellipse.turned_near(self._angle if angle is None else angle)
+        self._frame, track = frame, self.info.track
+        if track.status is not self._status:
+            LOG.info("Frame %d: the target is %s.", frame.index, track.status)
+        self._status = track.status
+        ellipse = track.ellipse.turned_near(self._angle if angle is None else angle)
         self._angle = ellipse.theta
-        if self._direction < 0 or ellipse != self.info.track.ellipse:
-            track = replace(self.info.track, time=frame.time, ellipse=ellipse)
+        if self._direction < 0 or ellipse is not track.ellipse:
+            track = replace(track, time=frame.time, ellipse=ellipse)
             self.info = replace(self.info, track=track)
-        return self.info.track
+        return track
 
 
 FORMAT = 14

@@ -15,7 +15,7 @@ from msgspec import Meta
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.track import Status
+from motes.core.track import TRACKING, Status
 from motes.core.types import Floats
 from motes.cues.base import Cue
 
@@ -130,7 +130,7 @@ class AppearanceRule(Config, frozen=True):
         if not self.contrast:
             return appears
         least = min(around + self.contrast * (1 - around), self.max_threshold)
-        return rho > least and (appears or last is Status.TRACKING)
+        return rho > least and (appears or last is TRACKING)
 
     def counted(self, distances: Floats, ellipses: Floats, frame: Frame) -> Floats:
         """Return the distances (N,) that the rule counts; 1, the largest, where `in_frame` refuses.
@@ -152,8 +152,8 @@ class AppearanceRule(Config, frozen=True):
         A tracked target is lost after `frames` in which the rule did not hold. A searched one is
         found in one frame; if it is `known` before it is seen, in `found_frames`.
         """
-        if there is (before is Status.TRACKING):
-            return Status.TRACKING if there else Status.SEARCHING, 0
+        if there is (before is TRACKING):
+            return before if there else Status.SEARCHING, 0
         against += 1
         if there:
             if against >= (self.found_frames if known else 1):
