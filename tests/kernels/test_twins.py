@@ -231,3 +231,11 @@ def test_two_pictures_differ_by_a_mean_and_a_median_ratio(least: float) -> None:
     count, ratio = kernels.planes.median_ratio(one, other, least, 9.0)
     assert count == np.count_nonzero(known)
     assert_close(ratio, expected)
+
+
+def test_the_spread_of_places_by_their_covariance() -> None:
+    places = RNG.normal(size=(50, 2)) @ RNG.normal(size=(2, 2))
+    covariance = np.cov(places.T)
+    expected = math.sqrt(math.sqrt(np.linalg.det(covariance)) / (9.0 * 4.0))
+    assert_close(kernels.particles.spread(covariance, (9.0, 4.0)), expected)
+    assert kernels.particles.spread(np.zeros((5, 5)), (9.0, 4.0)) == 0

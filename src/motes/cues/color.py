@@ -95,14 +95,14 @@ class Color(PixelHistogramCue, frozen=True):
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
+        check_bins(model, self.size)
         ellipses = as_ellipses(ellipses)
         distances = np.empty(len(ellipses))
         kernels.color.distances(frame.pixels, ellipses, self.target(model), distances)
         return distances
 
     def target(self, model: ColorModel) -> ColorTarget:
-        """Return what kernels need to compare ellipses with a model."""
-        check_bins(model, self.size)
+        """Return what kernels need to compare ellipses with a model, which has the cue's bins."""
         return ColorTarget(self.reading, model.slots, model.roots, self._bins)
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:

@@ -16,13 +16,21 @@ struct Likelihood {
     double sigma, epsilon;
 };
 
+// What particles are compared with, with the names of `ColorComparison` in Python.
+struct Comparison {
+    color::Target target;
+    Likelihood likelihood;
+    double threshold;
+    bool ring;
+};
+
 // What particles see; `degenerate` if none of them had any weight, `distance` that of the estimate,
 // `around` the rho beside it, `support` the sum of the weights of the particles that are
 // `appearing`.
-using Observation = std::tuple<Scratch<double> /* distances */, Scratch<double> /* log-weights */,
-                               Scratch<double> /* weights */, bool /* degenerate */,
-                               std::array<double, 5> /* mean */,
-                               ScratchPlane<double> /* covariance */, double /* distance */,
+using Observation = std::tuple<Scratch<double> /* log-weights */, Scratch<double> /* weights */,
+                               bool /* degenerate */, std::array<double, 5> /* mean */,
+                               ScratchPlane<double> /* covariance */, double /* spread */,
+                               double /* effective sample size */, double /* distance */,
                                double /* around */, Index /* appearing */, double /* support */>;
 using Outcome = std::tuple<ScratchPlane<double> /* states */, Observation>;
 
@@ -46,10 +54,9 @@ inline Index write_regions(Picture picture, const std::array<double, 5>& region,
 }
 
 // Weighs particles (N, d) by their colors and estimates the target (Nummiaro et al., figure 2).
-//
-// A particle appears if its rho is above `threshold`. With `ring`, regions beside are read too.
-inline Observation observe(Picture picture, Plane<const double> states, const color::Target& target,
-                           Likelihood likelihood, double threshold, bool ring) {
+inline Observation observe(Picture picture, Plane<const double> states,
+                           const Comparison& comparison) {
+    const auto& [target, likelihood, threshold, ring] = comparison;
     const Index count = states.rows;
     Scratch<double> distances(count), logs(count), weights(count);
     ScratchPlane<double> covariance(5, 5);
@@ -69,14 +76,16 @@ inline Observation observe(Picture picture, Plane<const double> states, const co
     for (Index n = 1; n < last; ++n) around += 1.0 - found[n] * found[n];
     if (last > 1) around /= double(last - 1);
     const auto [appearing, support] = particles::appearing(distances, weights, threshold);
-    const double distance = found[0];
-    return {std::move(distances),
-            std::move(logs),
+    const double spread = particles::spread({covariance.begin(), 5, 5}, {mean[2], mean[3]});
+    const double size = particles::effective_sample_size(weights);
+    return {std::move(logs),
             std::move(weights),
             degenerate,
             mean,
             std::move(covariance),
-            distance,
+            spread,
+            size,
+            found[0],
             around,
             appearing,
             support};
@@ -87,8 +96,7 @@ inline Observation observe(Picture picture, Plane<const double> states, const co
 // `positions` (N,) from 0 to 1 select, `normal` (N, d + 1) moves.
 inline Outcome step(Picture picture, Plane<const double> before, Floats before_weights,
                     Floats positions, Plane<const double> normal, const particles::Noise& noise,
-                    double steps, Pair first, const color::Target& target, Likelihood likelihood,
-                    double threshold, bool ring) {
+                    double steps, Pair first, const Comparison& comparison) {
     const Index count = positions.size, columns = before.columns;
     fit(before_weights.size == before.rows, "a weight for each particle");
     Scratch<Index> chosen(count);
@@ -97,8 +105,7 @@ inline Outcome step(Picture picture, Plane<const double> before, Floats before_w
     for (Index n = 0; n < count; ++n) std::copy_n(before[chosen[n]], columns, selected[n]);
     particles::walk({selected.begin(), count, columns, columns}, normal, noise, steps, first,
                     states);
-    Observation seen =
-        observe(picture, {states.begin(), count, columns}, target, likelihood, threshold, ring);
+    Observation seen = observe(picture, {states.begin(), count, columns}, comparison);
     return {std::move(states), std::move(seen)};
 }
 

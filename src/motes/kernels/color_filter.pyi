@@ -1,12 +1,13 @@
-from motes.kernels.structures import Bytes, ColorTarget, Floats, NoiseScales, Pair
+from motes.kernels.structures import Bytes, ColorComparison, Floats, NoiseScales, Pair
 
 Observation = tuple[
-    Floats,
     Floats,
     Floats,
     bool,
     tuple[float, float, float, float, float],
     Floats,
+    float,
+    float,
     float,
     float,
     int,
@@ -22,16 +23,6 @@ def step(
     noise: NoiseScales,
     steps: float,
     first: Pair,
-    target: ColorTarget,
-    likelihood: tuple[float, float],
-    threshold: float,
-    ring: bool,
+    comparison: ColorComparison,
 ) -> tuple[Floats, Observation]: ...
-def observe(
-    picture: Bytes,
-    states: Floats,
-    target: ColorTarget,
-    likelihood: tuple[float, float],
-    threshold: float,
-    ring: bool,
-) -> Observation: ...
+def observe(picture: Bytes, states: Floats, comparison: ColorComparison) -> Observation: ...

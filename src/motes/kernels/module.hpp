@@ -43,6 +43,9 @@ template <> struct Reader<particles::Noise>
     : TupleReader<particles::Noise, double, double, double, double, double, Floats, double> {};
 template <> struct Reader<color_filter::Likelihood>
     : TupleReader<color_filter::Likelihood, double, double> {};
+template <> struct Reader<color_filter::Comparison>
+    : TupleReader<color_filter::Comparison, color::Target, color_filter::Likelihood, double,
+                  bool> {};
 template <> struct Reader<search_window::Place>
     : TupleReader<search_window::Place, double, double, double, double, double> {};
 template <> struct Reader<color_posterior::Box>
@@ -130,7 +133,8 @@ inline bool add_kernels(PyObject* extension) {
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),
                 brief<particles::combine>("combine"),
                 brief<particles::effective_sample_size>("effective_sample_size"),
-                brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
+                brief<particles::appearing>("appearing"), brief<particles::moments>("moments"),
+                brief<particles::spread>("spread")}) &&
            add(extension, "planes",
                {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
                 brief<planes::mean_difference>("mean_difference"),

@@ -184,4 +184,12 @@ inline void moments(Ellipses ellipses, Floats weights, Row<double> mean, Plane<d
         for (Index j = 0; j < i; ++j) covariance[j][i] = covariance[i][j];
 }
 
+// Returns the standard deviation of places by their covariance, in mean half-axes of an ellipse.
+inline double spread(Plane<const double> covariance, Pair half) {
+    fit(covariance.rows >= 2 && covariance.columns >= 2, "the covariance of x and y");
+    const double xx = covariance[0][0], xy = covariance[0][1], yy = covariance[1][1];
+    const double area = std::sqrt(std::max(xx * yy - xy * xy, 0.0));  // without the factor pi
+    return std::sqrt(area / (half.x * half.y));
+}
+
 }  // namespace motes::particles

@@ -81,6 +81,19 @@ class ColorTarget(NamedTuple):
     """The bins."""
 
 
+class ColorComparison(NamedTuple):
+    """What a filter on color alone compares particles with."""
+
+    target: ColorTarget
+    """The target."""
+    likelihood: tuple[float, float]
+    """Sigma and epsilon of `Gaussian`."""
+    threshold: float
+    """A particle appears with a rho above it."""
+    ring: bool
+    """Whether regions beside the estimate are read too."""
+
+
 class PointCues(NamedTuple):
     """What is known of the points of a window, as offsets from its middle."""
 

@@ -19,7 +19,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import TRACKING, Status, Track
 from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
-from motes.cues.color import Color, ColorModel, Posterior
+from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation
@@ -225,12 +225,13 @@ class ParticleFilter(
             after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
             if info.track.status is Status.TRACKING:
                 return replace(after, known=state.known), info
-        n = self._count(state)
+        n = self.particles if self.budget is None else self._count(state, self.budget)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
-            before = state.states, state.weights
-            model, least = self._color(state)
-            seen = self.color_step(rng, frame, *before, n, dt, first, model, least)
+            seen = self.color_step(
+                rng, frame, state.states, state.weights, n, dt, first, state.models,
+                state.backgrounds,
+            )  # fmt: skip
             return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -270,12 +271,12 @@ class ParticleFilter(
         """How many particles there are where no spread tells it: `particles`, as allowed."""
         return self.particles if self.budget is None else self.budget.allowed(self.particles)
 
-    def _count(self, state: FilterState) -> int:
+    def _count(self, state: FilterState, budget: KldSampling) -> int:
         """Return how many particles the next frame gets."""
         # Particles at one place, as at the start, do not show how far they will spread.
-        if self.budget is None or (state.states == state.states[0]).all():
+        if (state.states == state.states[0]).all():
             return self._first_count
-        return self.budget.count(self.motion.ellipses(state.states), state.reference_size)
+        return budget.count(self.motion.ellipses(state.states), state.reference_size)
 
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
@@ -313,13 +314,8 @@ class ParticleFilter(
     ) -> Observation:
         """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
         if self.color_step is not None:  # which resamples in every frame, so that no prior is left
-            return self.color_step.observe(frame, states, *self._color(state))
+            return self.color_step.observe(frame, states, state.models, state.backgrounds)
         return self.observer.observe(frame, states, prior, state.models, state.backgrounds)
-
-    def _color(self, state: FilterState) -> tuple[ColorModel, float]:
-        """Return the model of the only cue, and the rho above which a particle appears."""
-        [model], [background] = state.models.values(), state.backgrounds.values()
-        return model, self.presence.threshold(background)
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation
@@ -327,8 +323,7 @@ class ParticleFilter(
         """Decide whether the target is there, and learn from it if so."""
         appears = seen.appearing > self.presence.fraction * len(seen.states)
         rho = 1 - seen.distance**2
-        spread = seen.spread
-        there = self.presence.holds(state.status, appears, rho, seen.around, spread)
+        there = self.presence.holds(state.status, appears, rho, seen.around, seen.spread)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
@@ -338,17 +333,16 @@ class ParticleFilter(
             models, memories = update_models(
                 self.cues, self.strategies, models, memories, frame, seen.estimate
             )
-        confidence = self.calibration.probability(seen.distance, spread)
+        confidence = self.calibration.probability(seen.distance, seen.spread)
         if not self.calibration.spread:
             confidence *= min(1.0, seen.support)
         track = Track(
             frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
-            seen.distance, seen.weights.effective_sample_size,
+            seen.distance, seen.effective_sample_size,
         )  # fmt: skip
         info = StepInfo(
-            track, seen.ellipses, seen.weights.values, seen.appearing, state.models,
-            dict(zip(self.cues, seen.shares.tolist(), strict=True)),
-        )  # fmt: skip
+            track, seen.ellipses, seen.weights.values, seen.appearing, state.models, seen.shares
+        )
         after = replace(
             state, time=frame.time, states=seen.states, weights=seen.weights,
             models=models, memories=memories, status=status, frames_missed=missed,

@@ -20,7 +20,7 @@ from motes.core.types import Floats
 from motes.cues.base import Cue
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BackgroundStatistics:
     """Mean and standard deviation of the background's similarity rho to a target."""
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
+from functools import lru_cache
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
-from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.kernels.structures import ColorComparison
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.motion import ConstantVelocity, Motion, RandomWalk, SecondOrder, Walking
 from motes.sot.filtering.observation import Observation
@@ -22,11 +24,9 @@ from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
 
 EVERY_FRAME = Multinomial(threshold=1.0)
 WALKS = (RandomWalk, ConstantVelocity, SecondOrder)
-SHARES = np.ones(1)
-"""One cue has all the weight, by every rule of fusion."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ColorStep:
     """Selects, propagates, weighs and estimates as `ParticleFilter` does, to the last bit.
 
@@ -36,8 +36,10 @@ class ColorStep:
 
     motion: Walking
     color: Color
-    likelihood: tuple[float, float]
-    ring: bool
+    likelihood: Gaussian
+    presence: AppearanceRule
+    shares: Mapping[str, float]
+    """The only cue has all the weight, by every rule of fusion."""
 
     @classmethod
     def of(
@@ -52,15 +54,14 @@ class ColorStep:
 
         Subclasses are others: their methods may do something else.
         """
-        [cue, *more] = cues.values()
+        [(name, cue), *more] = cues.items()
         if more or type(cue) is not Color or type(likelihood) is not Gaussian:
             return None
         if not isinstance(motion, Walking) or type(motion) not in WALKS:
             return None
         if resampling != EVERY_FRAME or presence.in_frame:
             return None
-        numbers = likelihood.sigma, likelihood.epsilon
-        return cls(motion, cue, numbers, presence.contrast > 0)
+        return cls(motion, cue, likelihood, presence, {name: 1.0})
 
     def __call__(
         self,
@@ -71,33 +72,43 @@ class ColorStep:
         n: int,
         dt: float,
         first: Ellipse,
-        model: ColorModel,
-        threshold: float,
+        models: Mapping[str, Any],
+        backgrounds: Mapping[str, BackgroundStatistics],
     ) -> Observation:
         """Return what n particles see, chosen by weight from states (M, d) of the last frame.
 
-        `dt` seconds have passed; `first` is the target's first region. A particle appears with a
-        rho above `threshold`.
+        `dt` seconds have passed; `first` is the target's first region. Models and backgrounds are
+        as for `Observer`.
         """
+        comparison = _comparison(self, *models.values(), *backgrounds.values())
         moved, seen = kernels.color_filter.step(
             frame.pixels, states, weights.values, rng.random(n), self.motion.normal(rng, n),
-            self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], self.color.target(model),
-            self.likelihood, threshold, self.ring,
+            self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], comparison,
         )  # fmt: skip
-        return _observation(moved, seen)
+        return self._observation(moved, seen)
 
     def observe(
-        self, frame: Frame, states: Floats, model: ColorModel, threshold: float
+        self,
+        frame: Frame,
+        states: Floats,
+        models: Mapping[str, Any],
+        backgrounds: Mapping[str, BackgroundStatistics],
     ) -> Observation:
         """Return what particles (N, d) see that had equal weights before the frame."""
-        target = self.color.target(model)
-        seen = kernels.color_filter.observe(
-            frame.pixels, states, target, self.likelihood, threshold, self.ring
-        )
-        return _observation(states, seen)
+        comparison = _comparison(self, *models.values(), *backgrounds.values())
+        seen = kernels.color_filter.observe(frame.pixels, states, comparison)
+        return self._observation(states, seen)
+
+    def _observation(self, states: Floats, seen: kernels.color_filter.Observation) -> Observation:
+        weights, estimate = Weights(*seen[:3]), Ellipse(*seen[3])
+        return Observation(states, states[:, :5], weights, self.shares, estimate, *seen[4:])
 
 
-def _observation(states: Floats, seen: kernels.color_filter.Observation) -> Observation:
-    _, logs, values, degenerate, mean = seen[:5]
-    weights = Weights(logs, values, degenerate)
-    return Observation(states, states[:, :5], weights, SHARES, Ellipse(*mean), *seen[5:])
+@lru_cache
+def _comparison(
+    step: ColorStep, model: ColorModel, background: BackgroundStatistics
+) -> ColorComparison:
+    """Return what the kernel compares particles with, the same until the model learns."""
+    target, likelihood = step.color.target(model), (step.likelihood.sigma, step.likelihood.epsilon)
+    threshold, ring = step.presence.threshold(background), step.presence.contrast > 0
+    return ColorComparison(target, likelihood, threshold, ring)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from motes import kernels
@@ -21,7 +21,7 @@ from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights, mean_ellipse
 
 
-class Observation(NamedTuple):
+class Observation(msgspec.Struct, frozen=True, eq=False):
     """Particles that a frame was compared with, and the estimate from them."""
 
     states: Floats
@@ -29,11 +29,15 @@ class Observation(NamedTuple):
     """(N, d) and (N, 5), the particles."""
     weights: Weights
     """Their weights after the frame."""
-    shares: Floats
-    """(J,), the weight of each cue; sum 1."""
+    shares: Mapping[str, float]
+    """The weight of each cue; sum 1."""
     estimate: Ellipse
     covariance: Floats
     """The mean ellipse, and the (5, 5) covariance."""
+    spread: float
+    """Standard deviation of the particles' places, in mean half-axes of the estimate."""
+    effective_sample_size: float
+    """That of the weights."""
     distance: float
     """The estimate's distance to the target model."""
     around: float
@@ -42,13 +46,6 @@ class Observation(NamedTuple):
     """Number of particles that fulfill the appearance rule."""
     support: float
     """The sum of their weights."""
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation of the particles' places, in mean half-axes of the estimate."""
-        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
-        area = math.sqrt(max(xx * yy - xy * xy, 0.0))  # without the factor pi, as below
-        return math.sqrt(area / (self.estimate.a * self.estimate.b))
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +82,7 @@ class Observer:
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         reliability = self.fusion.reliability(names)
+        spread = kernels.particles.spread(covariance, estimate[2:4])
         overall = fuse_distances(distances, reliability)
         regions = self.presence.regions(estimate, frame)
         seen = fuse_distances(self._distances(models, frame, regions), reliability)
@@ -94,8 +92,11 @@ class Observer:
         threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        found = estimate, covariance, distance, around, appearing, support
-        return Observation(states, ellipses, weights, shares, *found)
+        return Observation(
+            states, ellipses, weights, dict(zip(names, shares.tolist(), strict=True)),
+            estimate, covariance, spread, weights.effective_sample_size,
+            distance, around, appearing, support,
+        )  # fmt: skip
 
     def _distances(self, models: Mapping[str, Any], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""
