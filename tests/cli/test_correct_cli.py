@@ -536,7 +536,7 @@ def test_a_tracker_of_an_earlier_version(go: Tell) -> None:
         code, said = go(line)
         assert (code, said.count("\n")) == (3, 1)
         assert "no key 'turn_sigma'" in said
-        assert "delete it to go on with the tracker of this version" in said
+        assert "delete the key to go on with the tracker of this version" in said
     path.write_text(whole)
     assert go("check FILM rows.csv")[0] == 0
 

@@ -60,6 +60,16 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
 
 
+def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> None:
+    """Its length and its rate give 26."""
+    with VideoWriter(Path("film.mkv"), 25) as writer:
+        for time in (0.0, 0.04, 0.08, 1.0):
+            writer.write(np.zeros((48, 64, 3), np.uint8), time)
+    Path("ten.csv").write_text("frame,left,top,width,height\n9,8,8,20,20\n")
+    code, said = go("convert ten.csv ten.json --video film.mkv")
+    assert (code, "objects in frame 9, but the film has 4 frames" in said) == (3, True), said
+
+
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> None:
     film(range(5), (32, 24))
     assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0

@@ -315,12 +315,12 @@ def test_a_folder_of_yolo_trains_as_it_is(
     assert [int(image.stem.removeprefix("frame_")) for image in found] == CERTAIN
 
 
-@pytest.mark.parametrize(("frames", "left_out"), [(6, 0), (5, 1)])
-def test_a_frame_in_which_an_object_ends_shows_the_others(
-    tmp_path: Path, frames: int, left_out: int
+@pytest.mark.parametrize(("frames", "x", "left_out"), [(6, 12.0, 0), (5, 12.0, 1), (6, 100.0, 1)])
+def test_a_frame_in_which_an_object_leaves_shows_the_others(
+    tmp_path: Path, frames: int, x: float, left_out: int
 ) -> None:
-    """Of a film that ends there it is not known whether the object would have come back."""
-    place = Ellipse(100.0, 100.0, 20.0, 20.0, 0.0)
+    """Who is lost far from the edge may still be there, or come back after the film's end."""
+    place = Ellipse(x, 100.0, 20.0, 20.0, 0.0)
     ends = [Status.TRACKING, Status.OCCLUDED, Status.OCCLUDED, Status.OCCLUDED, Status.LOST]
     objects = [placed(frame, place, 2, 0.5, status) for frame, status in enumerate(ends)]
     objects += [placed(frame, place, 7, 0.5) for frame in range(frames)]

@@ -198,7 +198,8 @@ def _facts(
     width, height = given = _sides(size)
     name, files, known_frames = "unknown", list[str](), None
     if video is not None:
-        from motes.video.sources import open_source
+        from motes.video.film import Film
+        from motes.video.sources import is_recorded, open_source
 
         with open_source(video, fps=fps) as film:
             say_rate(film)
@@ -207,6 +208,8 @@ def _facts(
             name, fps, known_frames = film.name, film.fps, film.frame_count
             files = film.files
             width, height = film.width, film.height
+        if is_recorded(video):  # what a container tells may be an estimate
+            known_frames = len(Film.quickly(video).times)
     elif known is not None:
         name, fps, known_frames = known.film, fps or known.fps, known.frames
         width, height = known.width, known.height

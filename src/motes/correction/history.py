@@ -182,8 +182,8 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         except ConfigError as error:
             raise InputError(
                 f"{path} has a tracker that motes {__version__} does not have "
-                f"({str(error).rstrip('.')}); correct that key of its config, or delete it to go "
-                f"on with the tracker of this version."
+                f"({str(error).rstrip('.')}); correct that key there, or delete the "
+                f"key to go on with the tracker of this version."
             ) from None
 
     @property

@@ -125,7 +125,10 @@ def recording_of_rows(
         If a value is missing or damaged, or they are rows of several cameras.
     """
     if CAMERA in names:
-        raise FormatError("its rows are of several cameras; keep those of one, without the column")
+        raise FormatError(
+            "its rows are of several cameras; copy the lines of one into a file, without the "
+            f"column {CAMERA}"
+        )
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
     others = [name for name in names if name not in KNOWN]

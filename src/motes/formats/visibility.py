@@ -11,6 +11,7 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, Recording
+from motes.mot.boxes import is_cut
 from motes.rows.schema import FrameRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
@@ -63,19 +64,21 @@ def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int
 def certain(recorded: Recording) -> Recording:
     """Return the frames of which it is known what they show: no object is lost or searched for.
 
-    An object that is lost and never found again, and whose rows end before the film, has ended, as
-    in a scene: then these frames are certain.
+    An object that is lost at the edge of the picture and never found again, and whose rows end
+    before the film, has left: then these frames are certain.
     """
-    last, seen = dict[int, int](), dict[int, int]()
+    last, seen, cut = dict[int, int](), dict[int, int](), dict[int, bool]()
+    size = recorded.head.width, recorded.head.height
     for row in recorded:
         last |= dict.fromkeys([*(each.identity for each in row.objects), *row.searched], row.frame)
-        others = (each.identity for each in row.objects if each.status is not Status.LOST)
-        seen |= dict.fromkeys([*others, *row.searched], row.frame)
+        others = [each for each in row.objects if each.status is not Status.LOST]
+        seen |= dict.fromkeys([*(each.identity for each in others), *row.searched], row.frame)
+        cut |= {each.identity: is_cut(each.box, size) for each in others}
     end = max((row.frame for row in recorded), default=0)
 
     def missed(each: Track, frame: int) -> bool:
         ended = last[each.identity] < end and frame > seen.get(each.identity, -1)
-        return each.status in MISSED and not ended
+        return each.status in MISSED and not (ended and cut.get(each.identity, True))
 
     def unsure(row: FrameRow) -> bool:
         return bool(row.searched) or any(missed(each, row.frame) for each in row.objects)
