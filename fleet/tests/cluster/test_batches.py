@@ -329,16 +329,22 @@ def test_progress_is_counted(
             pools.Started(task, "here", 1),
             msgspec.structs.replace(done, status="failed"),
             pools.Started(task, "here", 1),
+            msgspec.structs.replace(done, name="b", frames=0, error="It is bare."),
+            pools.Started(task, "here", 1),
         ):
             progress.note(event)
-        assert progress.numbers() == {"waiting": 5, "running": 1, "done": 2, "failed": 1}
+        assert progress.numbers() == {"waiting": 4, "running": 1, "done": 3, "failed": 1}
     error = capsys.readouterr().err
-    assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
+    assert re.search(r"4 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
     assert "[c] attempt 1: Lost." in error
-    counts = "9 jobs, 1 done, 1 done before, 1 failed, 7 frames"
-    assert progress.summary("out") == f"3 of {counts}; the same command goes on"
+    assert "[b] It is bare." in error
+    counts, again = (
+        "9 jobs, 2 done, 1 done before, 1 failed, 7 frames",
+        "motes batch retry out --failed",
+    )
+    assert progress.summary("out").startswith(f"4 of {counts}; the same command goes on; {again}")
     progress.written = "jobs.parquet"
-    assert progress.summary("out") == f"{counts}; wrote out/jobs.parquet"
+    assert progress.summary("out").startswith(f"{counts}; wrote out/jobs.parquet; {again}")
 
 
 def test_problems_come_before_anything_starts(

@@ -58,6 +58,8 @@ class BatchProgress:
         if record.status == "done":
             self.done += 1
             self.frames += record.frames
+            if record.error is not None:  # what was strange
+                log(f"[{record.name}] {record.error}")
         else:
             self.failed += 1
             log(f"[{record.name}] failed: {record.error}")
@@ -92,8 +94,9 @@ class BatchProgress:
         parts = [f"{ended}{counted(self.total, 'job')}", f"{self.done} done"]
         parts += [f"{self.kept} done before"] * bool(self.kept)
         parts += [f"{self.failed} failed", counted(self.frames, "frame")]
-        where = f"wrote {out}/{self.written}" if self.written else "the same command goes on"
-        return ", ".join(parts) + f"; {where}"
+        where = [f"wrote {out}/{self.written}" if self.written else "the same command goes on"]
+        where += [f"motes batch retry {out} --failed tries those again"] * bool(self.failed)
+        return "; ".join([", ".join(parts), *where])
 
     def __enter__(self) -> Self:
         self._bar.__enter__()
