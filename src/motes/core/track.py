@@ -26,6 +26,8 @@ DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
 """Columns of standard deviations, in the order of an ellipse."""
 GROUND = ("x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std")
 """Further columns of places in metres and speeds in metres per second."""
+ROUNDING = 1e-12
+"""What is smaller, in metres or metres per second, is an error of rounding."""
 UNKNOWN = np.diag([math.nan] * 5)
 """The covariance of a place of which none is known."""
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from motes.core.frame import Frame
-from motes.core.track import Track
+from motes.core.track import ROUNDING, Track
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
@@ -63,4 +63,4 @@ class ScenePainter:
 
 def speed_label(speed: float) -> str:
     """Return a speed in metres a second as text; a microscope's are small."""
-    return f"{speed:{'.2f' if speed >= 0.1 else '.2g'}} m/s"
+    return f"{speed:{'.2g' if ROUNDING < speed < 0.1 else '.2f'}} m/s"

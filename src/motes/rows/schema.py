@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError
 from motes.core.labels import check_label
 from motes.core.spreadsheet import guarded
-from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Track
+from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, ROUNDING, Track
 
 Form = Literal["csv", "jsonl"]
 FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
@@ -99,7 +99,7 @@ def line(form: Form, columns: Sequence[str], values: Sequence[Any]) -> str:
 
 def _number(name: str, value: float) -> str:
     """Return a number; metres below a centimetre, as of a microscope, have five digits."""
-    small = name in GROUND and 1e-12 < abs(value) < 1e-2  # what is smaller is rounding
+    small = name in GROUND and ROUNDING < abs(value) < 1e-2
     return format(value, ".5g" if small else DIGITS.get(name, "z.5f"))
 
 

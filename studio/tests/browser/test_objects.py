@@ -103,14 +103,18 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
 
 
 def test_a_region_with_nothing_in_it_is_said(shown: Shown, films: Path) -> None:
-    with VideoWriter(films / "wall.mp4", 25) as writer:
+    wall = films / "wall.mp4"
+    with VideoWriter(wall, 25) as writer:
         for index in range(5):
             writer.write(np.full((240, 320, 3), 90, np.uint8), index / 25)
-    shown.page.reload()
-    shown.open("wall.mp4")
-    shown.draw()
-    shown.page.keyboard.press("t")
-    shown.page.get_by_role("alert").get_by_text("looks like what is around it").wait_for()
+    try:
+        shown.page.reload()
+        shown.open(wall.name)
+        shown.draw()
+        shown.page.keyboard.press("t")
+        shown.page.get_by_role("alert").get_by_text("looks like what is around it").wait_for()
+    finally:
+        wall.unlink()  # other tests open the last film
 
 
 def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:

@@ -6,6 +6,8 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
+from motes.core.track import ROUNDING
+
 Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "stays", "leaves"]
 
 
@@ -54,5 +56,5 @@ def _rounded(name: str, value: Any) -> Any:
     """Return a number to three digits after the point; small speeds on the ground have five."""
     if not isinstance(value, float):
         return value
-    small = name == "metres_per_second" and value < 1e-2  # as under a microscope
+    small = name == "metres_per_second" and ROUNDING < value < 1e-2  # as under a microscope
     return float(f"{value:.5g}") if small else round(value, 3)
