@@ -1,4 +1,4 @@
-"""What an overlay and a live picture show of a scene: objects with their past, and totals."""
+"""What an overlay shows of a scene: objects with their past, and totals."""
 
 from __future__ import annotations
 
