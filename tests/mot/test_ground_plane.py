@@ -70,6 +70,7 @@ def test_speeds_in_metres() -> None:
     assert gone.fields()["metres_per_second"] == round(gone.speed / 20, 3)
     tiny = replace(gone, metres_per_second=1.23456789e-6)  # under a microscope
     assert tiny.fields()["metres_per_second"] == 1.2346e-6
+    assert replace(gone, metres_per_second=1e-16).fields()["metres_per_second"] == 0
 
 
 def test_speed_does_not_depend_on_the_distance() -> None:

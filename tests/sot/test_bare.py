@@ -40,6 +40,13 @@ def frame(gray: Floats) -> Frame:
     return Frame(0, 0.0, np.clip(np.rint(gray), 0, 255).astype(np.uint8))
 
 
+def waves(levels: float) -> Floats:
+    """Return the levels of a cloth of waves, the same everywhere."""
+    y, x = np.mgrid[:240, :320]
+    lit: Floats = levels * np.sin(x / 7) * np.sin(y / 5)
+    return lit
+
+
 def stripes() -> Floats:
     """Return an edge that goes through the middle of `BOX`, with nothing on it."""
     return np.where(np.arange(320) < 160, 60.0, 200.0) + wall(1.0, 0.0) - 100
@@ -52,6 +59,8 @@ def stripes() -> Floats:
         pytest.param(wall(), True, id="wall"),
         pytest.param(wall(6.0), True, id="grain"),
         pytest.param(stripes(), True, id="edge"),
+        pytest.param(wall(0.5) + waves(9), True, id="faint cloth"),
+        pytest.param(wall(0.5) + waves(16), False, id="cloth"),
         pytest.param(wall() + blob(10, 30), False, id="faint"),
         pytest.param(wall(0.5) + blob(6, 12), False, id="fainter and smaller"),
         pytest.param(seen(textured(), 200, 200).pixels[..., 0], False, id="texture"),
