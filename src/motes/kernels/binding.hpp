@@ -38,36 +38,27 @@ constexpr char kind() {
     return std::is_signed_v<T> ? 'i' : 'u';
 }
 
-template <typename T>
-std::string type_name() {
-    switch (kind<T>()) {
-        case 'c':
-            return "complex" + std::to_string(8 * sizeof(T));
-        case 'f':
-            return "float" + std::to_string(8 * sizeof(T));
-        case 'i':
-            return "int" + std::to_string(8 * sizeof(T));
-        default:
-            return "uint" + std::to_string(8 * sizeof(T));
-    }
-}
-
-// Returns an array with N axes of a type, with the flags of numpy's that it must have.
-template <typename T, int N>
-PyArrayObject* typed(PyObject* object, int flags) {
-    using Value = std::remove_const_t<T>;
+// Returns an array with axes of a type, with the flags of numpy's that it must have.
+inline PyArrayObject* typed(PyObject* object, int axes, char kind, npy_intp size, int flags) {
     auto* array = reinterpret_cast<PyArrayObject*>(object);
-    if (!std::is_const_v<T>) flags |= NPY_ARRAY_WRITEABLE;
-    const bool fits = PyArray_Check(object) && PyArray_NDIM(array) == N &&
-                      PyArray_DESCR(array)->kind == kind<Value>() &&
-                      PyArray_ITEMSIZE(array) == npy_intp(sizeof(Value)) &&
+    const bool fits = PyArray_Check(object) && PyArray_NDIM(array) == axes &&
+                      PyArray_DESCR(array)->kind == kind && PyArray_ITEMSIZE(array) == size &&
                       PyArray_CHKFLAGS(array, flags | NPY_ARRAY_ALIGNED) &&
                       PyArray_ISNOTSWAPPED(array);
-    if (!fits)
-        throw Refused{std::string("an array of ") + type_name<Value>() + " with " +
-                      std::to_string(N) + (N == 1 ? " axis" : " axes") + " in C order" +
-                      (std::is_const_v<T> ? "" : ", to be written")};
-    return array;
+    if (fits) return array;
+    const char* type = kind == 'c'   ? "complex"
+                       : kind == 'f' ? "float"
+                       : kind == 'i' ? "int"
+                                     : "uint";
+    throw Refused{std::string("an array of ") + type + std::to_string(8 * size) + " with " +
+                  std::to_string(axes) + (axes == 1 ? " axis" : " axes") + " in C order" +
+                  (flags & NPY_ARRAY_WRITEABLE ? ", to be written" : "")};
+}
+
+template <typename T, int N>
+PyArrayObject* typed(PyObject* object, int flags) {
+    if (!std::is_const_v<T>) flags |= NPY_ARRAY_WRITEABLE;
+    return typed(object, N, kind<std::remove_const_t<T>>(), sizeof(T), flags);
 }
 
 // Reads the memory and shape of an array with N axes.
@@ -268,6 +259,22 @@ private:
     PyThreadState* state_;
 };
 
+// Makes a Python error of what was thrown while a kernel of a name was called. It is one function
+// for all kernels, and not a part of each.
+inline PyObject* failed(const char* name, std::size_t place) {
+    try {
+        throw;
+    } catch (const Refused& refused) {
+        PyErr_Clear();
+        return PyErr_Format(PyExc_TypeError, "argument %zu of %s must be %s", place, name,
+                            refused.needed.c_str());
+    } catch (const Misfit& misfit) {
+        return PyErr_Format(PyExc_ValueError, "%s needs %s", name, misfit.needed);
+    } catch (const std::bad_alloc&) {
+        return PyErr_NoMemory();
+    }
+}
+
 // What Python calls for a kernel.
 template <auto kernel, bool unlocked>
 struct Call;
@@ -284,14 +291,8 @@ struct Call<kernel, unlocked> {
         std::size_t place = 0;
         try {
             return run(read(given, place, std::index_sequence_for<Arguments...>()));
-        } catch (const Refused& refused) {
-            PyErr_Clear();
-            return PyErr_Format(PyExc_TypeError, "argument %zu of %s must be %s", place, name,
-                                refused.needed.c_str());
-        } catch (const Misfit& misfit) {
-            return PyErr_Format(PyExc_ValueError, "%s needs %s", name, misfit.needed);
-        } catch (const std::bad_alloc&) {
-            return PyErr_NoMemory();
+        } catch (...) {
+            return failed(name, place);
         }
     }
 
