@@ -537,8 +537,15 @@ def test_a_tracker_of_an_earlier_version(go: Tell) -> None:
         assert (code, said.count("\n")) == (3, 1)
         assert "no key 'turn_sigma'" in said
         assert "delete the key to go on with the tracker of this version" in said
+    assert go("convert rows.csv -o labels.json --to coco")[0] == 0  # it needs no tracker
     path.write_text(whole)
     assert go("check FILM rows.csv")[0] == 0
+    assert go(f"track FILM --init BOX -o plain.csv --overwrite {OPTIONS}")[0] == 0
+    path = Path("plain.csv.run.json")
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"preset": "gone"}))
+    assert go("check FILM plain.csv")[0] == 0
+    _, said = go("refine FILM plain.csv --at 3=BOX -o other.csv --seed 1")
+    assert "plain.csv.run.json: No preset 'gone'" in said
 
 
 def test_a_file_that_is_no_history(go: Tell) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import check_order, refuse
+from motes.cli.input_checks import check_order, error_context, refuse
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.option_groups import (
@@ -26,6 +26,7 @@ from motes.correction.history import History, history_beside, history_path
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import RealUnits
 from motes.rows.schema import text_name
+from motes.sot import presets
 from motes.video.film import Film
 
 
@@ -120,10 +121,11 @@ def corrected_run(
     check_order(source, rows)
     known = history_beside(rows)
     run = known if known is not None and known.places is None else None  # not that of a scene
-    preset = options.preset or (run and run.preset) or "default"
-    tracker = tracker_config(preset, options.config, options.changes or ())
-    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     own = options.given
+    same = None if any(each is not None for each in own.values()) else run
+    if same is not None:
+        same.check_tracker(history_path(rows))
+    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     if known is not None and known.corrections:
         refuse(own, beside(rows))
     plane = units_of(rows, table.metres, known)
@@ -131,9 +133,15 @@ def corrected_run(
     table.check(film)
     if known is not None and known.corrections:
         return table, film.part(known.start, known.end or len(film.times)), known
-    seed = options.seed or 0
-    if run is not None and not any(each is not None for each in own.values()):
-        tracker, seed = run.tracker, run.seed
+    preset = options.preset or (run and run.preset) or "default"
+    if same is not None:
+        tracker, seed = same.tracker, same.seed
+    else:
+        if options.preset is None:
+            with error_context(history_path(rows)):  # which may name a preset that is gone
+                presets.preset(preset)
+        tracker = tracker_config(preset, options.config, options.changes or ())
+        seed = options.seed or 0
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
     mark = first.ellipse if first.ellipse.theta else first.box

@@ -137,8 +137,6 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             history.check_frames()
             checked_seed(history.seed)
             check_rate(history.fps)
-            if history.places is None:
-                history.check_tracker(path)
             history.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
@@ -176,7 +174,10 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             raise ConfigError(f"the frames {self.start}{last} are none")
 
     def check_tracker(self, path: Path) -> None:
-        """Raise an InputError if the tracker has keys of an earlier version."""
+        """Raise an InputError if the tracker has keys of an earlier version.
+
+        Only who goes on with this tracker needs it: its rows can be drawn and converted without.
+        """
         try:
             self.tracker  # noqa: B018
         except ConfigError as error:
