@@ -7,7 +7,6 @@ import csv
 import importlib
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
@@ -103,17 +102,6 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 
 
 # What users get
-
-
-def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
-    line = "track FILM --init BOX --end 5 --preset nummiaro -o "
-    error = go(f"{line}s.csv --set budget.min=31")[2]
-    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
-    assert found
-    least, most, mean = map(int, found.groups())
-    assert 31 <= least < mean < most <= 500
-    same = "--set budget.min=40 --set budget.max=40 --set particles=40"
-    assert "ms a frame, 40 particles; wrote t.csv" in go(f"{line}t.csv {same}")[2]
 
 
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
@@ -328,15 +316,6 @@ def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.Monke
         go("track FILM --init BOX -o r.csv --overwrite")
 
 
-def test_too_little_memory_is_said(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    def greedy(*_: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(Tracker, "init", greedy)
-    code, _, error = go("track FILM --init BOX -o r.csv")
-    assert (code, "use fewer particles" in error) == (2, True)
-
-
 def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
     for index in range(4):
         size = SIZE if index < 3 else (80, 60)
@@ -359,23 +338,6 @@ def test_help_into_a_closed_pipe() -> None:
 
 
 # Interrupted, and resumed
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", ["csv", "jsonl"])
-def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> None:
-    line = f"track FILM --init BOX --preset mean_shift --end 6 -o r.{form}"
-    assert go(line)[0] == 0
-    path = Path(f"r.{form}")
-    whole = path.read_bytes()
-    assert go(f"{line} --resume")[2].rstrip().endswith("(it had all 6 rows already).")
-    for cut in np.random.default_rng(1).integers(0, len(whole), 5).tolist():
-        path.write_bytes(whole[:cut])
-        assert go(f"{line} --resume")[0] == 0
-        assert path.read_bytes() == whole
-    path.unlink()
-    assert go(f"{line} --resume")[0] == 0
-    assert path.read_bytes() == whole
 
 
 def test_another_run_is_not_resumed(go: Go) -> None:
@@ -488,26 +450,6 @@ def test_a_reader_that_leaves_ends_the_run(
 
 
 # What users see
-
-
-@pytest.mark.slow
-def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
-    line = ["track", slow_film, "--init", film[1], "--end", "200", "-o"]
-    ours, theirs = pty.openpty()
-    seen = bytearray()
-    with started([*line, str(tmp_path / "r.csv")], stderr=theirs) as process:
-        os.close(theirs)
-        with contextlib.suppress(OSError):  # at the end of a terminal
-            while chunk := os.read(ours, 4096):
-                seen += chunk
-    os.close(ours)
-    assert process.returncode == 0
-    shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", seen.decode())
-    looks = re.findall(r"(\d+)/200 frames .*?(\d+) frames/s \S+ (\w+) [01]\.\d\d", shown)
-    assert looks
-    assert int(looks[-1][0]) > 50
-    assert looks[-1][2] == "tracking"
-    assert re.search(r"motes: 200 frames, .* wrote \S+r\.csv\.", shown)
 
 
 def test_rows_go_to_a_file_where_standard_output_is_a_terminal(

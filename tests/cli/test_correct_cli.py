@@ -15,7 +15,6 @@ from PIL import Image
 import motes
 from commands import Tell, telling
 from motes.cli import main
-from motes.core.errors import FormatError
 from motes.core.track import COLUMNS, GROUND
 from motes.correction.history import History
 from motes.correction.passes import run_pass
@@ -123,43 +122,11 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert go("refine FILM one.csv --at 2=BOX")[0] == 0
 
 
-def test_one_mark_anywhere_is_tracked_both_ways(go: Tell) -> None:
-    for frame in (12, FRAMES - 1):
-        assert go(f"track FILM --at {frame}=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
-        found = rows("rows.csv")
-        assert len(found) == FRAMES
-        assert [row["frame"] for row in found if row["x_std"] == "0.00000"] == [str(frame)]
-
-
 def test_other_outputs(go: Tell) -> None:
     code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
     assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
     assert Path("d.xml").read_text().count("<box ") >= 2
     assert not Path("d.xml.run.json").exists()
-
-
-@pytest.mark.slow
-def test_metres_and_an_overlay(go: Tell) -> None:
-    line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
-    code, said = go(f"{line} -o m.csv --overlay m.mp4")
-    assert (code, "wrote m.mp4, m.csv" in said) == (0, True), said
-    found = rows("m.csv")
-    assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
-    assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
-    assert found[10]["x_m"] == ""
-    assert go("draw FILM m.csv --masks masks")[0] == 0
-    with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
-        assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
-    # Corrected rows have metres too, and the others stay.
-    before = Path("m.csv").read_text().splitlines()
-    assert go("refine FILM m.csv --at 22=31,25,30,40")[0] == 0
-    after = Path("m.csv").read_text().splitlines()
-    assert after[:22] == before[:22]
-    assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
-    assert go(f"track FILM --init BOX -o plain.csv {OPTIONS} --scale 20")[0] == 0
-    assert go("smooth plain.csv -o s.csv")[0] == 0
-    smoothed, raw = (float(rows(name)[20]["x_m"]) for name in ("s.csv", "plain.csv"))
-    assert smoothed == pytest.approx(raw, abs=0.1)
 
 
 def test_rows_that_are_smooth_already_are_refused(go: Tell) -> None:
@@ -502,6 +469,7 @@ def test_bad_input_is_one_line(
         ("seed", -1, "A seed is a whole number"),
         ("units", {"x": 1}, "contains unknown field `x`"),
         ("config", {}, "it needs the key type; known are particle_filter"),
+        ("config", {"type": "mean_shift", "turn_sigma": 0.1}, "delete the key to go on with"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
         ("form", 9, "of another version of motes"),
     ],
@@ -522,32 +490,6 @@ def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
     assert go(f"track cut.mkv --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert "rows.csv ends at frame 4, and film.mkv at frame 23" in go("check FILM rows.csv")[1]
     assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
-
-
-def test_a_tracker_of_an_earlier_version(go: Tell) -> None:
-    """Without the keys that it had, its rows are corrected by the tracker of this version."""
-    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    path = Path("rows.csv.run.json")
-    whole = path.read_text()
-    made = json.loads(whole)
-    made["config"]["turn_sigma"] = 0.1
-    path.write_text(json.dumps(made))
-    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
-        code, said = go(line)
-        assert (code, said.count("\n")) == (3, 1)
-        assert "no key 'turn_sigma'" in said
-        assert "delete the key to go on with the tracker of this version" in said
-    path.write_text(whole)
-    assert go("check FILM rows.csv")[0] == 0
-
-
-def test_a_file_that_is_no_history(go: Tell) -> None:
-    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    Path("rows.csv.run.json").write_text("{}")
-    assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
-    Path("rows.csv").write_text("frame,time\n0,0\n")
-    with pytest.raises(FormatError, match=r"rows\.csv lacks id, label, x, y, a"):
-        KnownRows(Path("rows.csv"))
 
 
 def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
@@ -597,14 +539,6 @@ def test_rows_that_are_cut_between_two_lines_are_refused(go: Tell) -> None:
         code, said = go(f"smooth {name} -o other.csv")
         assert (code, f"{name} has {len(lines) - 2} lines of {len(lines)}" in said) == (3, True)
         assert not Path("other.csv").exists()
-
-
-def test_what_was_remembered_of_older_rows_goes_with_them(go: Tell) -> None:
-    for name in ("rows.csv", "old.csv"):
-        assert go(f"track FILM --init BOX -o {name} {OPTIONS}")[0] == 0
-    Path("rows.csv.run.json").unlink()
-    assert go("smooth rows.csv -o old.csv --overwrite")[0] == 0
-    assert not Path("old.csv.run.json").exists()
 
 
 def test_rows_need_no_whole_box(go: Tell) -> None:
