@@ -247,28 +247,6 @@ def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) 
     assert not Path("b.jsonl.run.json").exists(), "it was of other rows"
 
 
-@pytest.mark.parametrize("rows", ["a.csv", "a.jsonl"])
-def test_rows_that_end_too_early_are_refused(go: Tell, rows: str) -> None:
-    """Cut between two rows, they look whole: the file beside them knows how many there were."""
-    film(range(6))
-    assert go(f"track film --init 20,10,16,20 --preset nummiaro -o {rows}")[0] == 0
-    assert go(f"convert {rows} b{rows}")[0] == 0
-    for name in (rows, f"b{rows}"):
-        lines = Path(name).read_text().splitlines(keepends=True)
-        assert go(f"convert {name} {name}.txt")[0] == 0
-        Path(name).write_text("".join(lines[:-2]))
-        for line in (f"convert {name} c.txt", f"draw film {name} -o c.mp4"):
-            code, said = go(line)
-            assert (code, said.count("\n")) == (3, 1), said
-            assert f"{name} has {len(lines) - 2} lines of {len(lines)}, by {name}.run.json" in said
-        assert not Path("c.txt").exists()
-        Path(name).write_text("".join([*lines, lines[-1].replace("5,0.2", "6,0.24")]))
-    before = Path(rows).read_text()
-    assert go(f"track film --init 20,10,16,20 --preset nummiaro -o {rows} --end 3 --overwrite")
-    assert len(Path(rows).read_text()) < len(before)
-    assert go(f"convert {rows} d.txt")[0] == 0  # a shorter run in its place
-
-
 def test_what_is_left_out_is_said(go: Tell) -> None:
     assert go("convert two.json labels")[0] == 0
     Path("labels/labels/readme.txt").write_text("of somebody\n")
@@ -290,16 +268,6 @@ def test_what_is_left_out_is_said(go: Tell) -> None:
     only = "<track id='9' label='car'><cuboid frame='0'/></track></annotations>"
     Path("a.xml").write_text(text.replace("</annotations>", only))
     assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
-
-    document = json.loads(Path("two.json").read_text())
-    document["annotations"][0] |= {"iscrowd": 1, "bbox": None}
-    document["annotations"][1] |= {"iscrowd": True}
-    Path("a.json").write_text(json.dumps(document))
-    code, said = go("convert a.json d.jsonl")
-    assert "left out of a.json: 2 annotations of a crowd." in said
-    rows = len(Path("d.jsonl").read_text().splitlines())
-    assert (code, rows) == (0, len(document["annotations"]) - 2)
-    Path("a.json").unlink()
 
     head = '{"motes": "rows 2", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
