@@ -178,17 +178,6 @@ def test_a_damaged_file_of_a_format(go: Go) -> None:
     assert error.startswith("motes: error: bad.boxes is damaged, or not of the format boxes: ")
 
 
-def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
-    Path("hue.toml").write_text('[hue]\n[fusion]\ntype = "fixed"\n[fusion.weights]\nhue = 2.0\n')
-    code, output, error = go(
-        "track FILM --init BOX --preset nummiaro --config hue.toml --dump-config"
-    )
-    assert code == 0, error
-    assert "[hue]\nbins = 24" in output
-    config = configure(preset("nummiaro"), {"hue": {"bins": 7}}, {"hue": None})
-    assert config == preset("nummiaro")
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
