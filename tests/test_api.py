@@ -49,13 +49,6 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_names_are_sorted_and_unique(module: str) -> None:
-    names = MODULES[module].__all__
-    assert names == sorted(set(names))
-    assert set(names) <= set(dir(MODULES[module]))
-
-
 def test_a_name_is_there_and_says_what_it_is() -> None:
     for module, name in NAMES:
         value = getattr(MODULES[module], name)
@@ -64,17 +57,6 @@ def test_a_name_is_there_and_says_what_it_is() -> None:
             own = value.__doc__ or ""
             assert re.match(r".{15,}[.:]\n|.{15,}\.$", own), name
             assert not re.match(r"\w+\(.*\)$", own), f"{name}: made by dataclass or NamedTuple"
-
-
-@pytest.mark.parametrize("module", MODULES)
-def test_the_documentation_has_all_names(module: str) -> None:
-    """The names of `motes` come first, then a section for each of the other modules."""
-    main, *others = re.split(r"^## motes\.", API, flags=re.MULTILINE)
-    text = next((part for part in others if f"motes.{part}".startswith(f"{module}\n")), main)
-    cells = re.findall(r"^\| (`.*?`) \|", text, re.MULTILINE)
-    listed = {name for cell in cells for name in re.findall(r"`(\w+)`", cell)} - {"motes"}
-    assert listed == {name for owner, name in NAMES if owner == module}
-    assert module == "motes" or f"| `{module}` |" in main
 
 
 PRINTED = (
