@@ -77,12 +77,6 @@ def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:
     assert 0 < shown.state("s.rows.get(1).filter(Boolean).length") < FRAMES
 
 
-def test_a_session_that_is_gone_leads_home(shown: Shown) -> None:
-    shown.page.goto(f"{shown.address}#0123456789abcdef")
-    shown.page.get_by_role("alert").locator("span").first.wait_for()
-    shown.page.get_by_role("heading", name="See, correct and trust tracks").wait_for()
-
-
 def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     page = shown.page
     shown.open()
