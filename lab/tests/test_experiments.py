@@ -263,7 +263,14 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
         finally:
             closed.append(True)
 
+    def none() -> Experiment:
+        raise KeyboardInterrupt
+        yield Result({})
+
     results = ResultOptions(out=tmp_path)
+    assert results.show("early", none()) == 130
+    out, error = capfd.readouterr()
+    assert (out, error.count(" s; there are no results yet.\n")) == ("", 1)
     assert results.show("interrupted", steps(KeyboardInterrupt())) == 130
     with pytest.raises(SourceError):
         results.show("failed", steps(SourceError("no more")))
@@ -295,16 +302,3 @@ def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     running = steps()  # held, so that it does not end for want of anybody who knows it
     assert ResultOptions().show("it", running) == 130
     assert ended
-
-
-def test_an_interrupt_before_the_first_step_leaves_nothing(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    def steps(error: BaseException | None) -> Experiment:
-        if error is not None:
-            raise error
-        yield Result({"": TABLE})
-
-    assert ResultOptions(out=tmp_path / "out").show("it", steps(KeyboardInterrupt())) == 130
-    out, error = capfd.readouterr()
-    assert (out, error.count(" s; there are no results yet.\n")) == ("", 1)

@@ -167,23 +167,6 @@ def test_every_figure_has_its_picture(go: Go) -> None:
         assert path.stat().st_size < 200_000, path
 
 
-def test_the_surface_of_two_cues_is_their_mean() -> None:
-    recorder, _ = recorded("maggio", 1)
-    surface = recorder.surface()
-    assert surface is not None
-    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
-    tracker = Tracker(recorder._config, seed=1)
-    tracker.init(frame, truth.ellipse)
-    center = tracker.info.track.ellipse
-    place = np.array([center._replace(x=surface.x[40], y=surface.y[20])])
-    rho = sum(
-        tracker.info.cue_weights[name]
-        * (1 - cue.distances(tracker.info.models[name], frame, place)[0] ** 2)
-        for name, cue in recorder._config.cues.items()
-    )
-    assert surface.rho[20, 40] == pytest.approx(float(rho), abs=1e-6)
-
-
 def test_the_surface_is_rho_at_each_place() -> None:
     recorder, _ = recorded("nummiaro", 1)
     surface = recorder.surface()
@@ -221,28 +204,6 @@ def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
     assert surface is not None
     assert surface.samples.shape == (0, 2)
     assert np.isnan(recorder.series.n_supporting).all()
-
-
-def test_a_folder_that_is_protected_is_refused_before_the_first_frame(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("os.access", lambda *_: False)
-    code, error = go("--figures f/g")
-    assert code == 5
-    assert error.startswith("motes: error: f/g/")
-    assert error.endswith(" cannot be written: no permission; choose another place.\n")
-
-
-@pytest.mark.slow
-def test_nothing_is_overwritten_unasked(go: Go) -> None:
-    Path("f").mkdir()
-    Path("f", FIGURES[0]).write_text("precious")
-    code, error = go("-o new.csv --figures f")
-    assert (code, "exists; choose another" in error, "--overwrite" in error) == (5, True, True)
-    assert not Path("new.csv").exists()
-    assert Path("f", FIGURES[0]).read_text() == "precious"
-    assert go("--end 3 --figures f --overwrite")[0] == 0
-    assert Path("f", FIGURES[0]).stat().st_size > 1000
 
 
 def test_a_folder_in_which_nothing_is_made_is_removed(go: Go) -> None:
