@@ -13,7 +13,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -125,14 +125,6 @@ def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
         assert float(row["confidence"]) == round(track.confidence, 5)
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_does_not(go: Go) -> None:
-    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        assert go(f"track FILM --init BOX -o {name}.jsonl --seed {seed} --end 3")[0] == 0
-    a, b, c = (Path(f"{name}.jsonl").read_bytes() for name in "abc")
-    assert a == b != c
-    assert set(json.loads(a.splitlines()[0])) == set(COLUMNS)
-
-
 def test_standard_output_holds_rows_and_nothing_else(go: Go) -> None:
     code, out, error = go("track FILM --init BOX -o - --end 4")
     assert code == 0
@@ -201,21 +193,6 @@ def test_never_found(go: Go) -> None:
     assert code == 4
     assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
     assert len(table("r.csv")) == 3
-
-
-@pytest.mark.slow
-def test_a_face_is_found_and_followed(go: Go, data: Path) -> None:
-    pytest.importorskip("dlib", reason="faces need dlib")
-    folder = data / "sot" / "FaceOcc1"
-    code, _, _ = go(f"track {folder}/img --detect face --end 8 -o r.csv")
-    assert code == 0
-    truth = [
-        float(v) for v in re.split(r"[,\s]+", (folder / "groundtruth_rect.txt").read_text())[:4]
-    ]
-    last = table("r.csv")[-1]
-    assert last["status"] == "tracking"
-    assert abs(float(last["x"]) - truth[0] - truth[2] / 2) < truth[2] / 2
-    assert abs(float(last["y"]) - truth[1] - truth[3] / 2) < truth[3] / 2
 
 
 # Configuration
@@ -484,22 +461,20 @@ def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (code, "opencv-python 5.0 and opencv-python-headless 5.0" in out) == (0, True)
 
     load = importlib.import_module
+    for missing, expected, said in (
+        ("dlib", 0, "pip install 'motes[faces]'"),
+        ("av", 1, "PROBLEM: no av; install motes anew"),
+        ("scipy", 1, "PROBLEM: no scipy; install motes anew"),
+    ):
 
-    def without(*missing: str) -> Callable[[str], Any]:
-        def load_or_fail(name: str) -> Any:
-            if name in missing:
+        def load_or_fail(name: str, missing: str = missing) -> Any:
+            if name == missing:
                 raise ImportError(f"no {name}")
             return load(name)
 
-        return load_or_fail
-
-    monkeypatch.setattr(importlib, "import_module", without("dlib"))
-    code, out, _ = go("doctor")
-    assert (code, "pip install 'motes[faces]'" in out) == (0, True)
-    for needed in ("av", "scipy"):
-        monkeypatch.setattr(importlib, "import_module", without(needed))
+        monkeypatch.setattr(importlib, "import_module", load_or_fail)
         code, out, _ = go("doctor")
-        assert (code, f"PROBLEM: no {needed}; install motes anew" in out) == (1, True)
+        assert (code, said in out) == (expected, True)
 
 
 # The loop

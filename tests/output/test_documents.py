@@ -97,7 +97,6 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "track FILM --init 60,20,180,130 --preset mean_shift -o a.csv",
         "track FILM --init 5,5,20,20 --init 60,20,180,130 --preset mean_shift -o a.csv",
         "track FILM --at 2=60,20,180,130 --preset mean_shift -o a.csv",
         "refine FILM b.csv --at 2=60,20,180,130",
