@@ -313,20 +313,10 @@ def test_problems_come_before_anything_starts(
     assert not Path("out").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        (f'source,init\n{"a" * 5000},"1,2,9,9"\n', "a.csv cannot be used"),
-        ("source,init\n", "a.csv has no job; add a row"),
-    ],
-    ids=["long name", "titles alone"],
-)
-def test_tables_without_rows_are_refused(
-    home: Path, capsys: pytest.CaptureFixture[str], text: str, error: str
-) -> None:
-    Path("a.csv").write_text(text)
-    assert main(["batch", "a.csv", "-o", "out"]) in (2, 3)
-    assert error in capsys.readouterr().err
+def test_a_table_without_rows_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.csv").write_text("source,init\n")
+    assert main(["batch", "a.csv", "-o", "out"]) == 2
+    assert "a.csv has no job; add a row" in capsys.readouterr().err
     assert not Path("out").exists()
 
 
