@@ -262,6 +262,14 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
         ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4; for the file write ./-dash.mp4"),
         ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
+        (
+            "track FILM --init BOX --init BOX --detect face",
+            2,
+            "--init and --detect contradict each",
+        ),
+        ("track FILM --init BOX --init BOX --figures f", 2, "--figures is for one --init"),
+        ("track FILM --init BOX --init 1,2,-3,4", 2, ".*has no area"),
+        ("track FILM --init BOX -o r.xml --resume", 2, "--resume continues rows; r.xml holds none"),
         ("trak FILM", 2, 'Did you mean "track"'),
     ],
 )

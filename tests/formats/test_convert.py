@@ -332,9 +332,15 @@ def test_a_folder_with_other_files_is_not_replaced(go: Tell) -> None:
         ("convert one.csv det.txt --label car", 2, "mot-detections holds no classes; omit it."),
         ("convert none.csv b.xml", 3, "none.csv cannot be read: No such file"),
         ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
+        ("convert no.rows.jsonl -o a.json", 3, "no.rows.jsonl cannot be read"),
+        ("convert . a.json --size 9x9", 3, "has no labels"),
+        ("convert r.csv -o a.json", 3, "format of r.csv is not clear; name it: csv, jsonl"),
+        ("convert r.csv -o r.csv", 2, "cannot be an output"),
+        ("convert r.csv -o a.mp4 --from csv", 2, "a.mp4 ends in none of .csv, .jsonl"),
     ],
 )
 def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
+    Path("r.csv").write_text("1,2,3\n")
     found, said = go(line)
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
 
