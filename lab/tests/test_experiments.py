@@ -100,9 +100,6 @@ def test_fewer_pixels_are_compared_as_brute_force_does() -> None:
         assert found == pytest.approx(rho, abs=1e-6)  # the arctangent is a polynomial
 
 
-# Pictures and regions
-
-
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder of frames, with its truth."""
@@ -165,9 +162,6 @@ def test_the_known_histogram_is_that_of_the_region() -> None:
     assert result.draw is not None
     (axes,) = result.draw().axes
     assert heights(axes) == pytest.approx(right.tolist(), abs=1e-9)
-
-
-# Files
 
 
 TABLE = Table(

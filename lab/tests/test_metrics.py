@@ -183,9 +183,6 @@ def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
 
 
-# Time
-
-
 def test_wilsons_interval() -> None:
     assert wilson_interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
     assert wilson_interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)

@@ -367,6 +367,3 @@ def test_sequences_are_combined_and_not_averaged() -> None:
     assert evaluation.finished("bad", "mot") == ["long"]
     assert evaluation.mean("bad", "mot", "mota").mean == 1
     assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
-
-
-# Report
