@@ -274,25 +274,29 @@ def test_what_callables_return(
     np.testing.assert_equal(answer.confidence, confidence)
 
 
-GOOD = Track(1, 0.1, REGION, np.eye(5), 0.5, Status.TRACKING, 0.1, 9)
-"""What a tracker may return."""
+def told(region: Ellipse = REGION, confidence: float = 0.5) -> Track:
+    return Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9)
+
+
+NOTHING: list[Any] = [
+    *(3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)),
+    *((1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300)),
+]
+"""What is no region."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "error"),
     [
-        *((value, "update of odd:Odd returned") for value in (
-            3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1),
-            (1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300),
-        )),
-        *((msgspec.structs.replace(GOOD, confidence=value), "confidence is from 0 to 1; got")
-          for value in (1.1, -0.1, np.inf)),
-        (msgspec.structs.replace(GOOD, ellipse=REGION._replace(x=np.nan)), "not finite"),
-        (msgspec.structs.replace(GOOD, ellipse=REGION._replace(a=1e200)), "finite, or too large"),
-        (msgspec.structs.replace(GOOD, ellipse=REGION._replace(a=-1.0)), "no area"),
+        *((value, "update of odd:Odd returned") for value in NOTHING),
+        *((told(confidence=share), "confidence is from 0 to 1; got") for share in (1.1, -0.1)),
+        (told(confidence=np.inf), "confidence is from 0 to 1; got inf"),
+        (told(REGION._replace(x=np.nan)), "not finite"),
+        (told(REGION._replace(a=1e200)), "not finite, or too large"),
+        (told(REGION._replace(a=-1.0)), "no area"),
     ],
-)  # fmt: skip
+)
 def test_what_callables_must_not_return(value: Any, error: str, home: Path) -> None:
     with pytest.raises(ConfigError, match=error):
         _odd(value)

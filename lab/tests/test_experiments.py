@@ -248,6 +248,9 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
 ) -> None:
     closed = []
 
+    def interrupt(_: int) -> Result:
+        raise KeyboardInterrupt
+
     def steps(error: BaseException | None) -> Experiment:
         try:
             yield Result({"": TABLE})
@@ -258,8 +261,7 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
             closed.append(True)
 
     def none() -> Experiment:
-        raise KeyboardInterrupt
-        yield Result({})
+        yield from map(interrupt, [0])
 
     results = ResultOptions(out=tmp_path)
     assert results.show("early", none()) == 130

@@ -167,6 +167,23 @@ def test_every_figure_has_its_picture(go: Go) -> None:
         assert path.stat().st_size < 200_000, path
 
 
+def test_the_surface_of_two_cues_is_their_mean() -> None:
+    recorder, _ = recorded("maggio", 1)
+    surface = recorder.surface()
+    assert surface is not None
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    tracker = Tracker(recorder._config, seed=1)
+    tracker.init(frame, truth.ellipse)
+    center = tracker.info.track.ellipse
+    place = np.array([center._replace(x=surface.x[40], y=surface.y[20])])
+    rho = sum(
+        tracker.info.cue_weights[name]
+        * (1 - cue.distances(tracker.info.models[name], frame, place)[0] ** 2)
+        for name, cue in recorder._config.cues.items()
+    )
+    assert surface.rho[20, 40] == pytest.approx(float(rho), abs=1e-6)
+
+
 def test_the_surface_is_rho_at_each_place() -> None:
     recorder, _ = recorded("nummiaro", 1)
     surface = recorder.surface()
