@@ -193,7 +193,7 @@ def home(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.slow
 def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["batch", "jobs.csv", "-o", "out", "--workers", "2"]) == 0
-    assert "5 jobs, 5 done, 0 failed" in capsys.readouterr().err
+    assert "5 jobs, 5 done, 0 failed, 75 frames" in capsys.readouterr().err
     particles = ["--preset", "nummiaro"]
     box = ["--init", batch_jobs.REGION]
     commands = {
