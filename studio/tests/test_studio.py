@@ -159,6 +159,7 @@ def test_rows_are_those_of_the_command_line(both: Both) -> None:
         assert both.exported(number, form) == both.repeated(number, name, *label), form
     page.do("set_keyframe", object=number, frame=25, region=moved(2))
     page.do("set_absent", object=number, first=30, last=33)
+    assert "make again" in str(page.ask("redo").error)
     page.settle()
     assert both.exported(number) == both.repeated(number, "corrected.csv")
     history = json.loads(both.exported(number, "corrections"))
