@@ -59,6 +59,17 @@ def test_a_name_is_there_and_says_what_it_is() -> None:
             assert not re.match(r"\w+\(.*\)$", own), f"{name}: made by dataclass or NamedTuple"
 
 
+@pytest.mark.parametrize("module", MODULES)
+def test_the_documentation_has_all_names(module: str) -> None:
+    """The names of `motes` come first, then a section for each of the other modules."""
+    main, *others = re.split(r"^## motes\.", API, flags=re.MULTILINE)
+    text = next((part for part in others if f"motes.{part}".startswith(f"{module}\n")), main)
+    cells = re.findall(r"^\| (`.*?`) \|", text, re.MULTILINE)
+    listed = {name for cell in cells for name in re.findall(r"`(\w+)`", cell)} - {"motes"}
+    assert listed == {name for owner, name in NAMES if owner == module}
+    assert module == "motes" or f"| `{module}` |" in main
+
+
 PRINTED = (
     r"Track\(frame=0, .*\n\(300\.0, 200\.0, 340\.0, 260\.0\)\n\{\"frame\": 0, ",
     r"Track\(frame=4, .*status=tracking, .* particles \{'color': ",

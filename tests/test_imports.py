@@ -182,3 +182,19 @@ def test_help_starts_without_what_tracks() -> None:
     loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
     assert not loaded & {"numpy", "av", "scipy", "PIL", "starlette", "motes_fleet"}
     assert not any(name.startswith(("motes.sot", "motes.mot", "motes.video")) for name in loaded)
+
+
+def test_the_door_opens() -> None:
+    for home, names in DOOR.items():
+        module = importlib.import_module(home)
+        assert [name for name in names if not hasattr(module, name)] == []
+
+
+def test_no_name_is_that_of_two_classes() -> None:
+    names = [
+        node.name
+        for path in MODULES.values()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert sorted(names) == sorted(set(names))
