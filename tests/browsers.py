@@ -15,14 +15,13 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
+from waiting import PATIENCE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 FRAMES = 40
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0
-PATIENCE = 600_000
-"""Milliseconds after which something on the page is taken to be missing."""
 START = "import('/static/main.js').then(({ app }) => "
 
 
@@ -65,7 +64,7 @@ class Shown:
         given = {"viewport": {"width": 1280, "height": 720}, **options}
         self.context = browser.new_context(**given)
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        self.context.set_default_timeout(PATIENCE)
+        self.context.set_default_timeout(1000 * PATIENCE)
         self.page: Page = self.context.new_page()
         self.wrong: list[str] = []
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
@@ -109,9 +108,9 @@ class Shown:
             f"if (await ({expression})) return true;"
             "await new Promise(done => setTimeout(done, 20)); } return false; })()"
         )
-        end = time.monotonic() + PATIENCE / 1000
+        end = time.monotonic() + PATIENCE
         while not self.page.evaluate(asked):
-            assert time.monotonic() < end, f"it never was so: {expression}"
+            assert time.monotonic() < end, f"waited {PATIENCE:g} s in vain: {expression}"
 
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
         """Open a film in a new session, with a quick tracker; return the session's name."""

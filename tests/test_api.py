@@ -49,13 +49,6 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_names_are_sorted_and_unique(module: str) -> None:
-    names = MODULES[module].__all__
-    assert names == sorted(set(names))
-    assert set(names) <= set(dir(MODULES[module]))
-
-
 def test_a_name_is_there_and_says_what_it_is() -> None:
     for module, name in NAMES:
         value = getattr(MODULES[module], name)

@@ -102,12 +102,6 @@ def test_programs_come_through_the_door() -> None:
                 assert last in DOOR.get(home, ()), f"{path} imports {name}"
 
 
-def test_the_door_opens() -> None:
-    for home, names in DOOR.items():
-        module = importlib.import_module(home)
-        assert [name for name in names if not hasattr(module, name)] == []
-
-
 def test_the_documentation_lists_the_door() -> None:
     doors = script("docs/generate/doors.py")
     assert doors.table() in doors.PAGE.read_text(encoding="utf-8")
@@ -188,6 +182,12 @@ def test_help_starts_without_what_tracks() -> None:
     loaded = modules_after("from motes.cli import main\nassert main(['--help']) == 0")
     assert not loaded & {"numpy", "av", "scipy", "PIL", "starlette", "motes_fleet"}
     assert not any(name.startswith(("motes.sot", "motes.mot", "motes.video")) for name in loaded)
+
+
+def test_the_door_opens() -> None:
+    for home, names in DOOR.items():
+        module = importlib.import_module(home)
+        assert [name for name in names if not hasattr(module, name)] == []
 
 
 def test_no_name_is_that_of_two_classes() -> None:

@@ -178,34 +178,6 @@ def test_a_damaged_file_of_a_format(go: Go) -> None:
     assert error.startswith("motes: error: bad.boxes is damaged, or not of the format boxes: ")
 
 
-def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
-    Path("hue.toml").write_text('[hue]\n[fusion]\ntype = "fixed"\n[fusion.weights]\nhue = 2.0\n')
-    code, output, error = go(
-        "track FILM --init BOX --preset nummiaro --config hue.toml --dump-config"
-    )
-    assert code == 0, error
-    assert "[hue]\nbins = 24" in output
-    config = configure(preset("nummiaro"), {"hue": {"bins": 7}}, {"hue": None})
-    assert config == preset("nummiaro")
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--set hue.bin=12", "Config has no key 'hue.bin'; did you mean 'bins'?"),
-        ("--set hue.bins=1", "Config hue.bins: got 1; it takes integer, 2 to 360."),
-        ("--set heu.bins=12", "Config has no key 'heu'; did you mean 'hue'?"),
-        ("--set motion.type=dirft", "autoregressive, drift."),
-        ("--set motion.type=drift --set motion.flwo=1", "'motion.flwo'; did you mean 'flow'?"),
-    ],
-)
-def test_mistakes_are_named(options: str, message: str, go: Go) -> None:
-    code, _, error = go(f"track FILM --init BOX --preset nummiaro {options} --dump-config")
-    assert code == 2
-    assert message in error
-    assert error.count("\n") == 1
-
-
 def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
     changes = {
         "hue": {"bins": 12},

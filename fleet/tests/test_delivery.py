@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from brokers import Broker, Listener, SlowBroker
-from motes import ConfigError, FormatError
+from motes import FormatError
 from motes_fleet.delivery import delivery, mqtt, webhook
 from motes_fleet.delivery.delivery import Delivery, DeliveryError
 from motes_fleet.delivery.event_queue import MessageQueue
-from motes_fleet.delivery.mqtt import Mqtt, topic_of
+from motes_fleet.delivery.mqtt import Mqtt
 from motes_fleet.delivery.webhook import Webhook
 from waiting import wait_until
 
@@ -312,18 +312,3 @@ def test_a_silent_broker_does_not_hold_up_the_end(
         assert queue.waiting() == {receiver.name: 1}
     broker.close()
     wait_until(lambda: threading.active_count() <= threads)
-
-
-@pytest.mark.parametrize(
-    ("address", "what"),
-    [
-        ("mqtt://host", "lacks a host or a topic"),
-        ("mqtt:///topic", "lacks a host or a topic"),
-        ("mqtt://host/a/%23", "is a pattern"),
-        ("mqtt://host/a/#", "is a pattern"),
-        ("mqtt://host:99999/a", "is no address"),
-    ],
-)
-def test_addresses_of_mqtt_that_make_no_sense(address: str, what: str) -> None:
-    with pytest.raises(ConfigError, match=what):
-        topic_of(address)

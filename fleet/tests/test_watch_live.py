@@ -111,6 +111,8 @@ def test_what_waits_is_reported(
         ("--queue q", "--queue is for events that are sent"),
         ("--events https://h/a --events https://h/a", "are the same"),
         ("--events mqtt:h/t", "--events mqtt:h/t: such addresses are not known"),
+        ("--events mqtt://h", "lacks a host or a topic"),
+        ("--events mqtt://h/a/%23", "is a pattern"),
         ("--events http:///a", "has no host"),
         ("--events http://a:99999/c", "is no address: Port out of range"),
         ("--events http://me:secret@[::1/c", "error: [::1/c is no address"),

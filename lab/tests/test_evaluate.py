@@ -7,6 +7,7 @@ import pickle
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,6 @@ from motes import (
     preset,
 )
 from motes.core import to_toml
-from motes_fleet.cluster.local_pool import LocalPool
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
@@ -41,16 +41,9 @@ from motes_lab.inputs import lines
 from motes_lab.protocols.sot import Start, TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
-from motes_lab.runner import Job, JobEvent, Pass, plan, run, unfinished
-from waiting import wait_until
+from motes_lab.runner import plan, run, unfinished
 
 # Protocols
-
-
-def steps_of(jobs: list[Job], out: Path, workers: int, seconds: float) -> list[JobEvent]:
-    """Run jobs in processes of this machine, to the end."""
-    with LocalPool(workers) as pool:
-        return list(run(pool, jobs, out, seconds))
 
 
 def sequence(boxes: list[list[float]], name: str = "film", source: str | Path = "none") -> Sequence:
@@ -269,7 +262,6 @@ REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
         ((False, None), None, np.nan, True),
         ((False, (0, 0, 0, 0)), None, np.nan, True),
         (Track(1, 0.1, REGION, np.eye(5), 0.7, Status.TRACKING, 0.1, 9), REGION, 0.7, False),
-        (Track(1, 0.1, REGION, np.eye(5), 0.2, Status.LOST, 0.1, 9), REGION, 0.2, True),
         (Track(1, 0.1, REGION, np.eye(5), 0.2, Status.SEARCHING, 0.1, 9), REGION, 0.2, True),
     ],
 )
@@ -282,43 +274,38 @@ def test_what_callables_return(
     np.testing.assert_equal(answer.confidence, confidence)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "value",
-    [
-        *(3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)),
-        *((1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300)),
-    ],
-)
-def test_what_callables_must_not_return(value: Any, home: Path) -> None:
-    with pytest.raises(ConfigError, match="update of odd:Odd returned"):
-        _odd(value)
+def told(region: Ellipse = REGION, confidence: float = 0.5) -> Track:
+    return Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9)
+
+
+NOTHING: list[Any] = [
+    *(3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)),
+    *((1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300)),
+]
+"""What is no region."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("region", "confidence", "error"),
+    ("value", "error"),
     [
-        (REGION, 1.1, "confidence is from 0 to 1; got 1.1"),
-        (REGION, -0.1, "confidence"),
-        (REGION, np.inf, "confidence"),
-        (REGION._replace(x=np.nan), 0.5, "not finite"),
-        (REGION._replace(a=1e200), 0.5, "not finite, or too large"),
-        (REGION._replace(a=-1.0), 0.5, "no area"),
+        *((value, "update of odd:Odd returned") for value in NOTHING),
+        *((told(confidence=share), "confidence is from 0 to 1; got") for share in (1.1, -0.1)),
+        (told(confidence=np.inf), "confidence is from 0 to 1; got inf"),
+        (told(REGION._replace(x=np.nan)), "not finite"),
+        (told(REGION._replace(a=1e200)), "not finite, or too large"),
+        (told(REGION._replace(a=-1.0)), "no area"),
     ],
 )
-def test_tracks_that_make_no_sense(
-    region: Ellipse, confidence: float, error: str, home: Path
-) -> None:
+def test_what_callables_must_not_return(value: Any, error: str, home: Path) -> None:
     with pytest.raises(ConfigError, match=error):
-        _odd(Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9))
+        _odd(value)
 
 
 ODD = """
 class Odd:
     def init(self, image, box): pass
     def update(self, image): return self.value
-def mute(): return 3
 """
 
 
@@ -478,70 +465,45 @@ def test_resuming_something_else_is_refused(
         prepare(out, now, resume=True)
 
 
-@pytest.fixture(scope="module")
-def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, dict[Pass, str]]]:
-    """Return what is left of a run in which much goes wrong, and the errors of each job."""
-    home = tmp_path_factory.mktemp("bad")
-    arena.write_sequence(home / "data" / "a", arena.still())
-    (home / "mine.py").write_text(arena.TRACKERS)
-    with VideoWriter(home / "film.mkv", 25) as writer:
+FAILURES = {
+    "mine:Dies on a": "It died.",
+    "mine:Raises on a": "^At frame 7: ValueError: no more of this$",
+    "mine:Exits on a": "At frame 7: SystemExit: 3",
+    "mine:Interrupts on a": "At frame 7: KeyboardInterrupt$",
+    "mine:Still on video-19": "has more frames than its truth, which has 19",
+    "mine:Still on video-21": "has 20 frames, but its truth has 21",
+}
+"""What goes wrong in a run, and the reasons that are given; `Dies` ends its process."""
+
+
+def test_failures_have_their_reasons(tmp_path: Path) -> None:
+    arena.write_sequence(tmp_path / "data" / "a", arena.still())
+    (tmp_path / "mine.py").write_text(arena.TRACKERS)
+    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
         for frame, _ in arena.still():
             writer.write(frame.pixels)
-    with at_home(home, "mine"):
-        names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
-        entries, problems = resolve(f"mine:{name}" for name in names)
-        assert not problems
-        sequences, _ = load_dataset(home / "data")
+    with at_home(tmp_path, "mine"):
+        entries, _ = resolve(f"mine:{name}" for name in ("Raises", "Exits", "Interrupts", "Seeded"))
+        still, dies = resolve(["mine:Still"])[0], [replace(entries[-1], name="mine:Dies")]
+        sequences, _ = load_dataset(tmp_path / "data")
         row = sequences[0].boxes[0].tolist()
         films = [
-            sequence([row] * rows, f"video-{rows}", home / "film.mkv")
-            for rows in (arena.FRAMES - 1, arena.FRAMES, arena.FRAMES + 1)
+            sequence([row] * rows, f"video-{rows}", tmp_path / "film.mkv") for rows in (19, 20, 21)
         ]
-        jobs, _ = plan(entries, sequences, ["ope"], 3)
-        jobs += plan(resolve(["mine:Still"])[0], films, ["ope"], 1)[0]
-        # Only what hangs has little time: on a busy machine the others may take long.
-        limits = {job.name: 6.0 if "angs" in job.name else 600.0 for job in jobs}
-        steps = [
-            step
-            for limit in (6.0, 600.0)
-            for step in steps_of(
-                [job for job in jobs if limits[job.name] == limit], home / "out", 2, limit
-            )
-        ]
-    begun = [step.job.name for step in steps if step.errors is None]
+        jobs = plan([*entries, *still], sequences, ["ope"], 3)[0]
+        jobs += plan(still, films, ["ope"], 1)[0]
+        jobs += plan(dies, sequences, ["ope"], 1)[0]
+        pool = InProcess(["mine:Dies on a, ope"] * 9)
+        steps = [*run(pool, jobs, tmp_path / "out", 600)]
+    assert sorted(step.job.name for step in steps if step.errors is None) == sorted(pool.done)
     ended = {step.job.name: step.errors for step in steps if step.errors is not None}
-    assert sorted(begun) == sorted(ended) == sorted(job.name for job in jobs)
-    return home / "out", ended
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("job", "error"),
-    [
-        ("mine:Hangs on a", "took longer than the 6 s"),
-        ("mine:Dies on a", "process ended with exit code 7"),
-        ("mine:Raises on a", "^At frame 7: ValueError: no more of this$"),
-        ("mine:Exits on a", "At frame 7: SystemExit: 3"),
-        ("mine:Interrupts on a", "At frame 7: KeyboardInterrupt$"),
-        ("mine:Still on video-19", "has more frames than its truth, which has 19"),
-        ("mine:Still on video-21", "has 20 frames, but its truth has 21"),
-    ],
-)
-def test_failures_have_their_reasons(
-    job: str, error: str, bad_day: tuple[Path, dict[str, dict[Pass, str]]]
-) -> None:
-    out, errors = bad_day
-    found = errors[f"{job}, ope"]
-    assert len(found) == 1
-    for item, text in found.items():
-        assert re.search(error, text), text
-        assert not item.path(out).exists()
-
-
-@pytest.mark.slow
-def test_what_hangs_is_ended(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
-    out, _ = bad_day
-    wait_until(lambda: arena.all_gone(out.parent / "processes"))
+    assert sorted(ended) == sorted(job.name for job in jobs)
+    failed = {name.removesuffix(", ope"): errors for name, errors in ended.items() if errors}
+    assert failed.keys() == FAILURES.keys()
+    for name, errors in failed.items():
+        ((item, text),) = errors.items()
+        assert re.search(FAILURES[name], text), text
+        assert not item.path(tmp_path / "out").exists() or name == "mine:Dies on a"
 
 
 @pytest.mark.slow

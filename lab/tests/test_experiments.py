@@ -100,9 +100,6 @@ def test_fewer_pixels_are_compared_as_brute_force_does() -> None:
         assert found == pytest.approx(rho, abs=1e-6)  # the arctangent is a polynomial
 
 
-# Pictures and regions
-
-
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder of frames, with its truth."""
@@ -165,9 +162,6 @@ def test_the_known_histogram_is_that_of_the_region() -> None:
     assert result.draw is not None
     (axes,) = result.draw().axes
     assert heights(axes) == pytest.approx(right.tolist(), abs=1e-9)
-
-
-# Files
 
 
 TABLE = Table(
@@ -254,6 +248,9 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
 ) -> None:
     closed = []
 
+    def interrupt(_: int) -> Result:
+        raise KeyboardInterrupt
+
     def steps(error: BaseException | None) -> Experiment:
         try:
             yield Result({"": TABLE})
@@ -263,7 +260,13 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
         finally:
             closed.append(True)
 
+    def none() -> Experiment:
+        yield from map(interrupt, [0])
+
     results = ResultOptions(out=tmp_path)
+    assert results.show("early", none()) == 130
+    out, error = capfd.readouterr()
+    assert (out, error.count(" s; there are no results yet.\n")) == ("", 1)
     assert results.show("interrupted", steps(KeyboardInterrupt())) == 130
     with pytest.raises(SourceError):
         results.show("failed", steps(SourceError("no more")))
@@ -295,16 +298,3 @@ def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     running = steps()  # held, so that it does not end for want of anybody who knows it
     assert ResultOptions().show("it", running) == 130
     assert ended
-
-
-def test_an_interrupt_before_the_first_step_leaves_nothing(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    def steps(error: BaseException | None) -> Experiment:
-        if error is not None:
-            raise error
-        yield Result({"": TABLE})
-
-    assert ResultOptions(out=tmp_path / "out").show("it", steps(KeyboardInterrupt())) == 130
-    out, error = capfd.readouterr()
-    assert (out, error.count(" s; there are no results yet.\n")) == ("", 1)

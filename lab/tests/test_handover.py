@@ -47,7 +47,7 @@ def test_a_share_has_its_interval_and_none_of_nothing() -> None:
 @pytest.fixture(name="moments", scope="module")
 def _moments() -> list[Moment]:
     """Return the frames in which one walks to the right through a picture of 400x120."""
-    x = 3.0 * (np.arange(130) - 10)
+    x = 6.0 * (np.arange(65) - 5)
     states = np.stack(np.broadcast_arrays(x, 60.0, 17.0, 12.0, 0.0), axis=1)
     moments = []
     for frame, (truth,) in Clip((400, 120), (Target(states),), seed=6):

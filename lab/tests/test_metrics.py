@@ -118,12 +118,6 @@ def test_od_against_a_pixel_count() -> None:
     assert found == pytest.approx(np.array(counted), abs=0.01)
 
 
-ellipses = st.tuples(
-    *(st.floats(-50, 50), st.floats(-50, 50)), *(st.floats(2, 40), st.floats(2, 40)),
-    st.floats(-4, 4),
-)  # fmt: skip
-
-
 def test_od_of_what_is_no_ellipse() -> None:
     good, nan = [5, 5, 4, 2, 0], [np.nan] * 5
     rows = np.array([nan, [5, 5, 0, 2, 0], [5, 5, np.inf, 2, 0], good, nan])
@@ -187,9 +181,6 @@ def test_difference_properties(pairs: list[tuple[float, float]]) -> None:
     assert found == paired_difference(ours, theirs)
     mirrored = paired_difference(theirs, ours)
     assert (-mirrored.mean, -mirrored.high, -mirrored.low) == pytest.approx(found, abs=1e-9)
-
-
-# Time
 
 
 def test_wilsons_interval() -> None:

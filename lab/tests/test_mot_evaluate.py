@@ -150,23 +150,6 @@ def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
     assert followed(crowd, "many:Seeded", "many:Corner", seed=5).rows.boxes[0, 0] == 6
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [
-        ("backgrond", "There is no detector backgrond; give background, MODULE:NAME or an "),
-        ("many:Missing", "The detector many:Missing: It cannot be imported: AttributeError"),
-        (
-            "mani:Corner",
-            "The detector mani:Corner: There is neither such a name here nor a module m",
-        ),
-    ],
-)
-def test_unknown_detectors(home: Path, name: str, error: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        with_detector([mot_tracker_spec("many:Echo")], name)
-    assert str(caught.value).startswith(error)
-
-
 def test_results_are_taken_as_they_are(crowd: MotSequence, home: Path) -> None:
     (home / "r").mkdir()
     (home / "r" / "film.txt").write_text("3,7,0.1,2.7,3,0,-5,-1,-1,-1\n1,9,1,2,3,4,1,-1,-1,-1\n")
@@ -384,6 +367,3 @@ def test_sequences_are_combined_and_not_averaged() -> None:
     assert evaluation.finished("bad", "mot") == ["long"]
     assert evaluation.mean("bad", "mot", "mota").mean == 1
     assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
-
-
-# Report

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from evaluations import pictures
-from motes import FormatError, SourceError, VideoWriter, open_source
+from motes import SourceError, VideoWriter, open_source
 from motes.synthetic import still
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import Kind, MotRows, read_rows
@@ -56,40 +56,6 @@ def test_classes_are_where_the_truth_has_them(tmp_path: Path, more: str) -> None
     assert read(tmp_path, f"{line}{more}\n", "results").classes.tolist() == [-1]
     if more.count(",") > 1:
         assert read(tmp_path, f"{line}{more}\n").classes.tolist() == [-1]
-
-
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        ("1,1,5,6,20,30\n", "line 1: 6 numbers, but a line has 7 to 10: frame, id, x"),
-        ("1,1,5,6,20,30,1\n1,2,5,6,20,thirty,1\n", "line 2: 'thirty' is not a number"),
-        ("1.5,1,5,6,20,30,1\n", "line 1: frame and id are whole numbers, not 1.5, 1"),
-        ("0,1,5,6,20,30,1\n", "line 1: there is no frame 0; the video has the frames 1 to 9"),
-        (
-            "1,1,5,6,20,30,1\n\n1,1,5,6,20,30,1\n",
-            "line 3: frame 1 already has the identity 1, in line 1",
-        ),
-        (
-            "1,1,5,6,20,30,1\n2,1,5,6,20,30,1,7,1\n",
-            "line 2: 9 fields, and the lines before it have 7",
-        ),
-        ("1,1,5,6,20,30,1,0\n", "line 1: 0 is not a class; classes count from 1"),
-        ("1,1,1,2,0,4,1,1,1\n", "line 1: an object of 0x4 pixels has no area"),
-    ],
-)
-def test_bad_rows(tmp_path: Path, text: str, error: str) -> None:
-    with pytest.raises(FormatError) as caught:
-        read(tmp_path, text)
-    assert str(caught.value).startswith(f"gt/gt.txt, {error}")
-
-
-def test_detections(tmp_path: Path) -> None:
-    """They have no identity, and an area."""
-    two = "1,-1,5,6,20,30,0.5\n" * 2
-    assert len(read(tmp_path, two, "detections").ids) == 2
-    with pytest.raises(FormatError, match="line 1: a detection of 0x30 pixels has no area"):
-        read(tmp_path, "1,-1,5,6,0,30,0.5", "detections")
-    assert len(read(tmp_path, "1,-1,5,6,0,30,0.5\n", "results").ids) == 1
 
 
 # Datasets
@@ -186,15 +152,3 @@ def test_bad_sequences(tmp_path: Path, path: str, text: str | None, error: str) 
     assert crowds == []
     assert problems[0].what.startswith(error)
     assert "\n" not in problems[0].what
-
-
-def test_real_sequences(data: Path) -> None:
-    crowds, problems = load_mot_dataset(data / "mot")
-    assert problems == []
-    found = {crowd.name: (crowd.frames, crowd.rate, len(crowd.truth.ids)) for crowd in crowds}
-    assert found == {
-        "PETS09-S2L1-first200": (200, 7, 1223),
-        "TUD-Campus": (71, 25, 359),
-        "TUD-Stadtmitte": (179, 25, 1156),
-    }
-    assert [len(crowd.detections.ids) for crowd in crowds if crowd.detections] == [1433, 322, 1129]

@@ -223,28 +223,6 @@ def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
     assert np.isnan(recorder.series.n_supporting).all()
 
 
-def test_a_folder_that_is_protected_is_refused_before_the_first_frame(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("os.access", lambda *_: False)
-    code, error = go("--figures f/g")
-    assert code == 5
-    assert error.startswith("motes: error: f/g/")
-    assert error.endswith(" cannot be written: no permission; choose another place.\n")
-
-
-@pytest.mark.slow
-def test_nothing_is_overwritten_unasked(go: Go) -> None:
-    Path("f").mkdir()
-    Path("f", FIGURES[0]).write_text("precious")
-    code, error = go("-o new.csv --figures f")
-    assert (code, "exists; choose another" in error, "--overwrite" in error) == (5, True, True)
-    assert not Path("new.csv").exists()
-    assert Path("f", FIGURES[0]).read_text() == "precious"
-    assert go("--end 3 --figures f --overwrite")[0] == 0
-    assert Path("f", FIGURES[0]).stat().st_size > 1000
-
-
 def test_a_folder_in_which_nothing_is_made_is_removed(go: Go) -> None:
     Path("rows.csv").touch()
     for folder in ("new", "new/deep"):

@@ -23,12 +23,13 @@ from websockets.sync.client import ClientConnection, connect
 
 from motes import VideoWriter
 from motes.synthetic import still
+from motes_studio import film_worker
 from motes_studio.messages import Item, Message, Progress, Reply, Rows, State, WholeSession
 from motes_studio.safety import Guard, Limits
 from motes_studio.serve import listening, settings
 from motes_studio.server import AGAIN, app
 from motes_studio.studio import Studio
-from waiting import PATIENCE
+from waiting import PATIENCE, source
 
 FRAMES = 40
 BOX = (30.0, 25.0, 30.0, 40.0)
@@ -45,11 +46,22 @@ def film(path: Path, frames: int = FRAMES) -> Path:
     return path
 
 
+PROGRAM = """
+import sys
+from motes.cli import main
+from motes_studio import film_worker
+
+film_worker.NICENESS = 0
+sys.exit(main())
+"""
+"""motes whose workers do not wait for other processes: tests wait for them."""
+
+
 class Program:
     """`motes studio` in a process of its own, which ends with a `with`."""
 
     def __init__(self, folder: Path, data: Path, port: int = 0) -> None:
-        command = [sys.executable, "-m", "motes", "studio", str(folder), "--port", str(port)]
+        command = [sys.executable, "-c", PROGRAM, "studio", str(folder), "--port", str(port)]
         self.process = subprocess.Popen(
             [*command, "--data", str(data), "--headless"], stderr=subprocess.PIPE, text=True
         )
@@ -92,8 +104,8 @@ def running(
 ) -> Iterator[httpx.Client]:
     """Run a studio in a thread, and give a client of it.
 
-    By default a worker may be silent for long: it runs in the background, and where other processes
-    are busy, it imports for a minute what it needs, before its first sign of life.
+    By default a worker may be silent for long: where other processes are busy, it imports for a
+    minute what it needs, before its first sign of life.
     """
     opened = listening("127.0.0.1", 0)
     port = opened.getsockname()[1]
@@ -104,7 +116,11 @@ def running(
     thread = threading.Thread(target=server.run, args=([opened],))
     thread.start()
     try:
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
+        with (
+            pytest.MonkeyPatch.context() as patch,
+            httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client,
+        ):
+            patch.setattr(film_worker, "NICENESS", 0)
             yield client
     finally:
         server.should_exit = True
@@ -138,9 +154,11 @@ class Page:
         """Receive until something is so; fail if it never is."""
         end = time.monotonic() + PATIENCE
         while not done():
-            left = end - time.monotonic()
-            assert left > 0, f"nothing came; the last: {self.messages[-3:]}"
-            self._take(self._socket.recv(timeout=left))
+            try:
+                self._take(self._socket.recv(timeout=max(0.0, end - time.monotonic())))
+            except TimeoutError:
+                seen = f"the last: {self.messages[-3:]}"
+                raise AssertionError(f"waited in vain: {source(done)}; {seen}") from None
 
     def until_left(self) -> None:
         """Receive until the server lets the page come again."""

@@ -91,14 +91,6 @@ def test_the_page_shows_all_films_and_every_frame_of_the_status(folder: Path) ->
     assert "$" not in page.replace("${", "")
 
 
-@pytest.mark.slow
-def test_it_overwrites_only_on_demand(folder: Path) -> None:
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    with pytest.raises(FormatError, match="--overwrite"):
-        demo(out=folder, frames=FRAMES)
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-
-
 def test_any_file_there_is_enough_to_refuse_before_any_work(tmp_path: Path) -> None:
     for name in FILES:
         path = tmp_path / name

@@ -78,21 +78,6 @@ def test_rows_of_one_object_are_those_of_a_target(go: Tell) -> None:
     assert go("draw film.mkv boxes.csv --masks masks")[0] == 0
 
 
-@pytest.mark.slow
-def test_figures_have_the_units_that_the_rows_remember(go: Tell) -> None:
-    assert go(f"{TRACK} -o rows.csv --scale 10")[0] == 0
-    code, said = go("draw film.mkv rows.csv --figures figures")
-    assert (code, "figures/rows.speed.pdf" in said) == (0, True)
-    assert sorted(path.name for path in Path("figures").iterdir()) == [
-        "rows.path.pdf", "rows.size.pdf", "rows.speed.pdf",
-    ]  # fmt: skip
-    for path in Path("figures").iterdir():
-        assert path.read_bytes().startswith(b"%PDF")
-        assert b"CreationDate" not in path.read_bytes()
-    assert go("draw film.mkv rows.csv --figures figures")[0] == 5
-    assert go("draw film.mkv rows.csv --scale 3 --figures f")[0] == 2
-
-
 def test_speeds_are_those_of_the_file_or_of_the_units(
     go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:

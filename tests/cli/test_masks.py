@@ -97,17 +97,6 @@ def test_masks_are_made_of_a_document_and_of_ellipses(go: Tell) -> None:
     assert (code, "masks is only written" in said) == (2, True), said
 
 
-def test_a_folder_is_replaced_as_a_whole_or_not_at_all(go: Tell) -> None:
-    draw = f"{DRAW} masks --overwrite"
-    Path("masks").mkdir()
-    Path("masks/old.png").touch()
-    assert go(draw)[0] == 0
-    assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
-    Path("masks/notes.txt").touch()
-    code, said = go(draw)
-    assert (code, "masks would be replaced, but holds notes.txt" in said) == (5, True), said
-
-
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -54,27 +53,6 @@ def test_it_sets_the_files_of_the_network(tmp_path: Path) -> None:
 def test_what_cannot_be_meant_is_refused(given: str, settings: Any, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         with_network(settings, "any", given)
-
-
-def test_a_preset_without_a_network_refuses_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "rows.csv"
-    words = ["track", "none.mp4", "--preset", "nummiaro", "--network", "a.onnx", "-o", str(out)]
-    assert main(words) != 0
-    assert "Preset nummiaro takes no network" in capsys.readouterr().err
-    assert not out.exists()
-
-
-def test_files_are_opened_before_the_film(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    config = SimpleNamespace(network=Network(("none.onnx",)))
-    monkeypatch.setattr("motes.cli.track.tracker_config", lambda *_: config)
-    out = tmp_path / "rows.csv"
-    assert main(["track", "none.mp4", "--init", "1,1,9,9", "-o", str(out)]) != 0
-    assert "There is no file none.onnx" in capsys.readouterr().err
-    assert not out.exists()
 
 
 def pair_with(folder: Path, kind: str) -> str:

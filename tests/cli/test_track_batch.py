@@ -76,19 +76,3 @@ def test_documents(go: Go, boxes: str) -> None:
         == sum(box.get("outside") == "0" for track in tracks for box in track)
     )
     np.testing.assert_allclose(rows[0, :6], [1, 1, *np.add(BOXES[0], (1, 1, 0, 0))], atol=6e-3)
-
-
-@pytest.mark.parametrize(
-    ("line", "code", "said"),
-    [
-        (f"FILM {TWO} --detect face", 2, "--init and --detect contradict each other"),
-        (f"FILM {TWO} --figures f", 2, "for one --init"),
-        (f"FILM {TWO} --init 1,2,-3,4 -o r.csv", 2, "has no area"),
-        ("FILM --init 1,2,3,4 -o r.xml --resume", 2, "--resume continues rows; r.xml holds none"),
-    ],
-)
-def test_errors_are_one_line_and_leave_nothing(go: Go, line: str, code: int, said: str) -> None:
-    found, out, error = go(line)
-    assert (found, out, said in error) == (code, "", True), error
-    assert error.splitlines()[-1].startswith("motes: error: ")
-    assert list(Path().iterdir()) == []

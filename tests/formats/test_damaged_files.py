@@ -506,3 +506,11 @@ def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:
         file.write('{"frame": 0, "more": ' + "[" * 100_000 + "\n")
     with pytest.raises(SourceError, match="is damaged in line 2"):
         registry.read(path, "journal", FilmFacts())
+
+
+def test_a_journal_of_another_version_is_said_to_be_one() -> None:
+    Path("old.rows.jsonl").write_text(
+        '{"motes":"rows 1","source":"film.mp4","width":9,"height":9,"label":"object"}\n'
+    )
+    with pytest.raises(SourceError, match="the rows of a document of this version of motes"):
+        registry.read(Path("old.rows.jsonl"), "journal", FilmFacts())

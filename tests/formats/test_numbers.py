@@ -18,9 +18,9 @@ import pytest
 from PIL import Image
 
 from crowds import trackeval
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status
-from motes.formats import registry
+from motes.formats import registry, runs
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
@@ -253,6 +253,40 @@ def test_three_tools_read_coco(images: Path, tmp_path: Path) -> None:
         for frame, each in datumaro(tmp_path, "coco_instances")
     }
     same(boxes, known)
+
+
+def test_cocos_own_tool_reads_masks() -> None:
+    """Their runs and ours are the same text, and the same pixels."""
+    tool = pytest.importorskip("pycocotools.mask", reason="pycocotools is not installed")
+    rng = np.random.default_rng(0)
+    for shape in ((1, 1), (7, 5), (48, 64), (300, 2)):
+        for share in (0.0, 0.03, 0.5, 1.0):
+            mask = rng.random(shape) < share
+            theirs = tool.encode(np.asfortranarray(mask.astype(np.uint8)))["counts"].decode()
+            assert runs.encode(mask) == theirs
+            assert (runs.decode(theirs, *shape) == mask).all()
+    big = np.zeros((1080, 1920), bool)
+    big[200:900, 300:1700] = True
+    assert (
+        runs.encode(big) == tool.encode(np.asfortranarray(big.astype(np.uint8)))["counts"].decode()
+    )
+
+
+def test_an_outline_is_cut_to_the_picture() -> None:
+    """As counted: which points of a fine grid in the picture are in the ellipse."""
+    rng = np.random.default_rng(0)
+    y, x = (np.mgrid[0:600, 0:1000] + 0.5) / 10
+    for _ in range(30):
+        ellipse = Ellipse(*rng.uniform((-20, -20, 5, 5, 0), (120, 80, 40, 40, 4)).tolist())
+        cos, sin = np.cos(ellipse.theta), np.sin(ellipse.theta)
+        u = ((x - ellipse.x) * cos + (y - ellipse.y) * sin) / ellipse.a
+        v = ((y - ellipse.y) * cos - (x - ellipse.x) * sin) / ellipse.b
+        inside = (u**2 + v**2 <= 1).sum() / 100
+        outline = clipped(ellipse.polygon(), 100, 60)
+        assert area(outline) == pytest.approx(inside, rel=0.01, abs=1)
+        if len(outline):
+            assert (outline >= -1e-9).all()
+            assert (outline <= np.add((100, 60), 1e-9)).all()
 
 
 def test_datumaro_reads_cvat(tmp_path: Path) -> None:

@@ -192,6 +192,13 @@ def test_marks_of_coco_may_be_text(text: Any, tmp_path: Path) -> None:
     assert registry.read(path, "coco", FILM).left_out == ["1 annotation of a crowd"]
 
 
+def test_polygons_without_a_box_have_the_box_around_them(tmp_path: Path) -> None:
+    polygons = [[10, 20, 30, 20, 30, 50], [5, 25, 8, 25, 8, 28]]
+    path = coco(tmp_path, ["1.png"], bbox=None, segmentation=polygons)
+    (row,) = registry.read(path, "coco", FILM)
+    assert row.objects[0].box == pytest.approx((5, 20, 25, 30))
+
+
 BONES = '<skeleton {}><points label="1" outside="0" occluded="0" points="1,2"/></skeleton>'
 
 

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
@@ -453,28 +452,3 @@ def test_gaps_without_end_are_not_filled(
     facts = FilmFacts(source="film", width=FACTS.width, height=FACTS.height)
     with pytest.raises(SourceError, match=r"no film has|neighboring keyframes of a film"):
         registry.read(path, name, facts)
-
-
-@pytest.mark.parametrize(
-    ("name", "ending"),
-    [
-        (name, ending)
-        for name, each in registry.FORMATS.usable().items()
-        if each.read and each.write and not each.folder
-        for ending in each.endings
-    ],
-)
-def test_a_file_is_known_by_what_was_its_ending(name: str, ending: str, tmp_path: Path) -> None:
-    """Boxes are written alike in OTB and VOT, and truth, results and detections nearly so."""
-    upright = [placed(frame, Ellipse.from_box((9 + frame**2, 9, 20, 30))) for frame in range(3)]
-    path = tmp_path / (ending if ending[0] != "." else f"street{ending}")
-    registry.write(path, name, recording_of(FACTS, upright), 0.0)
-    assert registry.recognized(path) == name
-    same_boxes(
-        registry.read(path, registry.recognized(path), FACTS),
-        recording_of(
-            FACTS, [replace(each, identity=-1 if name == "mot-detections" else 1)
-                    for each in upright],
-        ),
-        0.011,
-    )  # fmt: skip

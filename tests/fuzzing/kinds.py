@@ -14,7 +14,6 @@ from . import (
     places,
     sequences,
     states,
-    tables,
     track_rows,
 )
 from .campaign import Kind
@@ -38,7 +37,6 @@ KINDS = (
     Kind("traces", evaluations.traces, evaluations.check_trace),
     Kind("tracks", evaluations.tracks, evaluations.check_tracks),
     Kind("track-rows", detections.seeds, evaluations.check_track_rows),
-    Kind("speeds", tables.seeds, tables.check),
     *formats.KINDS,
     Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
     Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),

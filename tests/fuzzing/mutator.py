@@ -122,6 +122,14 @@ def _nest(rng: Random, data: bytes, _: Sequence[bytes]) -> bytes:
     return data[:start] + left * depth + data[start:end] + right * depth + data[end:]
 
 
+def _length(rng: Random, data: bytes, _: Sequence[bytes]) -> bytes:
+    """Put an extreme or a small number where a length of a binary file may be."""
+    size = rng.choice((2, 4, 8))
+    value = rng.choice((0, 1, 255, (1 << 8 * size) - 1))
+    place = rng.randint(0, len(data))
+    return data[:place] + value.to_bytes(size, rng.choice(("big", "little"))) + data[place + size :]
+
+
 def _empty(rng: Random, data: bytes, _: Sequence[bytes]) -> bytes:
     return rng.choice((b"", b"\n", b" ", rng.choice(PIECES), bytes(len(data))))
 
@@ -133,6 +141,6 @@ def _encode(rng: Random, data: bytes, _: Sequence[bytes]) -> bytes:
 
 CHANGES: tuple[Change, ...] = (
     *(_number,) * 6, *(_word,) * 3, *(_lines,) * 3, *(_flip,) * 3, *(_insert,) * 3, *(_cut,) * 2,
-    *(_remove,) * 2, _splice, _lengthen, _nest, _empty, _encode,
+    *(_remove,) * 2, *(_length,) * 2, _splice, _lengthen, _nest, _empty, _encode,
 )  # fmt: skip
 """More often what gets farther into a parser."""

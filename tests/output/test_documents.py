@@ -97,7 +97,6 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "track FILM --init 60,20,180,130 --preset mean_shift -o a.csv",
         "track FILM --init 5,5,20,20 --init 60,20,180,130 --preset mean_shift -o a.csv",
         "track FILM --at 2=60,20,180,130 --preset mean_shift -o a.csv",
         "refine FILM b.csv --at 2=60,20,180,130",
@@ -245,21 +244,3 @@ def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
     path.write_bytes(data[:begin] + b"{" + data[begin:])
     with pytest.raises(SourceError, match="damaged in line 3"):
         list(recording_of_journal(path))
-
-
-@pytest.mark.parametrize(
-    ("line", "code", "said"),
-    [
-        ("convert no.rows.jsonl -o a.json", 3, "no.rows.jsonl cannot be read"),
-        ("convert FILM -o a.json --size 9x9", 3, "has no labels"),
-        ("convert r.csv -o a.json", 3, "format of r.csv is not clear; name it: csv, jsonl"),
-        ("convert r.csv -o r.csv", 2, "cannot be an output"),
-        ("convert r.csv -o a.mp4 --from csv", 2, "a.mp4 ends in none of .csv, .jsonl"),
-    ],
-)
-def test_errors_are_one_line(go: Go, line: str, code: int, said: str) -> None:
-    Path("r.csv").write_text("1,2,3\n")
-    found, _, error = go(line)
-    assert (found, said in error) == (code, True), error
-    assert len(error.splitlines()) == 1
-    assert here() == {"r.csv"}

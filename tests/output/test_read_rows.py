@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from motes.cli import main
-from motes.cli.frame_loop import Moment
-from motes.cli.option_groups import FrameOptions, OutputOptions
-from motes.cli.request import Request
 from motes.core.errors import ConfigError, FormatError, InputError
-from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, Status, Track
 from motes.formats import registry
@@ -22,8 +17,6 @@ from motes.formats.recording import FilmFacts
 from motes.rows.reader import read_track
 from motes.rows.schema import HINDSIGHT, FrameRow
 from motes.rows.writer import TrackWriter
-from motes.sot.presets import preset
-from motes.video.sources import Source
 
 forms = pytest.mark.parametrize("form", ["csv", "jsonl"])
 HEAD = ",".join(COLUMNS)
@@ -64,29 +57,6 @@ def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
                 if name in BOX
                 else expected[name]
             )
-
-
-@forms
-def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
-    path = tmp_path / f"objects.{form}"
-    frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
-    objects = [track(3), replace(track(3), identity=2, occluded_by=1)]
-    asked = Request(
-        source="film", frames=FrameOptions(), output=str(path), outputs=OutputOptions(),
-        config=preset("nummiaro"), seed=0, preset="nummiaro",
-    )  # fmt: skip
-    (output,) = asked.rows(cast(Source, None))
-    with output:
-        output.write(Moment(frame, objects))
-    rows = read_track(path)
-    assert rows.dtype.names == COLUMNS
-    assert rows["id"].tolist() == [1, 2]
-    np.testing.assert_array_equal(rows["occluded_by"], [np.nan, 1])
-    for row, each in zip(rows, objects, strict=True):
-        values = each.to_dict()
-        assert tuple(values) == COLUMNS
-        assert row["left"] == pytest.approx(values["left"], abs=1e-3)
-        assert (row["time"], row["status"]) == (0.12, "tracking")
 
 
 @forms

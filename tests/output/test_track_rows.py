@@ -85,16 +85,6 @@ def test_what_is_not_finite_is_left_out(values: list[float], status: Status) -> 
     assert (read["x"] is None) == (not math.isfinite(x))
 
 
-def test_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
-    path = tmp_path / "r.csv"
-    path.write_text("precious")
-    with pytest.raises(FormatError, match=r"r\.csv exists; .*--overwrite"):
-        TrackWriter(path)
-    assert path.read_text() == "precious"
-    write(path, rows(1), overwrite=True)
-    assert path.read_text().startswith("frame,")
-
-
 def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="is a folder; give the name of a file"):
         check_writable(tmp_path, overwrite=True)

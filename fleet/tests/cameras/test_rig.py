@@ -31,7 +31,6 @@ from motes import (
 )
 from motes.cli import main
 from motes.cues import Color
-from motes.video import decoder
 from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras import rig as rig_runner
 from motes_fleet.cameras.camera_report import (
@@ -42,11 +41,10 @@ from motes_fleet.cameras.camera_report import (
     CameraReport,
 )
 from motes_fleet.cameras.camera_reporter import CameraReporter
-from motes_fleet.cameras.reidentification import CrossCameraAssociation
 from motes_fleet.cameras.rig import RigRunner, announce, next_report
 from motes_fleet.cameras.rig_camera import RigCamera
 from motes_fleet.cameras.rig_config import Camera, Rig
-from red_box import moving, red, walk
+from red_box import moving, walk
 from streams import Stream, camera
 from waiting import runs, wait_until
 
@@ -398,29 +396,6 @@ def _children(pid: int) -> list[int]:
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     lines = {int(each): Path(f"/proc/{each}/cmdline").read_text() for each in found}
     return sorted(each for each, line in lines.items() if "spawn_main" in line)
-
-
-@pytest.mark.slow
-def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
-    lookout = CameraReporter(Camera("one", ""), Scene(red))
-    handover, said = CrossCameraAssociation(Rig((Camera("one", ""),))), []
-    with camera(moving) as stream, live.open_watched(stream.url) as film:
-        for news in film:
-            if isinstance(news, str):
-                said.append(news)
-                stream.stalled.clear()
-                continue
-            report = lookout.report(news)
-            identities = handover.update(report)
-            assert set(identities.values()) <= {1}
-            if not said and report.frame > 60:
-                stream.stalled.set()
-            if len(said) == 2 and identities:
-                break
-            assert report.frame < 600
-    assert len(said) == 2  # it stalls, it is back
 
 
 @pytest.mark.slow

@@ -41,10 +41,10 @@ def any_cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def cluster(any_cluster: Any) -> Any:
-    """Give a cluster with a head and two nodes; what a test before has killed is replaced."""
+    """Give a cluster with a head and a node; what a test before has killed is replaced."""
     for node in [*any_cluster.worker_nodes]:
         if not node.remaining_processes_alive():
             any_cluster.remove_node(node, allow_graceful=False)
-    while len(any_cluster.worker_nodes) < 2:
+    if not any_cluster.worker_nodes:
         any_cluster.add_node(num_cpus=1)
     return any_cluster

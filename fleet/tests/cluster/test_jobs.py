@@ -74,26 +74,6 @@ def test_every_form_of_a_table(tmp_path: Path) -> None:
     assert [job.name for job in films.jobs()] == ["film-0", "film-1"]
 
 
-def test_all_problems_are_found_with_their_rows(tmp_path: Path) -> None:
-    film, other = batch_jobs.films(tmp_path, 2)
-    table = batch_jobs.table(
-        tmp_path / "jobs.csv",
-        [
-            {"source": film},
-            {"source": tmp_path / "none.mp4"},
-            {"source": other, "config": tmp_path / "none.toml"},
-            {"source": film, "seed": 7},
-            {"source": other, "name": "good"},
-        ],
-    )
-    count, bad, problems = JobTable(str(table)).problems(missing, lambda _: None)
-    assert (count, bad) == (5, 3)
-    assert [text.partition(": ")[0].rpartition(" ")[2] for text in problems] == ["3", "4", "5"]
-    assert "none.mp4 is missing" in problems[0]
-    assert "the config" in problems[1]
-    assert "row 2 has the name 'film-0' too" in problems[2]
-
-
 NESTED = "[" * 100_000 + "]" * 100_000
 
 
@@ -125,12 +105,12 @@ def test_what_is_no_table(tmp_path: Path, name: str, text: str | None, words: st
 def test_long_tables_are_not_held(tmp_path: Path) -> None:
     path = tmp_path / "jobs.jsonl"
     row = json.dumps(ROW | {"name": "x"})
-    path.write_text((row + "\n") * 5_000)
+    path.write_text((row + "\n") * 2_000)
     tracemalloc.start()
-    assert sum(1 for _ in JobTable(str(path)).jobs()) == 5_000
+    assert sum(1 for _ in JobTable(str(path)).jobs()) == 2_000
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 2e6
+    assert peak < 1e6
     assert isinstance(next(JobTable(str(path)).jobs()), Job)
 
 

@@ -1,4 +1,4 @@
-"""Results on S3 behind a proxy that refuses, stalls and loses one request in ten."""
+"""Results on S3 behind a proxy that refuses, stalls and loses one request in four."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[tuple[Any, Any]]:
-    """Give a server for S3, and a proxy of which one request in ten goes wrong."""
+    """Give a server for S3, and a proxy of which one request in four goes wrong."""
     pytest.importorskip("s3fs", reason="s3fs is not installed: pip install 'motes-fleet[cloud]'")
     with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
         patch.syspath_prepend(BENCHMARKS)
@@ -30,18 +30,18 @@ def server() -> Iterator[tuple[Any, Any]]:
 
         for name, value in ACCESS.items():
             patch.setenv(name, value)
-        files, proxy = stack.enter_context(flaky_s3(0.1, stall=0.5))
+        files, proxy = stack.enter_context(flaky_s3(0.25, stall=0.5))
         patch.setenv("AWS_ENDPOINT_URL", proxy.address)
         patch.setitem(objects.S3["config_kwargs"], "read_timeout", 0.3)
+        patch.setattr(objects, "PAUSE", 0.01)
         objects._file_system.cache_clear()
         yield files, proxy
         objects._file_system.cache_clear()
 
 
-def test_a_store_on_a_bad_network(server: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_store_on_a_bad_network(server: tuple[Any, Any]) -> None:
     """Until each kind of fault has happened."""
     files, proxy = server
-    monkeypatch.setattr(objects, "PAUSE", 0.01)
     store, names = open_store("s3://films/store"), list[str]()
     while len(names) < 10 or set(proxy.faults) != set(FAULTS):
         assert len(names) < 200, proxy.faults

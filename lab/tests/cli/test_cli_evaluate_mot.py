@@ -69,23 +69,6 @@ def test_results(whole: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
-    line = "worse --tracker crowds_of:Echo --tracker crowds_of:Raises --tracker nix --workers 1"
-    code, out, error = go(f"{line} --out failing")
-    assert code == 6
-    assert error.splitlines() == [
-        "motes: sequence b: gt/gt.txt, line 2: frame 1 already has the identity 1, in line 1",
-        "motes: tracker nix: There is no tracker of this name for many objects; known are "
-        "motes:scene, trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort, "
-        "trackers:cbiou, trackers:mcbyte.",
-        "motes: crowds_of:Raises on a, mot, seed 0: At frame 6: ValueError: no more of this",
-        "motes: 2 passes, 1 failed; wrote failing/summary.md.",
-    ]
-    assert "0 of 1" in out
-    assert [line["sequence"] for line in table("failing")] == ["a", "a", "COMBINED"]
-
-
-@pytest.mark.slow
 def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume --detector crowds_of:Nothing")
     assert (code, out) == (5, "")

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Route
 
-from browsers import CORNERS, FRAMES, START, Shown
-from clips import spoil
-from motes.video import Film
+from browsers import CORNERS, START, Shown
 
 pytestmark = pytest.mark.slow
 
@@ -100,21 +97,6 @@ def test_what_a_tracker_saw_stays_until_its_picture_has_come(shown: Shown) -> No
         "return [kept, store.state.overlays.size]; });",
     )
     assert kept == [[0, 1, *range(10, 60)], 0]
-
-
-def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
-    """Its damage is met by the run; then the session comes back with the frames that there are."""
-    frames = len(Film(spoil(films / "film.mp4", 30, 2).rename(films / "damaged.mp4")).times)
-    assert frames < FRAMES
-    shown.page.reload()
-    shown.open("damaged.mp4")
-    shown.draw()
-    shown.page.keyboard.press("t")
-    shown.until(f"s.film.frames === {frames} && s.connected")
-    shown.page.get_by_text("Read with problems").wait_for()
-    shown.tracked()
-    shown.page.keyboard.press("End")
-    shown.until(f"s.pictured === {frames - 1}")
 
 
 def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:

@@ -6,11 +6,9 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from browsers import FRAMES, MIDDLE, START, Shown
-from motes import VideoWriter
 from motes.cli import main
 
 pytestmark = pytest.mark.slow
@@ -100,21 +98,6 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
     shown.track()
     shown.until("s.newest && s.pictured === s.newest.frame")
     assert shown.page.evaluate("window.seen.length > 0 && window.seen.every(Boolean)")
-
-
-def test_a_region_with_nothing_in_it_is_said(shown: Shown, films: Path) -> None:
-    wall = films / "wall.mp4"
-    with VideoWriter(wall, 25) as writer:
-        for index in range(5):
-            writer.write(np.full((240, 320, 3), 90, np.uint8), index / 25)
-    try:
-        shown.page.reload()
-        shown.open(wall.name)
-        shown.draw()
-        shown.page.keyboard.press("t")
-        shown.page.get_by_role("alert").get_by_text("looks like what is around it").wait_for()
-    finally:
-        wall.unlink()  # other tests open the last film
 
 
 def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:

@@ -77,12 +77,6 @@ def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:
     assert 0 < shown.state("s.rows.get(1).filter(Boolean).length") < FRAMES
 
 
-def test_a_session_that_is_gone_leads_home(shown: Shown) -> None:
-    shown.page.goto(f"{shown.address}#0123456789abcdef")
-    shown.page.get_by_role("alert").locator("span").first.wait_for()
-    shown.page.get_by_role("heading", name="See, correct and trust tracks").wait_for()
-
-
 def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     page = shown.page
     shown.open()
@@ -97,15 +91,6 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     page.get_by_label("File to import").set_input_files(tmp_path / "rows.csv")
     shown.until("s.session.objects.length === 2")
     page.get_by_text("rows.csv was imported.").wait_for()
-    mixed = tmp_path / "mixed.xml"
-    shape = "frame='0' outside='0' keyframe='1'"
-    mixed.write_text(
-        "<annotations><version>1.1</version><track id='0' label='car'>"
-        f"<box {shape} xtl='10' ytl='10' xbr='50' ybr='40'/></track>"
-        f"<track id='1' label='car'><cuboid {shape}/></track></annotations>"
-    )
-    page.get_by_label("File to import").set_input_files(mixed)
-    page.get_by_text("mixed.xml was imported, without").wait_for()
     odd, chosen = tmp_path / "odd.txt", page.get_by_label("File to import")
     odd.write_text("10,20,30,40\n" * FRAMES)
     chosen.set_input_files(odd)
