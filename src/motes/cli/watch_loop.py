@@ -8,8 +8,8 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from motes.cli.frame_loop import Moment, Sink, Tally, run
-from motes.cli.messages import counted, log
-from motes.core.errors import MotesError
+from motes.cli.messages import log
+from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.track import Track
 from motes.formats.recording import ANONYMOUS

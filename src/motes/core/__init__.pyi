@@ -15,6 +15,7 @@ from .config import to_dict as to_dict
 from .config import to_toml as to_toml
 from .detection import PreparedDetector as PreparedDetector
 from .errors import clear as clear
+from .errors import counted as counted
 from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
 from .files import leftovers as leftovers

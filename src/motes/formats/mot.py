@@ -16,14 +16,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, counted
 from motes.core.files import check_ended, lines_of
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
-from motes.formats.text import counted, fields_of, number, read_text
+from motes.formats.text import fields_of, number, read_text
 from motes.formats.visibility import shown, visible
 
 Kind = Literal["truth", "results", "detections"]

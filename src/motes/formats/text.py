@@ -34,11 +34,6 @@ def read_json(path: Path, kind: Any) -> Any:
         raise FormatError(f"{path.name}: {error}") from None
 
 
-def counted(count: int, thing: str) -> str:
-    """Return a number of things, as "1 region" or "2 regions"."""
-    return f"{count} {thing}{'s' * (count != 1)}"
-
-
 @contextmanager
 def at(where: str) -> Iterator[None]:
     """Turn errors into FormatErrors that name their place in a file: a line, an annotation."""

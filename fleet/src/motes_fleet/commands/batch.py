@@ -19,11 +19,10 @@ from motes.cli import (
     OwnCode,
     call,
     check_counts,
-    counted,
     log,
     options,
 )
-from motes.core import interrupts, optional
+from motes.core import counted, interrupts, optional
 from motes.sot import Network
 from motes_fleet.cluster import pool as pools
 from motes_fleet.commands.batch_job import make, tracker_options
