@@ -26,7 +26,7 @@ from clips import clip
 from coded import video
 from disks import fill
 from motes import FormatError, SourceError
-from motes.core import Answer, Failed, Worker, WorkerLine, do_tasks, receive, system
+from motes.core import Answer, Failed, Worker, WorkerLine, do_tasks, receive
 from motes.video import Film
 from motes_studio import messages, protocol, serve
 from motes_studio.containers import check_container
@@ -35,6 +35,7 @@ from motes_studio.films import Films
 from motes_studio.pictures import picture
 from motes_studio.safety import COOKIE, Guard, Limits, inside
 from motes_studio.studio import Studio
+from motes_studio.workplace import limit_process
 from studios import SLOW, begin, film, looking, running
 from waiting import PATIENCE, wait_until
 
@@ -429,7 +430,7 @@ def test_the_memory_of_a_worker_is_limited() -> None:
 
 
 def _too_much(_: WorkerLine, size: int) -> bytes:
-    system.limit_memory(size // 2)
+    limit_process(size // 2)
     return bytes(size)
 
 

@@ -28,7 +28,6 @@ from .geometry import as_ellipse as as_ellipse
 from .geometry import iou as iou
 from .geometry import region_within as region_within
 from .labels import check_label as check_label
-from .platforms import system as system
 from .spreadsheet import guarded as guarded
 from .type_words import words as words
 from .types import Bytes as Bytes
