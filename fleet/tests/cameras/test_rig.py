@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from operator import gt
 from pathlib import Path
 from types import SimpleNamespace
@@ -31,7 +32,7 @@ from motes import (
 )
 from motes.cli import main
 from motes.cues import Color
-from motes.video import decoder
+from motes.video import decoder, pauses
 from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras import rig as rig_runner
 from motes_fleet.cameras.camera_report import (
@@ -403,7 +404,7 @@ def _children(pid: int) -> list[int]:
 @pytest.mark.slow
 def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
+    monkeypatch.setattr(live, "pauses", partial(pauses, 0.7))
     lookout = CameraReporter(Camera("one", ""), Scene(red))
     handover, said = CrossCameraAssociation(Rig((Camera("one", ""),))), []
     with camera(moving) as stream, live.open_watched(stream.url) as film:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from motes import KnownTarget
 from motes.core import Worker, receive
-from motes.video import LONGEST_PAUSE
+from motes.video import pauses
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
@@ -86,7 +86,7 @@ class RigCamera:
         self._reported = self._frames = self._identities = 0
         """The number of reports, and the first free numbers of frames and identities."""
         self._ended: float | None = None
-        self._failed_at, self._pause = -1, CAMERA_TIMEOUT
+        self._failed_at, self._pauses = -1, pauses(CAMERA_TIMEOUT)
         self.start()
 
     def start(self) -> None:
@@ -208,8 +208,9 @@ class RigCamera:
             self.over = True
             yield CameraEnded(self.name, self._reported, failure=why)
             return
-        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
-        self.due, self._failed_at = time.monotonic() + self._pause, self._reported
+        if not again:
+            self._pauses = pauses(CAMERA_TIMEOUT)
+        self.due, self._failed_at = time.monotonic() + next(self._pauses), self._reported
         if self._ended is None:
             self._ended = time.monotonic()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")
