@@ -14,7 +14,6 @@ from .config import merge as merge
 from .config import to_dict as to_dict
 from .config import to_toml as to_toml
 from .detection import PreparedDetector as PreparedDetector
-from .errors import clear as clear
 from .errors import counted as counted
 from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
@@ -30,8 +29,6 @@ from .geometry import region_within as region_within
 from .labels import check_label as check_label
 from .spreadsheet import guarded as guarded
 from .type_words import words as words
-from .types import Bytes as Bytes
-from .types import Flags as Flags
 from .types import Floats as Floats
 from .types import Singles as Singles
 from .worker import Alive as Alive

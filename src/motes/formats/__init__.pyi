@@ -16,7 +16,6 @@ from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
 from .regions import region_of_pixels as region_of_pixels
 from .registry import Format as Format
-from .text import read_text as read_text
 from .truth import absences as absences
 from .truth import kind_of as kind_of
 from .visibility import VISIBLE as VISIBLE

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Literal
 
 from motes.core.errors import FormatError, counted
-from motes.core.files import check_ended, lines_of
+from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
-from motes.formats.text import fields_of, number, read_text
+from motes.formats.text import fields_of, number
 from motes.formats.visibility import shown, visible
 
 Kind = Literal["truth", "results", "detections"]
@@ -113,7 +113,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
 
 def _has_more(path: Path, kind: Kind) -> bool:
     """Return whether the lines have further numbers that are not read, such as places in metres."""
-    line = next(line for line in lines_of(read_text(path)) if line.strip())
+    line = next(line for line in lines_of(read_text(path, FormatError)) if line.strip())
     more = fields_of(line)[_NEEDED:]
     return not _has_classes(more, kind) and any(number(each) != UNKNOWN for each in more)
 
@@ -132,7 +132,7 @@ def class_names(folder: Path) -> dict[int, str]:
     path = folder / LABELS
     if not path.is_file():
         return {}
-    names = lines_of(read_text(path))
+    names = lines_of(read_text(path, FormatError))
     return {number: name.strip() for number, name in enumerate(names, start=1) if name.strip()}
 
 
@@ -184,13 +184,11 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
 
     Raises
     ------
-    OSError
-        If it cannot be read.
     FormatError
-        If it is not text, or a line is wrong, with file and line.
+        If it cannot be read, or a line is wrong, with file and line.
     """
     name = "/".join([path.parent.name, path.name]).lstrip("/")
-    text = read_text(path)
+    text = read_text(path, FormatError)
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
     count = 0

@@ -12,24 +12,17 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import FormatError
+from motes.core.files import read_text
 from motes.core.geometry import FARTHEST
 
 _SPACED = re.compile(r"[^\s,;]\s+[^\s,;]")
 """Two fields with nothing but space between them."""
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file; raise an OSError or a FormatError if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise FormatError(f"{path.name} is not text; save it as UTF-8") from None
-
-
 def read_json(path: Path, kind: Any) -> Any:
-    """Return the content of a JSON file as a type of msgspec; raise as `read_text` does."""
+    """Return the content of a JSON file as a type of msgspec; raise a FormatError otherwise."""
     try:
-        return msgspec.json.decode(read_text(path), type=kind)
+        return msgspec.json.decode(read_text(path, FormatError), type=kind)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise FormatError(f"{path.name}: {error}") from None
 

@@ -13,10 +13,11 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from cyclopts import Parameter
 from msgspec import Meta
+from numpy.typing import NDArray
 
 from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
 from motes.cli import check_counts, error_context
-from motes.core import Bytes, Floats, from_dict, from_toml, read_text
+from motes.core import Floats, from_dict, from_toml, read_text
 from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
@@ -171,7 +172,7 @@ def watched(presets: Sequence[str], film: Film, seeds: int) -> Watched:
     return Watched({"sharpness": sharpness, "size": view.boxes[:, 2:].prod(axis=1)}, weights)
 
 
-def sharpness_of(pixels: Bytes, box: Floats) -> float:
+def sharpness_of(pixels: NDArray[np.uint8], box: Floats) -> float:
     """Return the mean square of the steps between neighboring pixels of a region, in gray."""
     left, top = np.maximum(box[:2], 0).astype(int)
     right, bottom = (box[:2] + box[2:]).astype(int)
