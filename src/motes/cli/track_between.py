@@ -65,7 +65,7 @@ def track_between(
     if path is not None:
         for each in (rows_path(path), path):
             check_writable(each, asked.overwrite)
-    videos = asked.pictures(film, lambda: painted_target(metres=units is not None))
+    videos = asked.pictures(film, painted_target(metres=units is not None))
     rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
     run = KeyframeRun(film, asked, history)
     try:

@@ -136,7 +136,7 @@ def watch(
         if objects.like is not None:
             region = numbers_of("--like", objects.like, "x,y,width,height")
             point_out_corners(region, film.width, film.height)
-        opened = asked.pictures(film, lambda: painted_scene(where))
+        opened = asked.pictures(film, painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
         opened += [*sending, *_drawn_events(outputs, where)]
         opened += asked.remembered_rows(film, () if asked.units is None else GROUND)
