@@ -88,14 +88,10 @@ def _preset_keys(name: str) -> tuple[str, tuple[Key, ...]]:
 
 def _scene_keys(name: str | None) -> tuple[str, tuple[Key, ...]]:
     """Return the title and the keys of `motes watch` with a preset; raise a ConfigError."""
-    from msgspec.structs import asdict
-
-    from motes.mot.pipeline_config import WatchConfig
-    from motes.mot.scene_config import scene_config
+    from motes.mot.pipeline_config import WatchConfig, watch_config
 
     name = name or "nummiaro:adaptive"
-    scene = WatchConfig(**asdict(scene_config(name)))
-    return f"motes watch with the preset {name}.", keys(WatchConfig, scene)
+    return f"motes watch with the preset {name}.", keys(WatchConfig, watch_config(name))
 
 
 def _sections(listed: Sequence[Key], only: str | None) -> Iterator[str]:
