@@ -37,5 +37,3 @@ from .worker import Part as Part
 from .worker import Worker as Worker
 from .worker import WorkerLine as WorkerLine
 from .worker import blocked_signals as blocked_signals
-from .worker import do_tasks as do_tasks
-from .worker import receive as receive

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
 from collections import deque
@@ -13,7 +12,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import KnownTarget
-from motes.core import Worker, receive
+from motes.core import Worker
 from motes.video import pauses
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
@@ -110,7 +109,7 @@ class RigCamera:
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Receive its next message; yield it unless it is a report, which waits for its time."""
         assert self.pipe is not None
-        message: Message | None = receive(self.pipe, Message)
+        message: Message | None = self.worker.receive(Message)
         if message is not None:
             yield from self.receive(message)
             return
@@ -122,8 +121,7 @@ class RigCamera:
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send a `Go`."""
         if self.pipe is not None:
-            with contextlib.suppress(OSError):  # that it has ended is noticed in `listen`
-                self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
+            self.worker.send(msgspec.msgpack.encode(Go(arrivals)))
 
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.
