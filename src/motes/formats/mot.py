@@ -44,6 +44,7 @@ SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
 _NAMES = {number: name for name, number in CLASSES.items()}
 
 _NEEDED, _MOST = 7, 10
+_CLASS = 7
 
 
 def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
@@ -159,6 +160,30 @@ def _class_name(label: int, names: Mapping[int, str]) -> str | None:
     if names is not _NAMES:
         raise FormatError(f"class {label} is none of the {len(names)} of {LABELS}; add its name")
     return f"class {label}"
+
+
+def read_boxes(path: Path, frames: int, kind: Kind) -> list[list[float]]:
+    """Return what `read_lines` does, with classes of the MOTChallenge, or `UNKNOWN`.
+
+    Where a truth has the names of its own classes beside it, what is none of the MOTChallenge's is
+    a distractor.
+
+    Raises
+    ------
+    FormatError
+        As `read_lines`, and for another class.
+    """
+    lines = read_lines(path, frames, kind)
+    names = class_names(path.parent) if kind == "truth" else {}
+    for line in lines if names else ():
+        number = number_of(names.get(int(line[_CLASS]), ""))
+        line[_CLASS] = CLASSES["distractor"] if number == UNKNOWN else number
+    most = max((line[_CLASS] for line in lines), default=0)
+    if most > max(CLASSES.values()):
+        raise FormatError(
+            f"class {most:.0f} is none of the MOTChallenge; add gt/{LABELS} with names"
+        )
+    return lines
 
 
 def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
