@@ -8,8 +8,8 @@ from pathlib import Path
 from motes.cli import DONE, PARTIAL, TerminalBar, log
 from motes.core import interrupts
 from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.machine import cores
 from motes_fleet.cluster.open_pool import open_pool
-from motes_fleet.commands.workers import worker_count
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
 from motes_lab.cli.evaluate_options import RunOptions
@@ -43,7 +43,7 @@ def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass,
     # A tracker that ends its process has failed. A node of a cluster may die without its fault.
     attempts = 1 if options.cluster is None else pools.ATTEMPTS
     with (
-        open_pool(options.cluster, worker_count(options.workers)) as pool,
+        open_pool(options.cluster, options.workers or cores()) as pool,
         PassProgress(total, total - missing) as progress,
     ):
         for job, failed in runner.run(pool, left, out, options.time_limit, attempts):
