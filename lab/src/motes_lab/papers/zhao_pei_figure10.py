@@ -87,16 +87,14 @@ class Compared(NamedTuple):
         return Compared(*(sorted(a + b) for a, b in zip(self, other, strict=True)))
 
 
-def compare_crossings(
-    truth: Sequence[int], counted: Sequence[int], within: float = WITHIN
-) -> Compared:
+def compare_crossings(truth: Sequence[int], counted: Sequence[int]) -> Compared:
     """Compare the frames of crossings of a line in one direction.
 
-    A true crossing is counted if a counted one is within so many frames, one to one, as many as can
-    be.
+    A true crossing is counted if a counted one is within `WITHIN` frames, one to one, as many as
+    can be.
     """
     off = np.abs(np.subtract.outer(np.array(truth, float), np.array(counted, float)))
-    pairs = assign(np.where(off <= within, off, np.inf)) if off.size else []
+    pairs = assign(np.where(off <= WITHIN, off, np.inf)) if off.size else []
     found, used = {i for i, _ in pairs}, {j for _, j in pairs}
     return Compared(
         sorted(each for i, each in enumerate(truth) if i in found),
