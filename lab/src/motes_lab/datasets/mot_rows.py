@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from motes import Box
+from motes import Box, Detection
 from motes.core import Floats
 from motes.formats import read_boxes
 
@@ -50,6 +50,10 @@ class MotRows:
         boxes = (self.boxes[rows] - (1, 1, 0, 0)).tolist()
         columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
         return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
+
+    def detections(self, index: int) -> list[Detection]:
+        """Return the rows of a frame, which counts from 0, as detections."""
+        return [Detection(box, score) for _, box, score in self.listed(index)]
 
     def where(self, chosen: NDArray[np.bool_]) -> MotRows:
         """Return the rows for which a mask (n,) is True."""

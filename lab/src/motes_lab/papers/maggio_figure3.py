@@ -16,13 +16,13 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
-from motes.cli import check_counts, error_context
-from motes.core import Floats, from_dict, from_toml, read_text
+from motes.cli import check_counts
+from motes.core import Floats
 from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import RUN, Seeds, films_of
+from motes_lab.inputs import RUN, Seeds, films_of, read_marks
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.report.tables import Cell, Row, Table, difference, number
@@ -44,12 +44,6 @@ class Marks(Config, frozen=True):
 
     covered: Parts
     clear: Parts
-
-
-def parse_marks(text: str, name: str) -> Marks:
-    """Return the parts in a TOML text; raise a ConfigError if it is not valid."""
-    marks: Marks = from_dict(from_toml(text, name), Marks)
-    return marks
 
 
 By = Literal["sharpness", "size"]
@@ -82,11 +76,7 @@ def maggio_figure3(
     """
     check_counts(seeds=seeds)
     names = presets or ("maggio:printed",)
-    parts = None
-    if marks is not None:
-        text = read_text(marks)
-        with error_context(marks):
-            parts = parse_marks(text, str(marks))
+    parts = None if marks is None else read_marks(marks, Marks)
     [sequence, *_], problems = films_of(film)
     return results.show("maggio-figure3", figure3(names, sequence, parts, by, seeds), problems)
 

@@ -13,10 +13,9 @@ import numpy as np
 from msgspec import Meta
 
 from motes import BackgroundDetector, Config, Event, EventCounter, Line, Regions, Scene, open_source
-from motes.cli import error_context
-from motes.core import from_dict, from_toml, read_text
 from motes.mot import assign
 from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("film and line", "true", "counted", "missed", "false", "frames missed", "frames false")
@@ -49,12 +48,6 @@ class CountedClips(Config, frozen=True):
     """The films."""
 
 
-def parse_crossings(text: str, name: str) -> CountedClips:
-    """Return the clips in a TOML text; raise a ConfigError if it is not valid."""
-    clips: CountedClips = from_dict(from_toml(text, name), CountedClips)
-    return clips
-
-
 def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
     """Zhao and Pei, figure 10: objects that cross lines, counted.
 
@@ -66,10 +59,7 @@ def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = Resul
     films
         The folder of the films.
     """
-    text = read_text(truth)
-    with error_context(truth):
-        clips = parse_crossings(text, str(truth))
-    return results.show("zhao-figure10", figure10(clips, films))
+    return results.show("zhao-figure10", figure10(read_marks(truth, CountedClips), films))
 
 
 WITHIN = 10
