@@ -57,13 +57,19 @@ def fields_of(line: str) -> list[str]:
 
 def number(field: str) -> float:
     """Return the number that a text holds; raise a ValueError if it is none, or of no picture."""
+    value = any_number(field)
+    if not math.isfinite(value):
+        raise ValueError(f"{field[:20]} is not finite")
+    return value
+
+
+def any_number(field: str) -> float:
+    """Return the number that a text holds, as `number` does, also one that is not finite."""
     try:
         value = float(field.replace("_", "?"))  # Python alone reads 1_0 as 10
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{field[:20]} is not finite")
-    if abs(value) > FARTHEST:
+    if FARTHEST < abs(value) < math.inf:
         raise ValueError(f"{field[:20]} is too large a number")
     return value
 
