@@ -8,6 +8,7 @@ import socket
 import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 
 from brokers import Broker, Listener, SlowBroker
 from motes import FormatError
+from motes.video import pauses
 from motes_fleet.delivery import delivery, mqtt, webhook
 from motes_fleet.delivery.delivery import Delivery, DeliveryError
 from motes_fleet.delivery.event_queue import MessageQueue
@@ -26,7 +28,7 @@ from waiting import wait_until
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(delivery, "FIRST_PAUSE", 0.02)
+    monkeypatch.setattr(delivery, "pauses", partial(pauses, 0.02))
     monkeypatch.setattr(delivery, "IDLE", 0.05)
 
 

@@ -10,19 +10,21 @@ import pytest
 
 import evaluations
 from motes import ConfigError
-from motes_lab.papers.maggio_figure3 import Marks, figure3, parse_marks, sharpness_of
+from motes.core import from_dict, from_toml
+from motes_lab.inputs import read_marks
+from motes_lab.papers.maggio_figure3 import Marks, figure3, sharpness_of
 
 TRUTH = Path(__file__).parent / "truth" / "covered.toml"
 
 
 def test_the_marks_by_eye() -> None:
-    marks = parse_marks(TRUTH.read_text(), "covered.toml")
+    marks = read_marks(TRUTH, Marks)
     parts = sorted([*marks.covered, *marks.clear])
     assert all(first <= last for first, last in parts)
     assert all(one[1] < other[0] for one, other in itertools.pairwise(parts))
     for text in ("covered = [[1, 2], [3, 4]]", "covered = [[1]]\nclear = [[1, 2], [5, 6]]"):
         with pytest.raises(ConfigError):
-            parse_marks(text, "bad.toml")
+            from_dict(from_toml(text, "bad.toml"), Marks)
 
 
 def test_a_blurred_region_is_less_sharp() -> None:

@@ -409,7 +409,7 @@ def one_bad_mask(folder: Path) -> None:
     [
         ("", saying(ROW * 3), f"{TRUTH} is for 3 frames, but there are 4"),
         ("", saying("0,0,0,0\n" * 4), f"{TRUTH} has no frame with a target"),
-        ("", saying("\xff\xfe1\x00"), f"{TRUTH} is not text; save it as UTF-8"),
+        ("", saying("\xff\xfe1\x00"), "it is not text; save it as UTF-8"),
         (TRUTH, nothing, f"it has no truth; add {TRUTH}"),
         (TRUTH, lambda bad: (bad / TRUTH).mkdir(), f"there are no pictures in {TRUTH}/"),
         ("img/00000003.jpg", nothing, "the frame 00000003.jpg is missing after 00000002.jpg"),
@@ -435,7 +435,7 @@ def test_a_bad_sequence_is_named_and_the_others_go_on(
     assert [s.name for s in sequences] == ["good"]
     (problem,) = problems
     assert problem.where == "sequence bad"
-    assert problem.what.startswith(what)
+    assert what in problem.what
 
 
 def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
@@ -460,7 +460,7 @@ def test_nothing_to_load(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="There is no sequence"):
         load_dataset(tmp_path)
     (tmp_path / "list.txt").write_bytes(b"\xff\xfe")
-    with pytest.raises(SourceError, match=r"list\.txt is not text"):
+    with pytest.raises(SourceError, match=r"list\.txt cannot be read: it is not text"):
         load_dataset(tmp_path)
 
 

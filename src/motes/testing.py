@@ -27,6 +27,7 @@ from motes.sot.discriminative.expert import Expert
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.motion import Motion
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 
 __all__ = ["check_cue", "check_detector", "check_expert", "check_motion"]
@@ -85,7 +86,8 @@ def check_cue(cue: Cue) -> None:
     assert np.array_equal(frame.pixels, before), "a method changes the pixels of the frame"
     assert _packed(model) == packed, "a method changes the model that it is given"
     _check_saving(cue, model, frame)
-    _check_tracking(cue)
+    config = ParticleFilter(particles=50, color=Color(), extra_cues={"checked": cue})
+    _check_tracking(config)  # fused with color
 
 
 def check_expert(expert: Expert) -> None:
@@ -124,11 +126,7 @@ def check_expert(expert: Expert) -> None:
     read = msgspec.convert(msgspec.msgpack.decode(packed), type(model), dec_hook=unpack)
     same = expert.log_odds(expert.look(read, frame, TARGET), TARGET)
     assert same == here, "a model that was saved gives other log odds"
-    tracker = Tracker(Discriminative(extra_experts={"checked": expert}))
-    tracker.init(_frame(), TARGET)
-    for index in range(1, 4):
-        track = tracker.update(_frame(index))
-        assert np.isfinite(track.ellipse).all(), f"tracking with it ends at {track.ellipse}"
+    _check_tracking(Discriminative(extra_experts={"checked": expert}))
 
 
 def check_motion(motion: Motion) -> None:
@@ -250,14 +248,13 @@ def _check_saving(cue: Cue, model: Any, frame: Frame) -> None:
     assert np.array_equal(its, same), "a model that was saved gives other distances"
 
 
-def _check_tracking(cue: Cue) -> None:
-    """Check that a particle filter follows a target by the cue, fused with color."""
-    config = ParticleFilter(particles=50, color=Color(), extra_cues={"checked": cue})
+def _check_tracking(config: TrackerConfig) -> None:
+    """Check that a tracker with what is checked follows a target."""
     tracker = Tracker(config)
     tracker.init(_frame(), TARGET)
     for index in range(1, 4):
         track = tracker.update(_frame(index))
-        assert np.isfinite(track.ellipse).all(), f"tracking by the cue ends at {track.ellipse}"
+        assert np.isfinite(track.ellipse).all(), f"tracking with it ends at {track.ellipse}"
 
 
 def _distances(cue: Cue, model: Any, frame: Frame, ellipses: Floats) -> Floats:

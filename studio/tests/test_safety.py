@@ -26,7 +26,7 @@ from clips import clip
 from coded import video
 from disks import fill
 from motes import FormatError, SourceError
-from motes.core import Answer, Failed, Worker, WorkerLine, do_tasks, receive, system
+from motes.core import Failed, Worker, WorkerLine
 from motes.video import Film
 from motes_studio import messages, protocol, serve
 from motes_studio.containers import check_container
@@ -35,6 +35,7 @@ from motes_studio.films import Films
 from motes_studio.pictures import picture
 from motes_studio.safety import COOKIE, Guard, Limits, inside
 from motes_studio.studio import Studio
+from motes_studio.workplace import limit_process
 from studios import SLOW, begin, film, looking, running
 from waiting import PATIENCE, wait_until
 
@@ -420,16 +421,16 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="this system has no limit of memory")
 def test_the_memory_of_a_worker_is_limited() -> None:
-    worker = Worker(do_tasks)
+    worker = Worker()
     worker.give(partial(_too_much, size=2 << 30))
-    answers = [receive(worker.pipe, Answer) for _ in range(2)]
+    answers = [worker.receive() for _ in range(2)]
     worker.end()
     assert isinstance(answers[1], Failed)
     assert "more memory than a worker may have" in answers[1].error
 
 
 def _too_much(_: WorkerLine, size: int) -> bytes:
-    system.limit_memory(size // 2)
+    limit_process(size // 2)
     return bytes(size)
 
 

@@ -237,7 +237,7 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
-        ("track FILM --init BOX --config FILM", 3, "it is not text; check the name"),
+        ("track FILM --init BOX --config FILM", 3, "it is not text; save it as UTF-8"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --preset nummiaro --network a.onnx", 2, "Preset nummiaro takes no network"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),

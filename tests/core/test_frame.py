@@ -13,8 +13,9 @@ from hypothesis.extra import numpy as hnp
 
 from motes import kernels
 from motes.core.errors import SourceError
-from motes.core.frame import Frame, _readable, as_rgb
-from motes.mot.scene import Scene, _next
+from motes.core.frame import Frame, _readable, as_frame, as_rgb
+from motes.mot.scene import Scene
+from motes.sot.batch import Trackers
 from motes.sot.tracker import Tracker
 
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
@@ -85,8 +86,11 @@ def test_values_of_fewer_bits_in_sixteen_keep_their_shades(tmp_path: Path) -> No
     tracker.init(deep, (1, 1, 4, 3))
     scene.update(deep)
     tracker.save(tmp_path / "saved")
-    of_scene = partial(_next, last=scene._last)
-    for frame_of in (tracker.picture, Tracker.load(tmp_path / "saved").picture, of_scene):
+    group = Trackers("mean_shift")
+    group.init(deep, [(1, 1, 4, 3)])
+    of_group = partial(group._picture, last=group._last)
+    lasts = tracker._frame, Tracker.load(tmp_path / "saved")._frame, scene._last
+    for frame_of in (of_group, *(partial(as_frame, last=last) for last in lasts)):
         np.testing.assert_array_equal(frame_of(deep).pixels, RGB)
         np.testing.assert_array_equal(frame_of(deep >> 3).pixels, RGB >> 3)
         assert frame_of(deep << 3).pixels.max() == 255

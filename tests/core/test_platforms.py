@@ -23,7 +23,7 @@ def functions(name: str) -> dict[str, str]:
 
 def test_windows_has_the_same_functions_as_posix() -> None:
     assert functions("windows") == functions("posix")
-    assert len(functions("posix")) == 7
+    assert len(functions("posix")) == 5
 
 
 def test_a_file_is_locked_once_until_it_is_closed(tmp_path: Path) -> None:

@@ -18,17 +18,7 @@ from pathlib import Path
 import pytest
 
 from motes.core.errors import FormatError
-from motes.core.worker import (
-    Alive,
-    Answer,
-    Done,
-    Failed,
-    Part,
-    Worker,
-    WorkerLine,
-    do_tasks,
-    receive,
-)
+from motes.core.worker import Alive, Answer, Done, Failed, Part, Worker, WorkerLine
 from waiting import runs, wait_until
 
 pytestmark = pytest.mark.slow
@@ -93,7 +83,7 @@ def spoil(line: WorkerLine) -> bytes:
 @pytest.fixture
 def worker() -> Iterator[Worker]:
     """Return a worker that does tasks."""
-    made = Worker(do_tasks)
+    made = Worker()
     yield made
     made.end()
 
@@ -102,7 +92,7 @@ def answers(worker: Worker) -> list[Answer]:
     """Return the answers to a task but the signs of life."""
     found: list[Answer] = []
     while not found or isinstance(found[-1], Part):
-        answer = receive(worker.pipe, Answer)
+        answer = worker.receive()
         assert answer is not None
         if not isinstance(answer, Alive):
             found.append(answer)
@@ -122,8 +112,8 @@ def test_a_worker_does_one_task_after_another(worker: Worker) -> None:
 
 def test_a_task_is_stopped_and_a_stop_that_comes_late_stops_none(worker: Worker) -> None:
     worker.give(until_stopped)
-    assert receive(worker.pipe, Answer) == Alive()
-    assert receive(worker.pipe, Answer) == Part(b"begun")
+    assert worker.receive() == Alive()
+    assert worker.receive() == Part(b"begun")
     worker.stop()
     assert answers(worker) == [Done()]
     worker.stop()
@@ -145,7 +135,7 @@ def test_signals_that_ask_to_end_are_not_received(worker: Worker) -> None:
 def test_how_a_worker_has_ended_is_known(worker: Worker, number: int, words: str) -> None:
     worker.give(until_stopped)
     os.kill(worker.pid, number)
-    while receive(worker.pipe, Answer) is not None:
+    while worker.receive() is not None:
         pass
     assert worker.cause() == words
     worker.give(until_stopped)  # nobody is there, and nothing is raised
@@ -166,12 +156,12 @@ def test_two_threads_may_end_a_worker(worker: Worker, monkeypatch: pytest.Monkey
 
 def test_what_a_worker_sends_is_never_unpickled(worker: Worker) -> None:
     worker.give(spoil)
-    assert receive(worker.pipe, Answer) == Alive()
-    assert receive(worker.pipe, Answer) is None
+    assert worker.receive() == Alive()
+    assert worker.receive() is None
 
 
 def test_a_worker_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
-    worker, note = Worker(do_tasks), tmp_path / "note"
+    worker, note = Worker(), tmp_path / "note"
     worker.give(partial(begin_program, note=str(note)))
     wait_until(note.exists)
     mine, program, folder = note.read_text().split()
@@ -187,10 +177,10 @@ PROGRAM = """
 import multiprocessing
 import sys
 from functools import partial
-from motes.core.worker import Worker, do_tasks
+from motes.core.worker import Worker
 from test_worker import begin_program
 if __name__ == "__main__":
-    worker = Worker(do_tasks, context=multiprocessing.get_context(sys.argv[1]))
+    worker = Worker(context=multiprocessing.get_context(sys.argv[1]))
     worker.give(partial(begin_program, note="note"))
     while True:
         worker.pipe.recv_bytes()

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from msgspec.structs import asdict
-
 from motes.core.config import from_dict, from_toml, merge, to_dict, to_toml
-from motes.mot.pipeline_config import WatchConfig
-from motes.mot.scene_config import scene_config
+from motes.mot.pipeline_config import WatchConfig, watch_config
 from motes.sot import presets
 from motes_lab.adapters.registry import tracker_spec
 
@@ -55,4 +52,4 @@ def check_scene(data: bytes) -> str:
 
 @cache
 def _scene() -> WatchConfig:
-    return WatchConfig(**asdict(scene_config("nummiaro:adaptive")))
+    return watch_config("nummiaro:adaptive")

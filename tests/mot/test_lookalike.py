@@ -14,7 +14,8 @@ from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
-from motes_lab.papers.zhao_pei_team import parse_team
+from motes_lab.inputs import read_marks
+from motes_lab.papers.zhao_pei_team import Team
 from motes_lab.papers.zhao_pei_team import team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
@@ -147,8 +148,7 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_the_players_of_a_team_are_followed(data: Path) -> None:
     """Boxes by hand in the first four of twelve frames of a film whose camera pans."""
-    text = (Path(__file__).parents[2] / "lab/tests/truth/team.toml").read_text()
-    marked = parse_team(text, "team.toml")
+    marked = read_marks(Path(__file__).parents[2] / "lab/tests/truth/team.toml", Team)
     marked = replace(marked, frame=marked.frame[:4])
     *_, result = follow_team(marked, data / "sot" / marked.sequence / "img")
     (table,) = result.tables.values()

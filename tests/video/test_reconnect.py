@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import socket
 import threading
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,7 +27,7 @@ HEAD = b"HTTP/1.0 200 OK\r\n"
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reconnect, "FIRST_PAUSE", 0.02)
+    monkeypatch.setattr(reconnect, "pauses", partial(reconnect.pauses, 0.02))
 
 
 def jpegs(connection: socket.socket, number: int) -> None:

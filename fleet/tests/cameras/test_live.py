@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import Frame, Source
-from motes.video import decoder
+from motes.video import decoder, pauses
 from motes_fleet.cameras import live
 from motes_fleet.cameras.live import Live, open_watched
 from streams import camera
@@ -27,7 +28,7 @@ LONG = 60.0
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "OPEN_TIMEOUT", TIMEOUT)
     monkeypatch.setattr(decoder, "READ_TIMEOUT", TIMEOUT)
-    monkeypatch.setattr(live, "FIRST_PAUSE", 0.05)
+    monkeypatch.setattr(live, "pauses", partial(pauses, 0.05))
 
 
 def gray(index: int) -> NDArray[np.uint8]:

@@ -31,7 +31,6 @@ ROW = {"source": "film.mp4", "init": "1,2,3,4"}
         ({"do": "refine", "init": ""}, "rows and keyframes"),
         ({"rows": "r.csv"}, "track takes no rows"),
         ({"init": "", "keyframes": "k.csv", "stride": 2}, "stride"),
-        ({"preset": "nummiaro", "network": "a.onnx"}, "preset nummiaro takes no network"),
         ({"source": "rtsp://camera/1"}, "is live"),
     ],
 )

@@ -89,11 +89,9 @@ class Passes(ABC, Generic[E]):
         wanted = finished if sequences is None else set(finished).intersection(sequences)
         return rows[rows.sequence.isin(wanted)]
 
-    def seconds(
-        self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
-    ) -> Floats:
-        """Return the running times of all updates, or of those on some sequences, (n,)."""
-        passes = self.passes(tracker, protocol, sequences)
+    def seconds(self, tracker: str, protocol: str) -> Floats:
+        """Return the running times of all updates, (n,)."""
+        passes = self.passes(tracker, protocol)
         return np.concatenate([[], *(outcome.seconds for outcome in passes.outcome)])
 
     @abstractmethod

@@ -113,7 +113,7 @@ class ResultOptions:
             return
         if self.out is not None:  # first: a reader of the tables, such as `head`, may end early
             save(result, self.out, name)
-        _print(result.tables.values())
+        show_tables(result.tables.values())
         if self.out is not None:
             plot = "" if result.draw is None else " and PNG"
             log(f"wrote {self.out / name}.md, with CSV{plot}.")
@@ -130,7 +130,7 @@ def _time_left(seconds: float) -> str:
     )
 
 
-def _print(tables: Iterable[Table]) -> None:
+def show_tables(tables: Iterable[Table]) -> None:
     """Print tables on standard output."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console

@@ -11,7 +11,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import Config, ConfigError, FormatError, __version__
-from motes.core import PARTIAL, from_dict, from_json, leftovers, write_whole
+from motes.core import PARTIAL, leftovers, write_whole
 from motes_lab.adapters.registry import TrackerSpec
 from motes_lab.datasets.sot import printable
 from motes_lab.runner import Job
@@ -95,8 +95,8 @@ def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = F
 def _resumed_record(out: Path, now: Record) -> Record:
     """Return the record of a resumed evaluation; raise a FormatError if its settings differ."""
     try:
-        before: Record = from_dict(from_json((out / RECORD).read_bytes()), Record)
-    except (OSError, ConfigError) as error:
+        before = msgspec.json.decode((out / RECORD).read_bytes(), type=Record)
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise FormatError(
             f"{out} cannot be resumed, as its {RECORD} cannot be read ({why}); replace it with "

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes import FormatError
-from motes.core import Flags, Floats, guarded, iou, write_whole, writing
+from motes.core import Floats, guarded, iou, write_whole, writing
 from motes_lab.datasets.sot import Sequence
 from motes_lab.metrics import sot as metrics
 from motes_lab.protocols.trace import TrackerOutput, load_trace
@@ -67,19 +68,19 @@ class Fit(NamedTuple):
     without a target, at the start, and if the tracker is lost or gives no covariance."""
 
     @property
-    def present(self) -> Flags:
+    def present(self) -> NDArray[np.bool_]:
         """Whether there is a target, (n,)."""
         return np.isfinite(self.overlaps)
 
     @property
-    def missed(self) -> Flags:
+    def missed(self) -> NDArray[np.bool_]:
         """Whether the tracker has lost the target, or there is none, (n,)."""
         return ~(self.overlaps >= MISS_IOU)
 
     @property
-    def correct(self) -> Flags:
+    def correct(self) -> NDArray[np.bool_]:
         """Whether the overlap is large enough for a correct frame, (n,)."""
-        flags: Flags = self.overlaps > CORRECT_IOU
+        flags: NDArray[np.bool_] = self.overlaps > CORRECT_IOU
         return flags
 
 

@@ -16,7 +16,6 @@ from .input_checks import default_output as default_output
 from .input_checks import error_context as error_context
 from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
-from .messages import counted as counted
 from .messages import log as log
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode

@@ -2,58 +2,37 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from functools import partial
-from math import isfinite, nan
 from pathlib import Path
 from typing import Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.track import Status
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import Draw, describe, draw
-from motes.output.painters import TRAIL, ScenePainter, speed_label
-from motes.output.scene_overlay import Point
+from motes.output.overlay import Draw
+from motes.output.painters import ScenePainter, TargetPainter
 from motes.rows.writer import check_writable
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
-
-NOWHERE = (nan, nan)
-"""In a trail, the place of a target that is not seen."""
 
 
 def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
     """Return what paints several objects, the time, and the crossings, entries and exits so far."""
     painter = ScenePainter(places)
 
-    def painted(moment: Moment) -> Draw:
-        every = {each.identity: each.number("speed") for each in moment.tracks}
-        speeds = {identity: speed for identity, speed in every.items() if isfinite(speed)}
-        return painter.painted(moment.frame, moment.tracks, moment.events, speeds)
-
-    return painted
+    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
 
 
 def painted_target(*, metres: bool = False) -> Callable[[Moment], Draw]:
     """Return what paints one object, its particles and its trail, and its speed in metres."""
-    trail = deque[Point](maxlen=TRAIL)
+    painter = TargetPainter(metres=metres)
 
     def painted(moment: Moment) -> Draw:
-        info, target = moment.info, moment.target
+        info = moment.info
         if info is None:
             return lambda: moment.frame.pixels
-        seen = target.status is Status.TRACKING
-        trail.append(target.ellipse[:2] if seen else NOWHERE)
-        label, speed = None, target.number("speed")
-        if metres and isfinite(speed):
-            label = f"{describe(target)}  {speed_label(speed)}"
-        return partial(
-            draw, moment.frame.pixels, target, particles=info.ellipses, weights=info.weights,
-            trail=list(trail), label=label,
-        )  # fmt: skip
+        return painter.painted(moment.frame, moment.target, info.ellipses, info.weights)
 
     return painted
 

@@ -21,10 +21,7 @@ MAX_COLUMNS = 100
 LIST_END = """\
 motes config PRESET lists the keys of a preset, motes config --watch those of motes watch."""
 USE = """\
-Each key is an option of motes track: --{example}. It is also a line of a TOML \
-file for --config."""
-WATCH_USE = """\
-Each key is an option of motes watch: --{example}. It is also a line of a TOML file for --config."""
+Each key is set by --set {example} of motes {command}, or by a line of a TOML file for --config."""
 
 
 @app.default
@@ -54,7 +51,8 @@ def config(
         return DONE
     title, listed = _scene_keys(preset) if watch else _preset_keys(preset or "")
     example = next(each for each in _entries(listed) if each.value is not None)
-    use = (WATCH_USE if watch else USE).format(example=f"{example.path} {example.value}")
+    command = "watch" if watch else "track"
+    use = USE.format(example=f"{example.path}={example.value}", command=command)
     head = [*_wrapped(title), *_wrapped(use), ""] if key is None else []
     lines = list(_sections(listed, None if key is None else key.replace("-", "_")))
     if not lines:
@@ -90,14 +88,10 @@ def _preset_keys(name: str) -> tuple[str, tuple[Key, ...]]:
 
 def _scene_keys(name: str | None) -> tuple[str, tuple[Key, ...]]:
     """Return the title and the keys of `motes watch` with a preset; raise a ConfigError."""
-    from msgspec.structs import asdict
-
-    from motes.mot.pipeline_config import WatchConfig
-    from motes.mot.scene_config import scene_config
+    from motes.mot.pipeline_config import WatchConfig, watch_config
 
     name = name or "nummiaro:adaptive"
-    scene = WatchConfig(**asdict(scene_config(name)))
-    return f"motes watch with the preset {name}.", keys(WatchConfig, scene)
+    return f"motes watch with the preset {name}.", keys(WatchConfig, watch_config(name))
 
 
 def _sections(listed: Sequence[Key], only: str | None) -> Iterator[str]:

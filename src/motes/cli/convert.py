@@ -18,7 +18,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     point_out_unfinished,
 )
-from motes.cli.messages import counted, log
+from motes.cli.messages import log
 from motes.cli.option_groups import (
     FLAG,
     OUTPUT,
@@ -30,7 +30,7 @@ from motes.cli.option_groups import (
     say_rate,
 )
 from motes.cli.track_units import UnitOptions, check_size
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import ConfigError, SourceError, counted
 from motes.core.files import writing
 
 if TYPE_CHECKING:

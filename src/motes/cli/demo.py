@@ -31,7 +31,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.resources import environment, thread_limits
-from motes.core.worker import Alive, Answer, Done, Worker, blocked_signals, do_tasks, receive
+from motes.core.worker import Alive, Done, Worker, blocked_signals
 
 if TYPE_CHECKING:
     from motes.synthetic.clips import Truth
@@ -161,10 +161,10 @@ def _in_processes(play: Callable[[Story], Played]) -> Iterator[Played]:
     try:
         for story in STORIES:
             with environment(thread_limits()):
-                workers.append(Worker(do_tasks))
+                workers.append(Worker())
             workers[-1].give(partial(_packed, play=play, name=story.name))
         for story, worker in zip(STORIES, workers, strict=True):
-            while isinstance(answer := receive(worker.pipe, Answer), Alive):
+            while isinstance(answer := worker.receive(), Alive):
                 pass
             if not isinstance(answer, Done):
                 why = answer.error if answer else f"Its process ended with {worker.cause()}."

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.messages import counted, log
+from motes.cli.messages import log
 from motes.core import interrupts
-from motes.core.errors import MotesError
+from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.core.track import Track

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +47,7 @@ def tracker_config(
         return presets.configure(base, settings)
 
 
-def watch_config(
+def scene_of(
     preset: str,
     objects: ObjectOptions,
     values: ConfigOptions,
@@ -74,40 +74,26 @@ def watch_config(
     SourceError
         If the file cannot be read.
     """
-    from msgspec.structs import asdict
-
-    from motes.core.config import from_dict, from_toml, merge, to_dict
+    from motes.core.config import from_toml
     from motes.mot.detection.custom import CustomConfig
-    from motes.mot.pipeline_config import (
-        WatchConfig,
-        check_code,
-        detector_values,
-        for_lookalikes,
-    )
-    from motes.mot.scene_config import scene_config
+    from motes.mot.pipeline_config import check_code, for_lookalikes, watch_config
 
-    def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
-        new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
-        return new
-
-    file = values.config
-    scene = scene_config(preset)
+    file, config = values.config, watch_config(preset)
     if objects.like is not None:
-        scene = for_lookalikes(scene)
-    config = WatchConfig(**asdict(scene))
+        config = for_lookalikes(config)
     if file is not None:
         with error_context(file):
-            config = changed(config, from_toml(read_text(file), "this file"))
+            config = watch_config(config, from_toml(read_text(file), "this file"))
             if isinstance(config.detector, CustomConfig):
                 check_code(config.detector.name, own_code)
     if objects.like is not None:
         box = numbers_of("--like", objects.like, "x,y,width,height")
-        config = changed(config, {"detector": {"type": "like", "box": box}})
-    elif objects.detector is not None:
-        config = changed(config, {"detector": detector_values(objects.detector)})
-    config = changed(config, objects.selection())
+        config = watch_config(config, {"detector": {"type": "like", "box": box}})
+    else:
+        config = watch_config(config, detector=objects.detector)
+    config = watch_config(config, objects.selection())
     with error_context("--set"):
-        return changed(config, settings_of(values.changes or ()))
+        return watch_config(config, settings_of(values.changes or ()))
 
 
 def with_network(settings: dict[str, Any], preset: str, given: str | None) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.messages import counted, log
+from motes.cli.messages import log
 from motes.core import interrupts
-from motes.core.errors import ConfigError, FormatError, InputError
+from motes.core.errors import ConfigError, FormatError, InputError, counted
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording

@@ -66,14 +66,12 @@ class Request(Generic[Configuration]):
             return None
         return history_path(Path(output)) if format_of(output, form) in STREAMED else None
 
-    def pictures(
-        self, film: Source | Film, painter: Callable[[], Callable[[Moment], Draw]]
-    ) -> list[Sink]:
-        """Return the output --overlay."""
+    def pictures(self, film: Source | Film, painted: Callable[[Moment], Draw]) -> list[Sink]:
+        """Return the output --overlay; `painted` returns what draws a result."""
         if (path := self.outputs.overlay) is None:
             return []
         stride, anew = self.frames.stride, self.overwrite
-        return [AnnotatedVideo(path, film, stride, painter(), overwrite=anew)]
+        return [AnnotatedVideo(path, film, stride, painted, overwrite=anew)]
 
     def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, with further columns; none if they are not asked for.

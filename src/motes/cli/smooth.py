@@ -11,8 +11,9 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_unfinished
 from motes.cli.known_run import units_of
-from motes.cli.messages import counted, log
+from motes.cli.messages import log
 from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Overwrite
+from motes.core.errors import counted
 from motes.core.files import is_special
 from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed

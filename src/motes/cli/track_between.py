@@ -18,11 +18,11 @@ from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import FrameProgress, Moment, Sink, Tally, summarize
 from motes.cli.input_checks import point_out_corners
-from motes.cli.messages import counted
 from motes.cli.option_groups import say_rate
 from motes.cli.request import Request
 from motes.cli.track_units import check_size
 from motes.core import interrupts
+from motes.core.errors import counted
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import GROUND, Status, Track
@@ -65,7 +65,7 @@ def track_between(
     if path is not None:
         for each in (rows_path(path), path):
             check_writable(each, asked.overwrite)
-    videos = asked.pictures(film, lambda: painted_target(metres=units is not None))
+    videos = asked.pictures(film, painted_target(metres=units is not None))
     rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
     run = KeyframeRun(film, asked, history)
     try:

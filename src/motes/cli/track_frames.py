@@ -57,7 +57,7 @@ def track_one(
         check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
-        opened = asked.pictures(film, lambda: painted_target(metres=units is not None))
+        opened = asked.pictures(film, painted_target(metres=units is not None))
         if figures is not None:
             drawn = part("figures", "--figures", "lab")
             opened.append(drawn(figures, tracker.config, overwrite=asked.overwrite))
@@ -107,7 +107,7 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     with asked.frames.open(asked.source) as film:
         say_rate(film)
         say_alone(film)
-        opened = asked.pictures(film, lambda: painted_scene(Regions()))
+        opened = asked.pictures(film, painted_scene(Regions()))
         return run(film, [*opened, *asked.remembered_rows(film)], moments, tally)
 
 

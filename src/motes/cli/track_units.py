@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from cyclopts import Group
 
 from motes.cli.input_checks import error_context
-from motes.cli.messages import counted, log
+from motes.cli.messages import log
 from motes.cli.option_groups import options
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, counted
 from motes.core.files import read_text
 
 if TYPE_CHECKING:

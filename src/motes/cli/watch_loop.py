@@ -8,12 +8,12 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from motes.cli.frame_loop import Moment, Sink, Tally, run
-from motes.cli.messages import counted, log
-from motes.core.errors import MotesError
+from motes.cli.messages import log
+from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.track import Track
 from motes.formats.recording import ANONYMOUS
-from motes.mot.analytics.events import MINUTE, EventCounter
+from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import GroundMotions, RealUnits
 from motes.mot.scene import DOUBTS, Scene
 from motes.video.sources import Source
@@ -85,7 +85,6 @@ class SceneTally(Tally):
         self._scene, self._counter, self._turns = scene, counter, turns
         self._printed = set[str]()
         self._came = self._gone = self._last = 0
-        self._counts = Counter[tuple[int, str, str, str, str]]()
 
     def add(self, moment: Moment) -> str:
         """Count a frame; return how many objects are there, came and went."""
@@ -97,9 +96,6 @@ class SceneTally(Tally):
                 log(text)
         self._came = max([self._came, *(each.identity for each in moment.tracks)])
         self._gone += sum(each.gone for each in moment.tracks)
-        for event in moment.events:
-            parts = event.event, event.place or "", event.direction or "", event.label or ""
-            self._counts[(int(event.time // MINUTE), *parts)] += 1
         here = counted(self._came - self._gone, "object")
         return f"{here}, {self._came} came, {self._gone} went"
 
@@ -112,7 +108,7 @@ class SceneTally(Tally):
             for kind, first in sorted(self._scene.doubts.items(), key=lambda pair: pair[1])
             if first <= self._last
         ]
-        return [*table(self._counts), *turns, *doubts, *self._counter.remarks(), *unused]
+        return [*table(self._counter.counts), *turns, *doubts, *self._counter.remarks(), *unused]
 
     @property
     def missing(self) -> str | None:

@@ -8,13 +8,11 @@ from .callables import explain as explain
 from .callables import import_callable as import_callable
 from .config import NonNegative as NonNegative
 from .config import from_dict as from_dict
-from .config import from_json as from_json
 from .config import from_toml as from_toml
-from .config import merge as merge
 from .config import to_dict as to_dict
 from .config import to_toml as to_toml
 from .detection import PreparedDetector as PreparedDetector
-from .errors import clear as clear
+from .errors import counted as counted
 from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
 from .files import leftovers as leftovers
@@ -27,11 +25,8 @@ from .geometry import as_ellipse as as_ellipse
 from .geometry import iou as iou
 from .geometry import region_within as region_within
 from .labels import check_label as check_label
-from .platforms import system as system
 from .spreadsheet import guarded as guarded
 from .type_words import words as words
-from .types import Bytes as Bytes
-from .types import Flags as Flags
 from .types import Floats as Floats
 from .types import Singles as Singles
 from .worker import Alive as Alive
@@ -42,5 +37,3 @@ from .worker import Part as Part
 from .worker import Worker as Worker
 from .worker import WorkerLine as WorkerLine
 from .worker import blocked_signals as blocked_signals
-from .worker import do_tasks as do_tasks
-from .worker import receive as receive

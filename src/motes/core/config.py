@@ -140,14 +140,6 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
         raise ConfigError(f"{name} is nested too deeply.") from None
 
 
-def from_json(data: bytes) -> Any:
-    """Return the values in a JSON text; raise a ConfigError if it is none."""
-    try:
-        return msgspec.json.decode(data)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ConfigError(f"It is not valid JSON: {error}") from None
-
-
 def to_toml(config: Config) -> str:
     """Return a configuration as TOML text that `from_toml` reads back.
 

@@ -22,6 +22,11 @@ def _shown(character: str) -> str:
     return " " if character.isspace() else character.encode("unicode_escape").decode()
 
 
+def counted(number: int, noun: str) -> str:
+    """Return `1 frame` or `2 frames`."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 class MotesError(Exception):
     """Base of all errors that motes raises on purpose."""
 

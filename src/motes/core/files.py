@@ -72,8 +72,10 @@ def read_text(
         with open(path, encoding="utf-8-sig", newline=newline) as file:
             return file.read()
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not text"
-        raise kind(f"{path} cannot be read: {reason}; check the name.") from None
+        reason = "it is not text; save it as UTF-8"
+        if isinstance(error, OSError):
+            reason = f"{error.strerror}; check the name"
+        raise kind(f"{path} cannot be read: {reason}.") from None
 
 
 def lines_of(text: str) -> list[str]:

@@ -97,8 +97,10 @@ def _say_depth(depth: int) -> None:
     LOG.warning(depth_note(depth))
 
 
-def as_frame(picture: Any) -> Frame:
-    """Return an image as the first frame of a video; a `Frame` stays as it is.
+def as_frame(picture: Any, last: Frame | None = None, step: int = 1) -> Frame:
+    """Return an image as the first frame of a video, or `step` frames after the last one.
+
+    A `Frame` stays as it is.
 
     Raises
     ------
@@ -106,7 +108,10 @@ def as_frame(picture: Any) -> Frame:
         If it is no image (see `as_rgb`), or the frame's time is not finite.
     """
     if not isinstance(picture, Frame):
-        return Frame(0, 0.0, picture)
+        if last is None:
+            return Frame(0, 0.0, picture)
+        time = last.time + step * FRAME_INTERVAL
+        return Frame(last.index + step, time, picture, depth=last.depth)
     if not math.isfinite(picture.time):
         raise SourceError(f"Frame {picture.index} is at {picture.time} s; give it a finite time.")
     return picture

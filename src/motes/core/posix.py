@@ -44,17 +44,6 @@ def end_group(leader: int) -> None:
         os.killpg(leader, signal.SIGKILL)
 
 
-def lower_priority(niceness: int) -> None:
-    """Let other processes go before this one."""
-    os.nice(niceness)
-
-
-def limit_memory(most: int) -> None:
-    """Limit the memory of this process, in bytes, and leave no dump of it."""
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-
 def limits() -> tuple[float, float]:
     """Return how many bytes of addresses and how many open files this process may have."""
     found = (resource.getrlimit(each)[0] for each in (resource.RLIMIT_AS, resource.RLIMIT_NOFILE))

@@ -12,9 +12,6 @@ from typing import BinaryIO
 
 assert sys.platform == "win32"  # so that types are checked for each system
 
-BELOW_NORMAL = 0x4000
-"""A class of priorities."""
-
 
 @contextlib.contextmanager
 def blocked_signals(_: Sequence[int]) -> Iterator[None]:
@@ -39,16 +36,6 @@ def end_group(leader: int) -> None:
     """End a process and all that it has started, at once."""
     command = "taskkill", "/F", "/T", "/PID", str(leader)
     subprocess.run(command, capture_output=True, check=False)
-
-
-def lower_priority(_: int) -> None:
-    """Let other processes go before this one."""
-    kernel = ctypes.windll.kernel32
-    kernel.SetPriorityClass(kernel.GetCurrentProcess(), BELOW_NORMAL)
-
-
-def limit_memory(most: int) -> None:
-    """Do nothing: Windows has no such limit."""
 
 
 def limits() -> tuple[float, float]:

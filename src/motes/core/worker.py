@@ -76,20 +76,6 @@ Answer = Part | Alive | Done | Failed
 """What a worker sends that does tasks."""
 
 
-def send(pipe: Connection, message: bytes) -> None:
-    """Send a message to a worker; one that has ended is noticed when it is listened to."""
-    with contextlib.suppress(OSError):
-        pipe.send_bytes(message)
-
-
-def receive(pipe: Connection, kind: Any) -> Any:
-    """Wait for the next message of a worker; return None if none of this kind will come."""
-    try:
-        return msgspec.msgpack.decode(pipe.recv_bytes(), type=kind)
-    except (EOFError, OSError, msgspec.MsgspecError):
-        return None
-
-
 class StoppedError(Exception):
     """The program wants the task to end."""
 
@@ -100,7 +86,8 @@ class Worker:
     Parameters
     ----------
     function, arguments
-        A function at the top level of a module; it gets the line, and these arguments.
+        A function at the top level of a module; it gets the line, and these arguments. By default
+        the worker does tasks.
     line
         The class of the line.
     context
@@ -114,7 +101,7 @@ class Worker:
 
     def __init__(
         self,
-        function: Callable[..., None],
+        function: Callable[..., None] | None = None,
         *arguments: Any,
         line: type[WorkerLine] | None = None,
         context: BaseContext | None = None,
@@ -123,7 +110,7 @@ class Worker:
         self._scratch = os.path.join(tempfile.gettempdir(), f"motes-{secrets.token_hex(8)}")
         with blocked_signals():
             self.pipe, theirs = made.Pipe()
-            given = theirs, self._scratch, line or WorkerLine, function, arguments
+            given = theirs, self._scratch, line or WorkerLine, function or do_tasks, arguments
             self._process = made.Process(target=_run, args=given)
             self._process.start()
             theirs.close()
@@ -135,13 +122,25 @@ class Worker:
         """The number of the process."""
         return self._process.pid or 0
 
+    def send(self, message: bytes) -> None:
+        """Send a message; that the process has ended is noticed where it is listened to."""
+        with contextlib.suppress(OSError):
+            self.pipe.send_bytes(message)
+
+    def receive(self, kind: Any = Answer) -> Any:
+        """Wait for the next message; return None if none of this kind will come."""
+        try:
+            return msgspec.msgpack.decode(self.pipe.recv_bytes(), type=kind)
+        except (EOFError, OSError, msgspec.MsgspecError):
+            return None
+
     def give(self, task: Callable[[Any], bytes]) -> None:
         """Give a task to a worker that does tasks, and has answered the one before."""
-        send(self.pipe, pickle.dumps(task))
+        self.send(pickle.dumps(task))
 
     def stop(self) -> None:
         """Stop the task that it does; that is answered by `Done`."""
-        send(self.pipe, STOP)
+        self.send(STOP)
 
     def kill(self) -> None:
         """End the process and all that it has started, and do not wait for that."""

@@ -2,10 +2,7 @@
 
 from . import parquet as parquet
 from . import registry as registry
-from .mot import CLASSES as CLASSES
-from .mot import class_names as class_names
-from .mot import number_of as number_of
-from .mot import read_lines as read_lines
+from .mot import read_boxes as read_boxes
 from .recording import LABEL as LABEL
 from .recording import FilmFacts as FilmFacts
 from .recording import Recording as Recording
@@ -16,7 +13,6 @@ from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
 from .regions import region_of_pixels as region_of_pixels
 from .registry import Format as Format
-from .text import read_text as read_text
 from .truth import absences as absences
 from .truth import kind_of as kind_of
 from .visibility import VISIBLE as VISIBLE

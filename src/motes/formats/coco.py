@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import structs
 
 from motes import __version__
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, counted
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats import runs, shapes
@@ -32,7 +32,7 @@ from motes.formats.recording import (
     sound,
 )
 from motes.formats.regions import MAX_FRAME, region_of_corners
-from motes.formats.text import angle, at, counted, read_json
+from motes.formats.text import angle, at, read_json
 from motes.rows.schema import FrameRow, Header, text_name
 
 ROUNDING = 0.05

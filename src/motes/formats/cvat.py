@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import structs
 
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, counted
+from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
@@ -32,7 +33,7 @@ from motes.formats.recording import (
     sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
-from motes.formats.text import angle, at, counted, number, read_text, whole
+from motes.formats.text import angle, at, number, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
 from motes.rows.schema import text_name
@@ -144,7 +145,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     from xml.etree import ElementTree
 
     try:
-        root = ElementTree.fromstring(read_text(path))
+        root = ElementTree.fromstring(read_text(path, FormatError))
     except ElementTree.ParseError as error:
         raise FormatError(f"it is not XML: {error}") from None
     if root.tag != "annotations":

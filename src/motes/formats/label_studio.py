@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Meta, structs
 
 from motes import __version__
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, counted
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
@@ -32,7 +32,7 @@ from motes.formats.recording import (
     sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
-from motes.formats.text import angle, at, counted, read_json
+from motes.formats.text import angle, at, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import check_identities, visible
 

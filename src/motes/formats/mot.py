@@ -16,14 +16,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
-from motes.core.errors import FormatError
-from motes.core.files import check_ended, lines_of
+from motes.core.errors import FormatError, counted
+from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
-from motes.formats.text import counted, fields_of, number, read_text
+from motes.formats.text import fields_of, number
 from motes.formats.visibility import shown, visible
 
 Kind = Literal["truth", "results", "detections"]
@@ -44,6 +44,7 @@ SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
 _NAMES = {number: name for name, number in CLASSES.items()}
 
 _NEEDED, _MOST = 7, 10
+_CLASS = 7
 
 
 def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
@@ -113,7 +114,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
 
 def _has_more(path: Path, kind: Kind) -> bool:
     """Return whether the lines have further numbers that are not read, such as places in metres."""
-    line = next(line for line in lines_of(read_text(path)) if line.strip())
+    line = next(line for line in lines_of(read_text(path, FormatError)) if line.strip())
     more = fields_of(line)[_NEEDED:]
     return not _has_classes(more, kind) and any(number(each) != UNKNOWN for each in more)
 
@@ -132,7 +133,7 @@ def class_names(folder: Path) -> dict[int, str]:
     path = folder / LABELS
     if not path.is_file():
         return {}
-    names = lines_of(read_text(path))
+    names = lines_of(read_text(path, FormatError))
     return {number: name.strip() for number, name in enumerate(names, start=1) if name.strip()}
 
 
@@ -161,6 +162,30 @@ def _class_name(label: int, names: Mapping[int, str]) -> str | None:
     return f"class {label}"
 
 
+def read_boxes(path: Path, frames: int, kind: Kind) -> list[list[float]]:
+    """Return what `read_lines` does, with classes of the MOTChallenge, or `UNKNOWN`.
+
+    Where a truth has the names of its own classes beside it, what is none of the MOTChallenge's is
+    a distractor.
+
+    Raises
+    ------
+    FormatError
+        As `read_lines`, and for another class.
+    """
+    lines = read_lines(path, frames, kind)
+    names = class_names(path.parent) if kind == "truth" else {}
+    for line in lines if names else ():
+        number = number_of(names.get(int(line[_CLASS]), ""))
+        line[_CLASS] = CLASSES["distractor"] if number == UNKNOWN else number
+    most = max((line[_CLASS] for line in lines), default=0)
+    if most > max(CLASSES.values()):
+        raise FormatError(
+            f"class {most:.0f} is none of the MOTChallenge; add gt/{LABELS} with names"
+        )
+    return lines
+
+
 def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
     """Return the boxes of a video, in the order of the lines; these have equally many fields.
 
@@ -184,13 +209,11 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
 
     Raises
     ------
-    OSError
-        If it cannot be read.
     FormatError
-        If it is not text, or a line is wrong, with file and line.
+        If it cannot be read, or a line is wrong, with file and line.
     """
     name = "/".join([path.parent.name, path.name]).lstrip("/")
-    text = read_text(path)
+    text = read_text(path, FormatError)
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
     count = 0

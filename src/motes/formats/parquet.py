@@ -10,8 +10,8 @@ from typing import Any
 from motes.core.errors import FormatError
 from motes.core.extras import optional
 from motes.formats.recording import FilmFacts, Recording
-from motes.formats.rows import KNOWN, recording_of_rows, table_of
-from motes.rows.schema import TEXT, WHOLE
+from motes.formats.rows import recording_of_rows, table_of
+from motes.rows.schema import KNOWN, TEXT, WHOLE
 
 BATCH = 1 << 14
 """Rows that are unpacked at a time."""

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
 from motes.core.files import lines_of
-from motes.core.geometry import FARTHEST, Box, Ellipse
-from motes.formats.text import fields_of
+from motes.core.geometry import Box, Ellipse
+from motes.formats.text import any_number, fields_of
 
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
@@ -81,7 +81,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
 
 def _parse_row(row: str, strict: bool) -> TruthRegion:
     mask = row.startswith("m")
-    values = [_parse_number(field) for field in fields_of(row.lstrip("m").strip(" \t,;"))]
+    values = [any_number(field) for field in fields_of(row.lstrip("m").strip(" \t,;"))]
     if all(math.isnan(value) for value in values):
         return ABSENT
     if not all(math.isfinite(value) for value in values):
@@ -102,16 +102,6 @@ def _parse_row(row: str, strict: bool) -> TruthRegion:
         f"a row has 4 numbers (x, y, width, height) or the 8 and more of a polygon, "
         f"not {len(values)}"
     )
-
-
-def _parse_number(field: str) -> float:
-    try:
-        value = float(field.replace("_", "?"))  # as in `number`
-    except ValueError:
-        raise ValueError(f"{field[:20]!r} is not a number") from None
-    if FARTHEST < abs(value) < math.inf:
-        raise ValueError(f"{field[:20]} is too large a number")
-    return value
 
 
 def _region_of_runs(values: list[float]) -> TruthRegion:

@@ -14,15 +14,12 @@ import msgspec
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import check_angle
-from motes.core.track import BOX, COLUMNS, ELLIPSE, GROUND, Status, Track
+from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
 from motes.rows.reader import read_track
-from motes.rows.schema import CAMERA, ENDING, HINDSIGHT, Form, FrameRow, Header, further, head, line
-
-KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
-"""The columns that are read; others are left out."""
+from motes.rows.schema import CAMERA, ENDING, KNOWN, Form, FrameRow, Header, further, head, line
 
 
 def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:

@@ -12,31 +12,19 @@ from typing import Any
 import msgspec
 
 from motes.core.errors import FormatError
+from motes.core.files import read_text
 from motes.core.geometry import FARTHEST
 
 _SPACED = re.compile(r"[^\s,;]\s+[^\s,;]")
 """Two fields with nothing but space between them."""
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file; raise an OSError or a FormatError if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise FormatError(f"{path.name} is not text; save it as UTF-8") from None
-
-
 def read_json(path: Path, kind: Any) -> Any:
-    """Return the content of a JSON file as a type of msgspec; raise as `read_text` does."""
+    """Return the content of a JSON file as a type of msgspec; raise a FormatError otherwise."""
     try:
-        return msgspec.json.decode(read_text(path), type=kind)
+        return msgspec.json.decode(read_text(path, FormatError), type=kind)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise FormatError(f"{path.name}: {error}") from None
-
-
-def counted(count: int, thing: str) -> str:
-    """Return a number of things, as "1 region" or "2 regions"."""
-    return f"{count} {thing}{'s' * (count != 1)}"
 
 
 @contextmanager
@@ -69,13 +57,19 @@ def fields_of(line: str) -> list[str]:
 
 def number(field: str) -> float:
     """Return the number that a text holds; raise a ValueError if it is none, or of no picture."""
+    value = any_number(field)
+    if not math.isfinite(value):
+        raise ValueError(f"{field[:20]} is not finite")
+    return value
+
+
+def any_number(field: str) -> float:
+    """Return the number that a text holds, as `number` does, also one that is not finite."""
     try:
         value = float(field.replace("_", "?"))  # Python alone reads 1_0 as 10
     except ValueError:
         raise ValueError(f"{field[:20]!r} is not a number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{field[:20]} is not finite")
-    if abs(value) > FARTHEST:
+    if FARTHEST < abs(value) < math.inf:
         raise ValueError(f"{field[:20]} is too large a number")
     return value
 

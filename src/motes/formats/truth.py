@@ -20,12 +20,11 @@ from pathlib import Path
 from typing import Literal
 
 from motes.core.errors import FormatError
-from motes.core.files import check_ended
+from motes.core.files import check_ended, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
-from motes.formats.text import read_text
 from motes.formats.visibility import only_object
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
@@ -85,7 +84,7 @@ def absences(kind: str, folder: Path, count: int) -> list[bool]:
     absent = [False] * count
     for name in ABSENCES.get(kind, ()):
         if (folder / name).is_file():
-            words = read_text(folder / name).replace(",", " ").split()
+            words = read_text(folder / name, FormatError).replace(",", " ").split()
             if len(words) != count:
                 raise FormatError(f"{name} is for {len(words)} frames, not {count}")
             if other := next((word for word in words if word not in ("0", "1")), None):
@@ -96,7 +95,7 @@ def absences(kind: str, folder: Path, count: int) -> list[bool]:
 
 def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the target of a truth; masks become ellipses."""
-    text = read_text(path)
+    text = read_text(path, FormatError)
     check_ended(text)
     # Others have boxes of any size where the target is absent.
     regions, first = read_regions(text, strict=kind in ("otb", "vot")), FIRST_PIXEL[kind]

@@ -20,13 +20,13 @@ from typing import Literal
 import msgspec
 
 from motes.core.errors import FormatError
-from motes.core.files import lines_of
+from motes.core.files import lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.formats.image_names import frame_of, images_of, note_on_names
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
-from motes.formats.text import at, number, read_text, whole
+from motes.formats.text import at, number, whole
 from motes.formats.visibility import visible
 from motes.rows.schema import text_name
 
@@ -107,7 +107,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
         times[frame] = None
-        text = read_text(file)
+        text = read_text(file, FormatError)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)
         for place, line in enumerate(lines_of(text), start=1):
@@ -178,11 +178,11 @@ def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
     for place in (folder / CLASSES, folder.parent / CLASSES, folder.parent / DARKNET):
         if place.is_file():
-            return dict(enumerate(lines_of(read_text(place))))
+            return dict(enumerate(lines_of(read_text(place, FormatError))))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
             with at(place.name):
-                return _yaml_names(read_text(place))
+                return _yaml_names(read_text(place, FormatError))
     return {}
 
 

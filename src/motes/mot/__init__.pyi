@@ -12,6 +12,6 @@ from .look import Look as Look
 from .look import looks_at as looks_at
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
-from .pipeline_config import detector_values as detector_values
 from .pipeline_config import for_lookalikes as for_lookalikes
 from .pipeline_config import named_detector as named_detector
+from .pipeline_config import watch_config as watch_config

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
-from msgspec.structs import fields, replace
+from msgspec.structs import asdict, fields, replace
 
-from motes.core.config import from_dict
+from motes.core.config import from_dict, merge, to_dict
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
@@ -15,7 +16,9 @@ from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
-from motes.mot.scene_config import SceneConfig
+from motes.mot.scene_config import SceneConfig, scene_config
+
+S = TypeVar("S", bound=SceneConfig)
 
 DETECTORS = Registry[type[DetectorConfig]](
     "detector",
@@ -44,6 +47,35 @@ class WatchConfig(SceneConfig, frozen=True):
 
     detector: DetectorConfig = BackgroundConfig()
     """The detector of objects, and its settings."""
+
+
+def watch_config(
+    base: str | WatchConfig, changes: Mapping[str, Any] = {}, *, detector: str | None = None
+) -> WatchConfig:
+    """Return a scene and its detector, of a preset or as given, with changes laid over them.
+
+    Parameters
+    ----------
+    base
+        The preset of the trackers, or a configuration.
+    changes
+        Plain nested values, as in TOML.
+    detector
+        The name of a detector in place of that one, with its default settings.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown preset, detector or key, or a value that does not fit.
+    SourceError
+        If the TOML file beside an ONNX file cannot be read.
+    """
+    given = WatchConfig(**asdict(scene_config(base))) if isinstance(base, str) else base
+    values = merge(to_dict(given), changes)
+    if detector is not None:
+        values = merge(values, {"detector": detector_values(detector)})
+    config: WatchConfig = from_dict(values, WatchConfig)
+    return config
 
 
 def detector_values(name: str | None) -> dict[str, Any]:
@@ -94,7 +126,7 @@ def named_detector(name: str | None) -> Detector:
     return config.detector()
 
 
-def for_lookalikes(config: SceneConfig) -> SceneConfig:
+def for_lookalikes(config: S) -> S:
     """Return a scene's configuration for what looks like a target.
 
     Patches before a background that moves along change their outline from frame to frame, more than

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from motes.core.adapters import as_detections
 from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import FARTHEST, Box, as_samples
 from motes.core.log import LOG
 from motes.core.seed import checked_seed
@@ -244,7 +244,7 @@ class Scene:
         ConfigError
             If the detector's detections or its motion are in no form that is known.
         """
-        picture = _next(frame, self._last)
+        picture = as_frame(frame, self._last)
         self._check(picture)
         return self._step(picture, self._detect(picture))
 
@@ -359,19 +359,10 @@ class Scene:
             )
 
 
-def _next(picture: Frame | NDArray[Any], last: Frame | None) -> Frame:
-    """Return a picture as the frame after the last one, if there was one."""
-    if isinstance(picture, Frame):
-        return picture
-    if last is None:
-        return Frame(0, 0.0, picture)
-    return Frame(last.index + 1, last.time + FRAME_INTERVAL, picture, depth=last.depth)
-
-
 def _in_order(pictures: Iterable[Frame | NDArray[Any]], last: Frame | None) -> Iterator[Frame]:
     """Yield pictures as frames, each after the one before."""
     for picture in pictures:
-        last = _next(picture, last)
+        last = as_frame(picture, last)
         yield last
 
 

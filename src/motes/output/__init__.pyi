@@ -1,4 +1,4 @@
 """The public names of this package."""
 
-from .painters import TRAIL as TRAIL
 from .painters import ScenePainter as ScenePainter
+from .painters import TargetPainter as TargetPainter

@@ -1,25 +1,55 @@
-"""What an overlay shows of a scene: objects with their past, and totals."""
+"""What an overlay shows: one target with its past, or objects with theirs, and totals."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
+from math import isfinite, nan
 
 from motes.core.frame import Frame
-from motes.core.track import ROUNDING, Track
+from motes.core.track import ROUNDING, Status, Track
+from motes.core.types import Floats
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.boxes import foot_of
-from motes.output.overlay import Draw
+from motes.output.overlay import Draw, describe, draw
 from motes.output.scene_overlay import Point, draw_scene
 
 TRAIL = 50
 """Frames of a trail."""
+NOWHERE = (nan, nan)
+"""In a trail, the place of a target that is not seen."""
+
+
+class TargetPainter:
+    """Paints one target, its particles and its trail, and its speed if that is in `metres`."""
+
+    def __init__(self, *, metres: bool = False) -> None:
+        self._metres = metres
+        self._trail: deque[Point] = deque(maxlen=TRAIL)
+
+    def painted(
+        self,
+        frame: Frame,
+        target: Track,
+        particles: Floats | None = None,
+        weights: Floats | None = None,
+    ) -> Draw:
+        """Return a function that draws the next frame."""
+        seen = target.status is Status.TRACKING
+        self._trail.append(target.ellipse[:2] if seen else NOWHERE)
+        label, speed = None, target.number("speed")
+        if self._metres and isfinite(speed):
+            label = f"{describe(target)}  {speed_label(speed)}"
+        return partial(
+            draw, frame.pixels, target, particles=particles, weights=weights,
+            trail=list(self._trail), label=label,
+        )  # fmt: skip
 
 
 class ScenePainter:
-    """Paints all objects with their trails, the lines and zones, the time and the totals.
+    """Paints all objects with their trails and speeds, the lines and zones, the time and totals.
 
     A trail is of the point that is counted: the foot.
 
@@ -34,14 +64,8 @@ class ScenePainter:
         self._trails: dict[int, deque[Point]] = {}
         self._totals: Counter[str] = Counter()
 
-    def painted(
-        self,
-        frame: Frame,
-        tracks: Sequence[Track],
-        events: Sequence[Event],
-        speeds: Mapping[int, float] = {},
-    ) -> Draw:
-        """Return a function that draws the next frame, with speeds in metres a second."""
+    def painted(self, frame: Frame, tracks: Sequence[Track], events: Sequence[Event] = ()) -> Draw:
+        """Return a function that draws the next frame, with the events up to it."""
         # A detection without an identity has no past.
         here = {each.identity for each in tracks if each.identity > 0}
         self._trails = {
@@ -57,7 +81,8 @@ class ScenePainter:
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]
         trails = {identity: list(trail) for identity, trail in self._trails.items()}
-        notes = {identity: speed_label(speed) for identity, speed in speeds.items()}
+        every = {each.identity: each.number("speed") for each in tracks}
+        notes = {name: speed_label(speed) for name, speed in every.items() if isfinite(speed)}
         return partial(draw_scene, frame.pixels, tracks, trails, self._places, caption, notes)
 
 

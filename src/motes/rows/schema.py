@@ -32,14 +32,14 @@ HINDSIGHT = (*DEVIATIONS, "outlier")
 """Further columns of tracks that are known in hindsight: smoothed or corrected ones."""
 CAMERA = "camera"
 """The further column of rows of several cameras."""
+KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
+"""All columns of an object that have a meaning."""
 
 WHOLE = ("frame", "id", "outlier")
 """Columns of whole numbers. Only an outlier may be empty, which is then none."""
 TEXT = ("label", "status", CAMERA)
 """Columns of text."""
-NUMBERS = tuple(
-    name for name in (*COLUMNS, *HINDSIGHT, *GROUND) if name not in WHOLE and name not in TEXT
-)
+NUMBERS = tuple(name for name in KNOWN if name not in WHOLE and name not in TEXT)
 """Columns of numbers, which may be empty."""
 DIGITS = {"time": "z.6f", "effective_sample_size": "z.2f"}
 DIGITS |= dict.fromkeys((*BOX, *ELLIPSE[:-1]), "z.3f")

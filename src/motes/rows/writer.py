@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Self
 
@@ -308,23 +308,17 @@ class TrackWriter(Lines):
         """Number of rows that existed before."""
         return max(self.matched - len(self._head), 0)
 
-    def write(
-        self,
-        frame: int,
-        time: float,
-        track: Track | None,
-        further: Mapping[str, float | None] = {},
-    ) -> None:
+    def write(self, frame: int, time: float, track: Track | None) -> None:
         """Write the row of one target: the frame's index, its time in seconds, its track or None.
 
         A frame without a track has empty fields (CSV) or null (JSON Lines) and the status
-        `searching`. Columns that a track does not have are taken from `further`.
+        `searching`.
         """
         if track is None:
             row = Track.nowhere(frame, time)
         else:
             smoothed = track.smoothed or set(HINDSIGHT) <= set(self._further)
-            row = replace(track, further={**track.further, **further}, smoothed=smoothed)
+            row = replace(track, smoothed=smoothed)
         self.add(FrameRow(frame, time, (replace(row, frame=frame, time=time),)))
 
     def add(self, picture: FrameRow) -> None:

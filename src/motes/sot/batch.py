@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motes.core.config import to_dict
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
-from motes.core.frame import FRAME_INTERVAL, Frame, from_bgr
+from motes.core.frame import Frame, as_frame, from_bgr
 from motes.core.track import Track
 from motes.core.types import Numbers
 from motes.sot.algorithm import Algorithm
@@ -81,7 +81,7 @@ class Trackers:
         self._opened()
         if not hasattr(regions, "__len__") or not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
-        picture = self._picture(frame, None)
+        picture = self._picture(frame)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
         tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
         self.each, self._last, self._begun = each, picture, len(each)
@@ -194,14 +194,10 @@ class Trackers:
             raise ConfigError("There are no targets yet; call init first.")
         return self._last
 
-    def _picture(self, frame: Picture, last: Frame | None) -> Frame:
+    def _picture(self, frame: Picture, last: Frame | None = None) -> Frame:
         """Return an image as the frame after the last one, or as the first one."""
-        if isinstance(frame, Frame):
-            return frame
-        pixels = from_bgr(frame) if self._bgr else frame
-        if last is None:
-            return Frame(0, 0.0, pixels)
-        return Frame(last.index + 1, last.time + FRAME_INTERVAL, pixels)
+        bgr = self._bgr and not isinstance(frame, Frame)
+        return as_frame(from_bgr(frame) if bgr else frame, last)  # type: ignore[arg-type]
 
     def _opened(self) -> None:
         if self._closed:

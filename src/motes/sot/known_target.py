@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from motes.core.config import Config, Positive, from_dict, from_json
+from motes.core.config import Config, Positive, from_dict
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
@@ -97,10 +97,10 @@ class KnownTarget:
             If the file is missing or is not a histogram file.
         """
         try:
-            file: _File = from_dict(from_json(Path(path).read_bytes()), _File)
+            file: _File = from_dict(msgspec.json.decode(Path(path).read_bytes()), _File)
         except OSError as error:
             raise FormatError(f"Cannot read the histogram {path}: {error.strerror}.") from None
-        except ConfigError as error:
+        except (ConfigError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise FormatError(
                 f"{path} is not a histogram file ({error}); make one with KnownTarget.save."
             ) from None

@@ -78,7 +78,8 @@ class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
             # Thousands of regions of every pixel would take half a minute on 12 megapixels.
             reading = msgspec.structs.replace(reading, sampling=Lattice(points=DENSE))
         background = self.presence.background(reading, model, frame, region, target_in_frame=True)
-        return self._observe(_begun(region, model, background), frame, region)
+        begun = ShiftState(region, model, background, Status.TRACKING, frames_missed=0)
+        return self._observe(begun, frame, region)
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
@@ -150,8 +151,3 @@ class MeanShift(Algorithm[ShiftState], Config, frozen=True, tag="mean_shift"):
         models, weights = {"color": state.model}, {"color": 1.0}
         info = StepInfo(track, np.array([ellipse]), np.ones(1), int(appears), models, weights)
         return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info
-
-
-def _begun(region: Ellipse, model: ColorModel, background: BackgroundStatistics) -> ShiftState:
-    """Return the state at the start."""
-    return ShiftState(region, model, background, Status.TRACKING, frames_missed=0)

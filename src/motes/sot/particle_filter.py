@@ -24,7 +24,6 @@ from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import Algorithm
-from motes.sot.cue_names import check_cue_names
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
 from motes.sot.filtering.fusion import Fixed, Fusion
@@ -32,6 +31,7 @@ from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
+    PerCue,
     Strategy,
     any_changes,
     update_models,
@@ -104,7 +104,22 @@ class ParticleFilter(
         if not self.cues:
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
         check_extra_names(self)
-        check_cue_names(self.cues, self.strategies, self.fusion, self.adaptation)
+        self._check_cues_named()
+
+    def _check_cues_named(self) -> None:
+        """Raise a ConfigError if a part names a cue that is not in use, or has its own rate."""
+        weighted = self.fusion.weights if isinstance(self.fusion, Fixed) else {}
+        updated = self.adaptation.cues if isinstance(self.adaptation, PerCue) else {}
+        for key, names in (("fusion.weights", weighted), ("adaptation.cues", updated)):
+            if other := next((name for name in names if name not in self.cues), None):
+                raise ConfigError(
+                    f"{key} names {other!r}; the cues in use are {', '.join(self.cues)}."
+                )
+        if other := next((name for name in updated if name not in self.strategies), None):
+            raise ConfigError(
+                f"adaptation.cues names {other!r}, whose model has a learning_rate of its own; "
+                f"leave it out there."
+            )
 
     @cached_property
     def cues(self) -> dict[str, Cue]:

@@ -19,7 +19,7 @@ from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
-from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
+from motes.core.frame import Frame, as_frame
 from motes.core.geometry import as_samples, region_within
 from motes.core.log import LOG
 from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
@@ -117,8 +117,8 @@ class Tracker:
         ConfigError
             Before `init` or `search`, or as `init` does.
         """
-        self._started()
-        picture = self.picture(frame)
+        _, last = self._started()
+        picture = as_frame(frame, last, self._direction)
         ellipse = region_within(region, picture.width, picture.height)
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
@@ -221,7 +221,7 @@ class Tracker:
             If the frame's size has changed, or its time is not after the last one's.
         """
         state, last = self._started()
-        picture = self.picture(frame)
+        picture = as_frame(frame, last, self._direction)
         if picture.pixels.shape != last.pixels.shape:
             raise SourceError(
                 f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
@@ -334,14 +334,6 @@ class Tracker:
         if self._state is None or self._frame is None:
             raise ConfigError("The tracker has no target yet; call init or search first.")
         return self._state, self._frame
-
-    def picture(self, frame: Picture) -> Frame:
-        """Return an image as the frame after the last one; a `Frame` stays as it is."""
-        if isinstance(frame, Frame) or self._frame is None:
-            return as_frame(frame)
-        index = self._frame.index + self._direction
-        time = self._frame.time + self._direction * FRAME_INTERVAL
-        return Frame(index, time, frame, depth=self._frame.depth)
 
     def _seen(self, frame: Frame) -> Frame:
         """Return a frame as the algorithm sees it: backward, times are negative and increase."""

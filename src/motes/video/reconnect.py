@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 
 from motes.core.errors import AwayError, SourceError
 from motes.video.decoder import Decoder, Stamped
 from motes.video.report import Report
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
-"""Seconds before a source that failed is opened again; each pause is twice the one before."""
+"""Seconds before what failed is tried again."""
 
 RETRY_NOTE = "It is tried again, with growing pauses."
+
+
+def pauses(first: float = FIRST_PAUSE) -> Iterator[float]:
+    """Yield the seconds to wait before each new try, each time twice as many, up to the longest."""
+    while True:
+        yield first
+        first = min(2 * first, LONGEST_PAUSE)
 
 
 class Persistent:
@@ -54,7 +61,7 @@ class Persistent:
         self._connect, self._decoder, self._name, self._on_drop = connect, decoder, name, on_drop
         self._patience = float("inf") if patience is None else patience
         self._stopped = threading.Event()
-        self._pause = FIRST_PAUSE
+        self._pauses = pauses()
         self.fps = decoder.fps
 
     @property
@@ -71,7 +78,7 @@ class Persistent:
             try:
                 for stamp, load in self._decoder.pictures(report):
                     now = time.monotonic()
-                    self._pause = FIRST_PAUSE
+                    self._pauses = pauses()
                     if dropped_at is not None:
                         self._on_drop(f"{self._name} is back after {now - dropped_at:.1f} s.")
                         dropped_at = None
@@ -100,13 +107,14 @@ class Persistent:
     def _open_again(self, dropped_at: float) -> bool:
         """Wait until the source answers; return False if the waiting was stopped before."""
         until = dropped_at + self._patience
-        while not self._stopped.wait(min(self._pause, max(0.0, until - time.monotonic()))):
+        for pause in self._pauses:
+            if self._stopped.wait(min(pause, max(0.0, until - time.monotonic()))):
+                break
             if time.monotonic() >= until:
                 raise AwayError(
                     f"{self._name} has not come back for {self._patience:g} s; check it, or wait "
                     f"longer with --reconnect."
                 )
-            self._pause = min(2 * self._pause, LONGEST_PAUSE)
             try:
                 self._decoder = self._connect()
             except SourceError:

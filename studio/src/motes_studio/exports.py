@@ -21,7 +21,7 @@ from motes.rows import FORMS, FrameRow, Header, text_name
 from motes_studio.commands import Places, Watch
 from motes_studio.document import DrawnTarget, places_toml
 from motes_studio.messages import OpenFilm
-from motes_studio.scenes import ScenePart, watch_config
+from motes_studio.scenes import ScenePart, config_of
 from motes_studio.tables import Table
 from motes_studio.tables import tracks as tracks_of
 from motes_studio.workplace import Workplace
@@ -211,7 +211,7 @@ def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
 def watch_command(film: OpenFilm, watch: Watch, places: Places) -> Reproduction:
     """Return the command line that tracks all that moves again."""
     words = ["motes", "watch", film.name, "--detector", watch.detector, "--preset", watch.preset]
-    files = {"watch.toml": to_toml(watch_config(watch))}
+    files = {"watch.toml": to_toml(config_of(watch))}
     if watch.config is not None:
         words += ["--config", "motes.toml"]
         files["motes.toml"] = watch.config

@@ -12,17 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from motes import MotesError
-from motes.core import (
-    Answer,
-    Done,
-    Failed,
-    Part,
-    Worker,
-    blocked_signals,
-    do_tasks,
-    explain,
-    receive,
-)
+from motes.core import Answer, Done, Failed, Part, Worker, blocked_signals, explain
 from motes.video import DamagedError
 from motes_studio.safety import Limits
 from motes_studio.workplace import Task, Workplace, open_film
@@ -94,7 +84,7 @@ class FilmWorker:
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
         self.ended = self._closed = False
-        self._worker = Worker(do_tasks, line=Workplace, context=worker_context())
+        self._worker = Worker(line=Workplace, context=worker_context())
         threading.Thread(target=self._listen, daemon=True).start()
         niceness = NICENESS if background else 0
         opening = partial(open_film, path=str(path), limits=limits, whole=whole, niceness=niceness)
@@ -183,7 +173,7 @@ class FilmWorker:
 
     def _listen(self) -> None:
         """Take answers until the process has ended; in a thread."""
-        while (answer := receive(self._worker.pipe, Answer)) is not None:
+        while (answer := self._worker.receive()) is not None:
             self._put(answer)
         how = self._worker.cause()
         self._worker.end()

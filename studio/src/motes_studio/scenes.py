@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
-from msgspec.structs import asdict
 
-from motes import ConfigError, Event, EventCounter, Regions, Scene, Track, scene_config
-from motes.core import PreparedDetector, from_dict, from_toml, merge, to_dict
-from motes.mot import WatchConfig, detector_values
+from motes import ConfigError, Event, EventCounter, Regions, Scene, Track
+from motes.core import PreparedDetector, from_toml
+from motes.mot import WatchConfig, watch_config
 from motes.rows import FrameRow
 from motes.video import Film
 from motes_studio.commands import Watch
@@ -34,7 +33,7 @@ class ScenePart(msgspec.Struct, frozen=True):
     """How often each event has happened so far, by its name."""
 
 
-def watch_config(watch: Watch) -> WatchConfig:
+def config_of(watch: Watch) -> WatchConfig:
     """Return the configuration of a run.
 
     Raises
@@ -42,16 +41,11 @@ def watch_config(watch: Watch) -> WatchConfig:
     ConfigError
         For an unknown preset or key, a value that does not fit, or a key that may not be given.
     """
-    values = to_dict(WatchConfig(**asdict(scene_config(watch.preset))))
-    if watch.config is not None:
-        changes = from_toml(watch.config, "the configuration")
-        for key in REFUSED:
-            if key in changes:
-                raise ConfigError(f"The configuration has {key!r}; choose it in the page instead.")
-        values = merge(values, changes)
-    values = merge(values, {"detector": detector_values(watch.detector)})
-    config: WatchConfig = from_dict(values, WatchConfig)
-    return config
+    changes = from_toml(watch.config or "", "the configuration")
+    for key in REFUSED:
+        if key in changes:
+            raise ConfigError(f"The configuration has {key!r}; choose it in the page instead.")
+    return watch_config(watch.preset, changes, detector=watch.detector)
 
 
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:

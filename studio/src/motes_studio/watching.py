@@ -14,7 +14,7 @@ from motes_studio.commands import Places, Watch
 from motes_studio.document import regions_of
 from motes_studio.messages import FoundScene
 from motes_studio.pool import LONG, WorkerPool
-from motes_studio.scenes import ScenePart, joined, shown, watch_config
+from motes_studio.scenes import ScenePart, config_of, joined, shown
 from motes_studio.store import Store
 from motes_studio.tracking import watch_film
 from motes_studio.workplace import Task
@@ -47,7 +47,7 @@ class Watching:
     def begin(self, watch: Watch, places: Places) -> StudioJob:
         """Begin a run; an earlier one ends, and its objects go."""
         task = partial(
-            watch_film, config=watch_config(watch), places=regions_of(places), seed=watch.seed
+            watch_film, config=config_of(watch), places=regions_of(places), seed=watch.seed
         )
         if self.job is not None:
             self.stop(self.job)

@@ -6,12 +6,15 @@ server gives it as a `partial` with its other arguments.
 
 from __future__ import annotations
 
+import ctypes
 import functools
+import os
+import sys
 from collections.abc import Callable
 
 import msgspec
 
-from motes.core import FRAME_INTERVAL, WorkerLine, system
+from motes.core import FRAME_INTERVAL, WorkerLine
 from motes.rows import text_name
 from motes.video import Film, Seeker
 from motes_studio.containers import check_container, check_limits
@@ -36,6 +39,25 @@ class Workplace(WorkerLine):
 
 
 Task = Callable[[Workplace], bytes]
+BELOW_NORMAL = 0x4000
+"""A class of priorities of Windows."""
+
+
+def limit_process(memory: int, niceness: int = 0) -> None:
+    """Limit this process to some bytes of memory, without a dump; let others go before it.
+
+    Windows has no such limit of memory.
+    """
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        if niceness:
+            os.nice(niceness)
+    elif niceness:
+        kernel = ctypes.windll.kernel32
+        kernel.SetPriorityClass(kernel.GetCurrentProcess(), BELOW_NORMAL)
 
 
 def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, niceness: int) -> bytes:
@@ -51,9 +73,7 @@ def open_film(place: Workplace, path: str, limits: Limits, *, whole: bool, nicen
     ConfigError
         If it is larger than the limits.
     """
-    system.limit_memory(limits.memory)
-    if niceness:
-        system.lower_priority(niceness)
+    limit_process(limits.memory, niceness)
     check_container(path, limits)
     opened = Film if whole else Film.quickly
     film = opened(path, check=place.check)

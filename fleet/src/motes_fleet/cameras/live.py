@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Self
 
 from motes import Frame, MotesError, Source, SourceError, open_source
-from motes.video import FIRST_PAUSE, LONGEST_PAUSE, decoder, is_remote
+from motes.video import decoder, is_remote, pauses
 
 ANSWER_MARGIN = 0.5
 """Seconds for which FFmpeg may be late with its report that no packet arrives."""
@@ -96,7 +96,7 @@ class Live:
 
     def _read(self) -> None:
         """Read the source; open it again after each failure."""
-        pause = FIRST_PAUSE
+        waits = pauses()
         while not self._closed.is_set():
             try:
                 if self._source is None:
@@ -106,7 +106,7 @@ class Live:
                     self._clock_offset = None
                     for frame in self._source:
                         self._keep(frame)
-                        pause = FIRST_PAUSE
+                        waits = pauses()
                         if self._closed.is_set():
                             return
                 self._ended.set()
@@ -117,8 +117,7 @@ class Live:
             with self._changed:
                 self._active_at = None
                 self._report_failure(reason)
-            self._closed.wait(pause)
-            pause = min(2 * pause, LONGEST_PAUSE)
+            self._closed.wait(next(waits))
 
     def _keep(self, frame: Frame) -> None:
         """Keep a frame as the newest one."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
 from collections import deque
@@ -13,8 +12,8 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import KnownTarget
-from motes.core import Worker, receive
-from motes.video import LONGEST_PAUSE
+from motes.core import Worker
+from motes.video import pauses
 from motes_fleet.cameras.camera_loop import watch_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
@@ -86,7 +85,7 @@ class RigCamera:
         self._reported = self._frames = self._identities = 0
         """The number of reports, and the first free numbers of frames and identities."""
         self._ended: float | None = None
-        self._failed_at, self._pause = -1, CAMERA_TIMEOUT
+        self._failed_at, self._pauses = -1, pauses(CAMERA_TIMEOUT)
         self.start()
 
     def start(self) -> None:
@@ -110,7 +109,7 @@ class RigCamera:
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Receive its next message; yield it unless it is a report, which waits for its time."""
         assert self.pipe is not None
-        message: Message | None = receive(self.pipe, Message)
+        message: Message | None = self.worker.receive(Message)
         if message is not None:
             yield from self.receive(message)
             return
@@ -122,8 +121,7 @@ class RigCamera:
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send a `Go`."""
         if self.pipe is not None:
-            with contextlib.suppress(OSError):  # that it has ended is noticed in `listen`
-                self.pipe.send_bytes(msgspec.msgpack.encode(Go(arrivals)))
+            self.worker.send(msgspec.msgpack.encode(Go(arrivals)))
 
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.
@@ -208,8 +206,9 @@ class RigCamera:
             self.over = True
             yield CameraEnded(self.name, self._reported, failure=why)
             return
-        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
-        self.due, self._failed_at = time.monotonic() + self._pause, self._reported
+        if not again:
+            self._pauses = pauses(CAMERA_TIMEOUT)
+        self.due, self._failed_at = time.monotonic() + next(self._pauses), self._reported
         if self._ended is None:
             self._ended = time.monotonic()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import msgspec
 from msgspec.structs import astuple, replace
 
-from motes import ConfigError, MotesError, preset
+from motes import ConfigError, MotesError
 from motes.core import as_ellipse, check_label, words
 from motes.sot import paths_of
 from motes.video import check_rate, is_recorded
@@ -179,10 +179,6 @@ def _mistakes(job: Job) -> list[str]:
         wrong.append("seed and start are 0 or more, and stride is 1 or more.")
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):
         wrong.append(f"{job.source} is live and has no end; motes watch is for it.")
-    with noted(wrong):
-        used = preset(job.preset or "default")
-        if job.do == "track" and job.network and "network" not in used.__struct_fields__:
-            wrong.append(f"preset {job.preset} takes no network; empty one of the two columns.")
     ways = {
         "track": ("init", "keyframes", "detect", "network"),
         "watch": ("detector", "places"),

@@ -11,17 +11,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any, Self
 
-from motes.core import (
-    Alive,
-    Answer,
-    Done,
-    Failed,
-    Worker,
-    blocked_signals,
-    do_tasks,
-    receive,
-    resources,
-)
+from motes.core import Alive, Answer, Done, Failed, Worker, blocked_signals, resources
 from motes_fleet.cluster.pool import Ended, News, Started, Task, outcome, timed_out
 
 LONGEST_WAIT = 3600.0
@@ -62,7 +52,7 @@ class LocalPool:
             worker = self._idle.pop()
         else:
             with resources.environment(self._variables):
-                worker = TaskWorker(do_tasks)
+                worker = TaskWorker()
         worker.task, worker.deadline = task, math.inf
         self._busy[worker.pipe] = worker
         worker.give(partial(_outcome, function=task.function, argument=task.argument))
@@ -83,7 +73,7 @@ class LocalPool:
     def _read(self, worker: TaskWorker) -> News:
         """Return what the next answer of a worker means, or its end."""
         task = worker.task
-        answer: Answer | None = receive(worker.pipe, Answer)
+        answer: Answer | None = worker.receive()
         if isinstance(answer, Alive):
             worker.deadline = time.monotonic() + task.seconds
             return Started(task, socket.gethostname(), worker.pid)

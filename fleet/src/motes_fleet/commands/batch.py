@@ -18,16 +18,14 @@ from motes.cli import (
     FileName,
     OwnCode,
     call,
-    check_counts,
-    counted,
     log,
     options,
 )
-from motes.core import interrupts, optional
+from motes.core import counted, interrupts, optional
 from motes.sot import Network
 from motes_fleet.cluster import pool as pools
 from motes_fleet.commands.batch_job import make, tracker_options
-from motes_fleet.commands.workers import RUN, Cluster, Workers, worker_count
+from motes_fleet.commands.workers import RUN, Cluster, Workers, check_run
 
 if TYPE_CHECKING:
     from motes_fleet.cluster.jobs import Job
@@ -54,10 +52,7 @@ class WorkOptions:
 
     def check(self) -> None:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
-        check_counts(attempts=self.attempts)
-        worker_count(self.workers)
-        if not 0 < self.time_limit < float("inf"):
-            raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
+        check_run(self.workers, self.time_limit, attempts=self.attempts)
 
 
 @options(CONFIGURATION)
@@ -239,7 +234,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     )
     for job in load_jobs(store):  # also those of a folder that somebody else has made
         check_code(job.detector, work.own_code)
-    workers = worker_count(work.workers)
+    workers = work.workers or machine.cores()
     threads = max(machine.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
     with BatchProgress(options.total) as progress:

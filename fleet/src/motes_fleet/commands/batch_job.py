@@ -61,12 +61,13 @@ def command_line(job: Job, rows: Path, *, overlay: bool) -> list[str]:
     words += ["--init=" + ",".join(map(repr, region)) for region in job.init]
     for name in ("detect", "keyframes", "detector", "places", "fps"):
         words += _option(name, getattr(job, name))
-    return words + _option("network", ",".join(job.network) or None)
+    return words
 
 
 def tracker_options(job: Job) -> list[str]:
-    """Return the options of the tracker of a job: its preset, its configuration, its seed."""
+    """Return the options of the tracker of a job: preset, configuration, network, seed."""
     words = _option("preset", job.preset) + _option("config", job.config)
+    words += _option("network", ",".join(job.network) or None)
     if job.do == "refine" and not words and not job.seed:
         return []  # it is that of the rows
     return [*words, f"--seed={job.seed}"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from typing import Self
 
-from motes.cli import TerminalBar, counted, log
+from motes.cli import TerminalBar, log
+from motes.core import counted
 from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.driver import BatchEvent
 from motes_fleet.cluster.records import Record

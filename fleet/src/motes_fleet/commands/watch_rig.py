@@ -12,12 +12,11 @@ from motes.cli import (
     NOT_FOUND,
     PARTIAL,
     check_not_source,
-    counted,
     default_output,
     error_context,
     log,
 )
-from motes.core import interrupts, read_text
+from motes.core import counted, interrupts, read_text
 from motes.mot import check_code
 from motes.rows import FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport

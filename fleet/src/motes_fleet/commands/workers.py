@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from motes import ConfigError
-from motes_fleet.cluster.machine import cores
+from motes.cli import check_counts
 
 RUN = Group("Run", sort_key=2)
 Workers = Annotated[
@@ -21,8 +21,8 @@ Cluster = Annotated[
 ]
 
 
-def worker_count(workers: int | None) -> int:
-    """Return the number of processes; raise a ConfigError if --workers is below 1."""
-    if workers is not None and workers < 1:
-        raise ConfigError(f"--workers is {workers}; give 1 or more.")
-    return workers or cores()
+def check_run(workers: int | None, time_limit: float, **counts: int) -> None:
+    """Check the numbers of a run of jobs; raise a ConfigError for one that makes no sense."""
+    check_counts(workers=1 if workers is None else workers, **counts)
+    if not 0 < time_limit < float("inf"):
+        raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")

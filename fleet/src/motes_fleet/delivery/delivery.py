@@ -8,10 +8,9 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from motes import MotesError
+from motes.video import pauses
 from motes_fleet.delivery.event_queue import MessageQueue
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
-"""Seconds before a message that failed is sent again; each pause is twice the one before."""
 IDLE = 1.0
 """Seconds between two looks at a connection that has nothing to send."""
 LAST_CHANCE = 5.0
@@ -87,7 +86,7 @@ class Delivery:
             self.receiver.close()
 
     def _deliver(self) -> None:
-        pause = FIRST_PAUSE
+        waits = pauses()
         while time.monotonic() < self._until:
             closing = self._closing.is_set()
             wait = 0.0 if closing else IDLE
@@ -99,15 +98,15 @@ class Delivery:
                 self._report(error)
                 if closing and not messages:
                     return
+                pause = next(waits)
                 if closing:
                     time.sleep(min(pause, max(0.0, self._until - time.monotonic())))
                 else:
                     self._closing.wait(pause)
-                pause = min(2 * pause, LONGEST_PAUSE)
                 continue
             self.delivered += len(messages)
             self._queue.remove(messages)
-            pause = FIRST_PAUSE
+            waits = pauses()
             if self._failed_at is not None:
                 seconds, self._failed_at = time.monotonic() - self._failed_at, None
                 self._log(f"{self.receiver.name} is back after {seconds:.1f} s.")

@@ -13,8 +13,8 @@ from typing import Self
 import msgspec
 
 from motes import ConfigError, Event, Regions
-from motes.cli import Moment, Sink, counted, log
-from motes.core import parts_of, without_password
+from motes.cli import Moment, Sink, log
+from motes.core import counted, parts_of, without_password
 from motes_fleet.delivery.delivery import Delivery, Receiver
 from motes_fleet.delivery.event_queue import MessageQueue
 from motes_fleet.delivery.mqtt import PORTS, Mqtt

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from motes import ConfigError
-from motes.cli import check_counts, options
+from motes.cli import options
 from motes_fleet.cluster import pool as pools
-from motes_fleet.commands.workers import Cluster, Workers, worker_count
+from motes_fleet.commands.workers import Cluster, Workers, check_run
 from motes_lab.inputs import (
     DATASET,
     FLAG,
@@ -43,10 +43,7 @@ class RunOptions:
 
     def check(self) -> None:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
-        check_counts(seeds=self.seeds)
-        worker_count(self.workers)
-        if not 0 < self.time_limit < float("inf"):
-            raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
+        check_run(self.workers, self.time_limit, seeds=self.seeds)
 
 
 @options(DATASET)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import sys
+from dataclasses import replace
 from pathlib import Path
 
 from motes.cli import DONE, PARTIAL, TerminalBar, log
 from motes.core import interrupts
 from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.machine import cores
 from motes_fleet.cluster.open_pool import open_pool
-from motes_fleet.commands.workers import worker_count
 from motes_lab import mot_scores, runner
 from motes_lab.aggregate import Evaluation
 from motes_lab.cli.evaluate_options import RunOptions
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.datasets.sot import Problem
+from motes_lab.experiment import show_tables
 from motes_lab.mot_scores import MotEvaluation, MotOutcome
 from motes_lab.report import mot_sections, sections
 from motes_lab.report.markdown import write_report
-from motes_lab.report.tables import Table, count_noun
+from motes_lab.report.tables import count_noun
 from motes_lab.runner import Job, Pass
 from motes_lab.scores import PROTOCOL_NAMES, Outcome, write_results
 
@@ -42,7 +43,7 @@ def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass,
     # A tracker that ends its process has failed. A node of a cluster may die without its fault.
     attempts = 1 if options.cluster is None else pools.ATTEMPTS
     with (
-        open_pool(options.cluster, worker_count(options.workers)) as pool,
+        open_pool(options.cluster, options.workers or cores()) as pool,
         PassProgress(total, total - missing) as progress,
     ):
         for job, failed in runner.run(pool, left, out, options.time_limit, attempts):
@@ -108,8 +109,7 @@ def write_all(
     problems = sections.problems(problems, evaluation.outcomes)
     tables = {PROTOCOL_NAMES[name]: each for name, each in made.items()}
     write_report(out, evaluation, tables, problems, title)
-    for name, (means, *_) in tables.items():
-        _print_table(name, means)
+    show_tables(replace(means, title=name) for name, (means, *_) in tables.items())
     for problem in problems:
         log(f"{problem.where}: {problem.what}")
     failed = sum(outcome.trace is None for outcome in evaluation.outcomes)
@@ -122,19 +122,3 @@ def write_all(
     if interrupted:
         return interrupts.code(interrupted)
     return PARTIAL if problems else DONE
-
-
-def _print_table(title: str, table: Table) -> None:
-    """Print a table on standard output, its columns below each other."""
-    rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    _print(f"{title}:")
-    for first, *others in rows:
-        cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
-        _print("  ".join(["", first.ljust(widths[0]), *cells]))
-
-
-def _print(line: str) -> None:
-    """Print a line on standard output, with ? for characters that its encoding lacks."""
-    encoding = sys.stdout.encoding or "utf-8"
-    print(line.encode(encoding, errors="replace").decode(encoding))

@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 from motes import FormatError, SourceError
-from motes.formats import read_text
+from motes.core import read_text
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.mot_rows import MotRows, read_rows
 from motes_lab.datasets.sot import Problem, load_each, printable, series_source
@@ -142,7 +142,7 @@ def _information(folder: Path) -> tuple[int, float, Path]:
         raise FormatError("it has no seqinfo.ini; add one with seqLength and frameRate")
     parser = configparser.ConfigParser(interpolation=None)
     try:
-        parser.read_string(read_text(folder / "seqinfo.ini"))
+        parser.read_string(read_text(folder / "seqinfo.ini", FormatError))
         section = parser["Sequence"]
         frames, rate = int(section["seqLength"]), float(section["frameRate"])
     except (configparser.Error, ValueError) as error:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes import Box, FormatError
+from motes import Box, Detection
 from motes.core import Floats
-from motes.formats import CLASSES, class_names, number_of, read_lines
+from motes.formats import read_boxes
 
 Integers = NDArray[np.int64]
 Kind = Literal["truth", "results", "detections"]
@@ -51,6 +51,10 @@ class MotRows:
         columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
         return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
 
+    def detections(self, index: int) -> list[Detection]:
+        """Return the rows of a frame, which counts from 0, as detections."""
+        return [Detection(box, score) for _, box, score in self.listed(index)]
+
     def where(self, chosen: NDArray[np.bool_]) -> MotRows:
         """Return the rows for which a mask (n,) is True."""
         return MotRows(
@@ -77,16 +81,5 @@ def rows_of(lines: Sequence[Sequence[float]]) -> MotRows:
 
 
 def read_rows(path: Path, frames: int, kind: Kind) -> MotRows:
-    """Return the rows of a video; parameters and errors are those of `read_lines`.
-
-    Classes are those of the MOTChallenge, also of a truth that has the names of its own beside it;
-    of these, what is none of its classes counts as a distractor.
-    """
-    rows = rows_of(read_lines(path, frames, kind))
-    if names := class_names(path.parent) if kind == "truth" else {}:
-        numbers = [number_of(names.get(label, "")) for label in rows.classes.tolist()]
-        other = np.array(numbers, np.int64)
-        rows = replace(rows, classes=np.where(other == UNKNOWN, CLASSES["distractor"], other))
-    if (most := rows.classes.max(initial=0)) > max(CLASSES.values()):
-        raise FormatError(f"class {most} is none of the MOTChallenge; add gt/labels.txt with names")
-    return rows
+    """Return the rows of a video; parameters, classes and errors are those of `read_boxes`."""
+    return rows_of(read_boxes(path, frames, kind))

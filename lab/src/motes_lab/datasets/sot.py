@@ -40,9 +40,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import ConfigError, FormatError, MotesError, SourceError, open_source
-from motes.core import clear
+from motes.core import read_text
 from motes.correction import history_beside
-from motes.formats import absences, kind_of, read_text
+from motes.formats import absences, kind_of
 from motes.video import IMAGE_ENDINGS
 from motes_lab.datasets.truth import read_mask, read_truth
 
@@ -173,11 +173,9 @@ def load_each(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], 
                 raise FormatError("there are two of this name; rename one")
             names.add(name)
             sequences.append(load())
-        except OSError as error:
-            problems.append(
-                Problem(f"sequence {name}", clear(f"{error.filename}: {error.strerror}"))
-            )
-        except MotesError as error:
+        except (MotesError, OSError) as error:
+            if isinstance(error, OSError):
+                error = FormatError(f"{error.filename}: {error.strerror}")
             problems.append(Problem(f"sequence {name}", str(error)))
     return sequences, problems
 
@@ -199,8 +197,6 @@ def _entries(root: Path) -> list[_Entry]:
             folders = sorted(p for p in root.iterdir() if p.is_dir() and p.name[0] != ".")
     except OSError as error:
         raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
-    except FormatError as error:
-        raise SourceError(f"{root} cannot be read: {error}.") from None
     entries = [entry for folder in folders for entry in _entries_of_folder(folder, listed)]
     return entries if listed else entries + _films(root)
 

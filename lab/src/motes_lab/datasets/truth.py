@@ -9,7 +9,8 @@ import numpy as np
 from PIL import Image
 
 from motes import Ellipse, FormatError, Status
-from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, read_text, region_of_pixels
+from motes.core import read_text
+from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, region_of_pixels
 from motes.rows import table_of
 
 PLACED = (Status.TRACKING, Status.INTERPOLATED)
@@ -22,11 +23,9 @@ def read_truth(path: Path) -> list[TruthRegion]:
     Raises
     ------
     FormatError
-        If it is neither, or has a frame twice.
-    OSError
-        If it cannot be read.
+        If it cannot be read, is neither, or has a frame twice.
     """
-    text = read_text(path)
+    text = read_text(path, FormatError)
     if not text.lstrip().startswith(("frame,", "{")):
         try:
             return read_regions(text)

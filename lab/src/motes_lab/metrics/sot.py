@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motes.core import Flags, Floats
+from motes.core import Floats
 from motes.cues import sunflower
 
 THRESHOLDS = np.linspace(0, 1, 21)
@@ -53,7 +54,7 @@ def precision_curve(distances: Floats) -> Floats:
     return _shares(distances[:, None] <= PIXELS)
 
 
-def _shares(passed: Flags) -> Floats:
+def _shares(passed: NDArray[np.bool_]) -> Floats:
     shares: Floats = passed.mean(axis=0) if len(passed) else np.full(passed.shape[1], np.nan)
     return shares
 
@@ -96,7 +97,7 @@ def overlap_distances(ellipses: Floats, truths: Floats) -> Floats:
     return out
 
 
-def _regions(ellipses: Floats) -> Flags:
+def _regions(ellipses: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(ellipses).all(axis=1) & (ellipses[:, 2:4] > 0).all(axis=1))
 
 
@@ -128,7 +129,9 @@ def first_lost(distances: Floats) -> int | None:
     return int(lost[0]) if lost.size else None
 
 
-def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
+def recoveries(
+    present: NDArray[np.bool_], missed: NDArray[np.bool_], correct: NDArray[np.bool_]
+) -> tuple[int, int]:
     """Return the number of losses, and the number of losses after which the target was found again.
 
     A loss is a frame in which the target is missed after it was not missed in the last frame with
@@ -151,7 +154,7 @@ def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]
     return len(losses), int(np.count_nonzero(losses < finds.max(initial=-1)))
 
 
-def covered(offsets: Floats, covariances: Floats) -> Flags:
+def covered(offsets: Floats, covariances: Floats) -> NDArray[np.bool_]:
     """Return whether points lie in the 95 % ellipses of normal distributions, (n,).
 
     A point at offset d does if d' C^-1 d <= `CHI_SQUARE_95`. None does if C has no area, or is NaN.
@@ -169,7 +172,7 @@ def covered(offsets: Floats, covariances: Floats) -> Flags:
     return np.asarray(inside & (area > 0))
 
 
-def calibration_error(confidence: Floats, correct: Flags, weights: Floats) -> float:
+def calibration_error(confidence: Floats, correct: NDArray[np.bool_], weights: Floats) -> float:
     """Return the expected calibration error (ECE) of confidences (frames,); NaN without frames.
 
     It is the mean, over `BINS` equally wide bins of confidence weighted by their share of the

@@ -51,10 +51,8 @@ def moments_of(sequence: MotSequence) -> list[Moment]:
     with open_source(sequence.source) as frames:
         for frame in frames:
             boxes = {person: box for person, box, _ in truth.listed(frame.index)}
-            found = None
-            if sequence.detections is not None:
-                rows = sequence.detections.listed(frame.index)
-                found = [Detection(box, score) for _, box, score in rows]
+            known = sequence.detections
+            found = None if known is None else known.detections(frame.index)
             picture = Frame(frame.index, frame.index / sequence.rate, frame.pixels)
             moments.append(Moment(picture, boxes, found))
     return moments

@@ -13,15 +13,16 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from cyclopts import Parameter
 from msgspec import Meta
+from numpy.typing import NDArray
 
 from motes import Config, ConfigError, ParticleFilter, SourceError, Tracker
-from motes.cli import check_counts, error_context
-from motes.core import Bytes, Floats, from_dict, from_toml, read_text
+from motes.cli import check_counts
+from motes.core import Floats
 from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import RUN, Seeds, films_of
+from motes_lab.inputs import RUN, Seeds, films_of, read_marks
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.report.tables import Cell, Row, Table, difference, number
@@ -43,12 +44,6 @@ class Marks(Config, frozen=True):
 
     covered: Parts
     clear: Parts
-
-
-def parse_marks(text: str, name: str) -> Marks:
-    """Return the parts in a TOML text; raise a ConfigError if it is not valid."""
-    marks: Marks = from_dict(from_toml(text, name), Marks)
-    return marks
 
 
 By = Literal["sharpness", "size"]
@@ -81,11 +76,7 @@ def maggio_figure3(
     """
     check_counts(seeds=seeds)
     names = presets or ("maggio:printed",)
-    parts = None
-    if marks is not None:
-        text = read_text(marks)
-        with error_context(marks):
-            parts = parse_marks(text, str(marks))
+    parts = None if marks is None else read_marks(marks, Marks)
     [sequence, *_], problems = films_of(film)
     return results.show("maggio-figure3", figure3(names, sequence, parts, by, seeds), problems)
 
@@ -171,7 +162,7 @@ def watched(presets: Sequence[str], film: Film, seeds: int) -> Watched:
     return Watched({"sharpness": sharpness, "size": view.boxes[:, 2:].prod(axis=1)}, weights)
 
 
-def sharpness_of(pixels: Bytes, box: Floats) -> float:
+def sharpness_of(pixels: NDArray[np.uint8], box: Floats) -> float:
     """Return the mean square of the steps between neighboring pixels of a region, in gray."""
     left, top = np.maximum(box[:2], 0).astype(int)
     right, bottom = (box[:2] + box[2:]).astype(int)

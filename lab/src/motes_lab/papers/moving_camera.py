@@ -228,7 +228,7 @@ def _arms(sequence: MotSequence) -> list[_Arm]:
     def given(view: View) -> Detector:
         assert sequence.detections is not None
         found = rows_in(view, sequence.detections)
-        return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
+        return lambda frame: found.detections(frame.index)
 
     def mog2(view: View) -> Detector:
         return BackgroundDetector()

@@ -13,10 +13,9 @@ import numpy as np
 from msgspec import Meta
 
 from motes import BackgroundDetector, Config, Event, EventCounter, Line, Regions, Scene, open_source
-from motes.cli import error_context
-from motes.core import from_dict, from_toml, read_text
 from motes.mot import assign
 from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("film and line", "true", "counted", "missed", "false", "frames missed", "frames false")
@@ -49,12 +48,6 @@ class CountedClips(Config, frozen=True):
     """The films."""
 
 
-def parse_crossings(text: str, name: str) -> CountedClips:
-    """Return the clips in a TOML text; raise a ConfigError if it is not valid."""
-    clips: CountedClips = from_dict(from_toml(text, name), CountedClips)
-    return clips
-
-
 def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
     """Zhao and Pei, figure 10: objects that cross lines, counted.
 
@@ -66,10 +59,7 @@ def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = Resul
     films
         The folder of the films.
     """
-    text = read_text(truth)
-    with error_context(truth):
-        clips = parse_crossings(text, str(truth))
-    return results.show("zhao-figure10", figure10(clips, films))
+    return results.show("zhao-figure10", figure10(read_marks(truth, CountedClips), films))
 
 
 WITHIN = 10
@@ -87,16 +77,14 @@ class Compared(NamedTuple):
         return Compared(*(sorted(a + b) for a, b in zip(self, other, strict=True)))
 
 
-def compare_crossings(
-    truth: Sequence[int], counted: Sequence[int], within: float = WITHIN
-) -> Compared:
+def compare_crossings(truth: Sequence[int], counted: Sequence[int]) -> Compared:
     """Compare the frames of crossings of a line in one direction.
 
-    A true crossing is counted if a counted one is within so many frames, one to one, as many as can
-    be.
+    A true crossing is counted if a counted one is within `WITHIN` frames, one to one, as many as
+    can be.
     """
     off = np.abs(np.subtract.outer(np.array(truth, float), np.array(counted, float)))
-    pairs = assign(np.where(off <= within, off, np.inf)) if off.size else []
+    pairs = assign(np.where(off <= WITHIN, off, np.inf)) if off.size else []
     found, used = {i for i, _ in pairs}, {j for _, j in pairs}
     return Compared(
         sorted(each for i, each in enumerate(truth) if i in found),

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from motes import (
     BackgroundDetector,
-    Detection,
     Detector,
     Frame,
     LookalikeConfig,
@@ -152,7 +151,7 @@ def default_detector(sequence: MotSequence) -> Detector:
     found = sequence.detections
     if found is None:
         return BackgroundDetector()
-    return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
+    return lambda frame: found.detections(frame.index)
 
 
 def count_accurate(truth: MotRows, results: MotRows) -> tuple[int, int, int]:

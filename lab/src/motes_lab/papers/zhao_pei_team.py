@@ -9,11 +9,11 @@ import numpy as np
 from msgspec import Meta
 
 from motes import Config, LookalikeConfig, Scene, Status, open_source, scene_config
-from motes.cli import error_context
-from motes.core import from_dict, from_toml, iou, read_text
+from motes.core import iou
 from motes.mot import assign, for_lookalikes
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.experiment import Experiment, Result, ResultOptions
+from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
@@ -42,12 +42,6 @@ class Team(Config, frozen=True):
     """The frames with boxes."""
 
 
-def parse_team(text: str, name: str) -> Team:
-    """Return the boxes in a TOML text; raise a ConfigError if it is not valid."""
-    team: Team = from_dict(from_toml(text, name), Team)
-    return team
-
-
 def zhao_team(truth: Path, pictures: Path, /, *, results: ResultOptions = ResultOptions()) -> int:
     """Zhao and Pei, figure 8: a team, found by one of its players.
 
@@ -59,10 +53,7 @@ def zhao_team(truth: Path, pictures: Path, /, *, results: ResultOptions = Result
     pictures
         The film or the folder of its pictures.
     """
-    text = read_text(truth)
-    with error_context(truth):
-        marked = parse_team(text, str(truth))
-    return results.show("zhao-team", team(marked, pictures))
+    return results.show("zhao-team", team(read_marks(truth, Team), pictures))
 
 
 def team(truth: Team, pictures: Path) -> Experiment:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motes import Detection, FormatError, Frame
+from motes import FormatError, Frame
 from motes.core import write_whole, writing
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
@@ -67,11 +67,9 @@ class MotPass:
                 sequence.source,
             )
             self._adapter.start(info)
-        detections = None
-        if sequence.detections is not None:
-            known = sequence.detections.listed(frame.index)
-            detections = [Detection(box, score) for _, box, score in known]
-        answer = self._adapter.update(frame, detections)
+        known = sequence.detections
+        found = None if known is None else known.detections(frame.index)
+        answer = self._adapter.update(frame, found)
         for identity, (x, y, width, height), score in answer.found:
             line = [frame.index + 1, identity, x + 1, y + 1, width, height, score]
             self._lines.append(line)

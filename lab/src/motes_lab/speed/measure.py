@@ -16,6 +16,7 @@ from itertools import islice
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes import (
     Ellipse,
@@ -27,7 +28,7 @@ from motes import (
     open_source,
     preset,
 )
-from motes.core import Bytes, explain
+from motes.core import explain
 from motes.synthetic import Clip
 from motes_lab.adapters.opencv import PEERS, is_peer, peer
 from motes_lab.datasets.sot import Problem
@@ -162,7 +163,7 @@ def in_lockstep(
     return seconds, problems
 
 
-def _bgr(frame: Frame) -> Bytes:
+def _bgr(frame: Frame) -> NDArray[np.uint8]:
     return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 

@@ -139,9 +139,9 @@ class Regions(Config, frozen=True):
                 raise ConfigError(f"{name} has no area; give corners that are not on one line.")
 
     @classmethod
-    def parse(cls, text: str, name: str = "this file") -> Regions:
+    def parse(cls, text: str) -> Regions:
         """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
-        places: Regions = from_dict(from_toml(text, name), cls)
+        places: Regions = from_dict(from_toml(text, "this file"), cls)
         return places
 
     def check(self, width: int, height: int) -> None:

@@ -58,8 +58,8 @@ def dilated(picture: Bytes, size: tuple[int, int]) -> Bytes:
     return around
 
 
-def components(mask: Bytes, *, corners: bool = True) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the connected parts of a mask; parts that meet at `corners` are connected too.
+def components(mask: Bytes) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the connected parts of a mask; parts that meet at corners are connected too.
 
     Returns
     -------
@@ -69,5 +69,5 @@ def components(mask: Bytes, *, corners: bool = True) -> tuple[NDArray[np.int32],
         (n, 5), left, top, width, height and area of each part.
     """
     labels = np.empty(mask.shape, np.int32)
-    parts = kernels.components.label(np.ascontiguousarray(mask), corners, labels)
+    parts = kernels.components.label(np.ascontiguousarray(mask), True, labels)
     return labels, parts

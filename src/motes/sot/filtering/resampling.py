@@ -160,29 +160,20 @@ class KldSampling(Config, frozen=True):
         places = np.empty((len(ellipses), 3))
         places[:, :2] = ellipses[:, :2] / unit
         places[:, 2] = 0.5 * np.log(ellipses[:, 2] * ellipses[:, 3])
-        return self.number(places)
-
-    def number(self, places: Floats) -> int:
-        """Return the number of particles for the spread of places (N, d), in units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
-        k = len(set((bins @ [1 << 20 * axis for axis in range(bins.shape[1])]).tolist()))
-        return self.needed(k)
+        return self.needed(len(set((bins @ [1, 1 << 20, 1 << 40]).tolist())))
 
     def needed(self, bins: int) -> int:
-        """Return the number of particles that estimate a distribution over bins."""
-        return self.allowed(self._enough(bins))
+        """Return the number of particles for a distribution over bins; one bin needs one."""
+        if bins < 2:
+            return self.allowed(1)
+        spread = 2 / (9 * (bins - 1))
+        shape = (1 - spread + math.sqrt(spread) * QUANTILE) ** 3
+        return self.allowed(math.ceil((bins - 1) / (2 * self.error) * shape))
 
     def allowed(self, number: int) -> int:
         """Return the number of particles between `min` and `max` that is nearest to a number."""
         return min(max(number, self.min), self.max)
-
-    def _enough(self, bins: int) -> int:
-        """Return n for k bins; one bin needs one particle."""
-        if bins < 2:
-            return 1
-        spread = 2 / (9 * (bins - 1))
-        shape = (1 - spread + math.sqrt(spread) * QUANTILE) ** 3
-        return math.ceil((bins - 1) / (2 * self.error) * shape)
 
 
 def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:
